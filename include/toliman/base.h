@@ -1,0 +1,93 @@
+/* libtoliman, common ground: status codes, messages, callbacks, versions, the machine.
+ *
+ * Manners of the whole library
+ *   - Every function that can fail returns a toliman_status and writes its results through pointers, which come last.
+ *     On failure no output is written and the object is as it was before the call.
+ *   - After a failure toliman_last_error() tells, on the same thread, which argument or file field was wrong, its value
+ *     and what is allowed. A success leaves the last message alone.
+ *   - Objects are opaque: toliman_X_create(..., &x) makes one, toliman_X_destroy(x) ends it and takes NULL.
+ *   - Options are structs whose first member is struct_size. Set them up with the matching _init function; then zero
+ *     or the default stands in every member. New members are only ever appended.
+ *   - Arrays are the caller's memory in C order, images as [row][column] with an explicit row stride in elements.
+ *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
+ *     same object from several threads at once; others may not.
+ *   - The library never prints, exits, reads the environment or changes the state of BLAS, locale, signals or rounding.
+ *   - SI units unless the name says otherwise: _px, _days, _nm, _arcsec.
+ */
+#ifndef TOLIMAN_BASE_H
+#define TOLIMAN_BASE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <toliman/export.h>
+#include <toliman/version.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1. */
+typedef int32_t toliman_status;
+#define TOLIMAN_OK 0
+#define TOLIMAN_E_INTERNAL 1    /* a bug in the library */
+#define TOLIMAN_E_ARGUMENT 2    /* NULL, NaN or otherwise impossible argument */
+#define TOLIMAN_E_MEMORY 3      /* out of memory */
+#define TOLIMAN_E_NOT_FOUND 4   /* an input file is missing or cannot be read */
+#define TOLIMAN_E_FORMAT 5      /* an input file or blob is malformed, truncated or corrupt */
+#define TOLIMAN_E_SCENE 6       /* a scene says something impossible */
+#define TOLIMAN_E_UNSUPPORTED 7 /* valid, but this version cannot do it */
+#define TOLIMAN_E_WRITE 8       /* an output file cannot be written */
+#define TOLIMAN_E_CANCELLED 9   /* the progress callback asked to stop */
+#define TOLIMAN_E_RANGE 10      /* an argument is outside the range fixed at creation or by the format */
+#define TOLIMAN_E_MISMATCH 11   /* two objects or files do not belong together */
+#define TOLIMAN_E_CAPACITY 12   /* a buffer given by the caller is too small, or a capacity is used up */
+#define TOLIMAN_E_STATE 13      /* the object is not ready for this call (an untrained network, too few samples) */
+
+/* Name of a code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown one. Static text, never NULL. Since 0.1. */
+TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
+
+/* Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
+ * thread; never NULL. Since 0.1. */
+TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
+
+/* Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
+ * when size is 0). Returns the length of the whole message without its zero byte. Since 0.1. */
+TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Progress of long work: stage is a short static word ("train"), fraction runs from 0 to 1. Return 0 to go on, anything
+ * else to stop: the running call then returns TOLIMAN_E_CANCELLED and its object stays usable. Called on the thread
+ * that made the call, with no lock held. Since 0.1. */
+typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
+
+/* Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1. */
+#define TOLIMAN_LOG_INFO 0
+#define TOLIMAN_LOG_WARNING 1
+typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
+
+/* Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
+ * TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1. */
+TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
+TOLIMAN_API int32_t toliman_version_number(void) TOLIMAN_NOEXCEPT;
+
+/* Number of the binary interface; it changes only when an old caller would break. Equals TOLIMAN_ABI_VERSION of the
+ * header when the two fit. Since 0.1. */
+TOLIMAN_API int32_t toliman_abi_version(void) TOLIMAN_NOEXCEPT;
+
+/* What the library found on this machine; the texts are static. Since 0.1. */
+typedef struct toliman_machine {
+    uint32_t struct_size; /* in: sizeof(toliman_machine) */
+    int32_t processors;
+    const char *isa;         /* kernels in use: "baseline", "avx2" or "avx512" */
+    const char *blas_core;   /* OpenBLAS kernels in use, e.g. "SkylakeX" */
+    const char *blas_config; /* OpenBLAS version and build options */
+    int32_t blas_threads;    /* threads OpenBLAS would use in a call */
+    int32_t blas_is_slow;    /* 1: the kernels are older than the CPU (set OPENBLAS_CORETYPE before start) */
+    const char *blas_better; /* OPENBLAS_CORETYPE that fits this CPU, "" when the kernels already do */
+    const char *fftw;        /* FFTW version */
+} toliman_machine;
+
+/* Fills *out; out->struct_size must be set. TOLIMAN_E_ARGUMENT if out is NULL or its size unknown. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,119 @@
+/* libtoliman, convolutional autoencoder: one frame of 256x256 counts in, one number out: the separation in pixels.
+ *
+ * A network knows its scene: the preprocessing (crop, reference, variance, nuisance planes, input scale) is part of it,
+ * trained and flown as one, and stored whole in the weights blob (lib/FORMATS.md, "TLMW").
+ */
+#ifndef TOLIMAN_CAE_H
+#define TOLIMAN_CAE_H
+
+#include <toliman/base.h>
+#include <toliman/sim.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Const calls may run on one network from several threads. Since 0.1. */
+typedef struct toliman_cae toliman_cae;
+
+/* Network of the `flight` layout with random weights drawn from seed, preprocessing taken from the scene; sim is not
+ * kept. Its latent is scaled to pixels along the scene's signal, so that it may be encoded with as it is: the untrained
+ * control. TOLIMAN_E_UNSUPPORTED when frames are smaller than 256x256. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
+                                                                 toliman_cae **out) TOLIMAN_NOEXCEPT;
+
+/* Ends a network; NULL is allowed. Since 0.1. */
+TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
+
+typedef struct toliman_cae_train_options {
+    uint32_t struct_size;
+    uint32_t steps;               /* Adam steps; 0 = 600 */
+    double learning_rate;         /* 0 = 4e-3; falls linearly to zero over the second half */
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_cae_train_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options) TOLIMAN_NOEXCEPT;
+
+typedef struct toliman_cae_training {
+    uint32_t struct_size; /* in: sizeof(toliman_cae_training) */
+    uint32_t steps;       /* done */
+    double loss;          /* squared distance of the unit images, 0.08 when well trained */
+    double cosine;        /* between d latent/d residual and the whitened derivative: the predicted efficiency */
+} toliman_cae_training;
+
+/* Tied training from the network's own seed: the linear decoder, whose kernels are the encoder's transposed, is fitted
+ * to the whitened derivative image; then both halves are scaled so that the latent is the separation in px. Needs no
+ * data set and no noise. options and report may be NULL. Cancelled: the network is as before. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
+                                                                const toliman_cae_train_options *options,
+                                                                toliman_cae_training *report) TOLIMAN_NOEXCEPT;
+
+/* Facts of a network. Since 0.1. */
+typedef struct toliman_cae_info {
+    uint32_t struct_size;       /* in: sizeof(toliman_cae_info) */
+    uint32_t trained;           /* 0 or 1 */
+    const char *layout;         /* "flight"; static text */
+    uint64_t layout_hash;       /* FNV-1a of the layout's tensor table */
+    uint64_t scene_digest;      /* of the scene the preprocessing came from */
+    uint64_t parameters;        /* number of weights */
+    int64_t rows, cols;         /* of the frames it takes */
+    int64_t crop_row, crop_col; /* first row and column of the 256x256 crop */
+    uint32_t projected;         /* nuisance images projected out */
+    uint32_t reserved;
+    double crb_px;      /* Cramer-Rao bound with exactly those free */
+    double cosine;      /* after training; 0 before */
+    double input_scale; /* factor between the whitened residual and the first convolution */
+} toliman_cae_info;
+
+/* Fills *out; out->struct_size must be set. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
+                                                                   toliman_cae_info *out) TOLIMAN_NOEXCEPT;
+
+/* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count, with its row and column.
+ * Allocates nothing that lasts. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
+                                                                 size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
+
+/* Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for any
+ * number. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae, const double *counts,
+                                                                      size_t count, uint32_t threads,
+                                                                      double *latents_px) TOLIMAN_NOEXCEPT;
+
+/* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
+ * px. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
+                                                                 double *image, size_t stride) TOLIMAN_NOEXCEPT;
+
+/* Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image,
+                                                                     size_t stride) TOLIMAN_NOEXCEPT;
+
+/* The frame as the network sees it again, image[256][stride] in counts: reference + sqrt(variance) * decode(encode).
+ * mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean
+ * squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03).
+ * photon_floor (may be NULL) is the mmse that noise alone leaves. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
+                                                                      size_t counts_stride, double *image,
+                                                                      size_t stride, double *mmse, double *mssim,
+                                                                      double *photon_floor) TOLIMAN_NOEXCEPT;
+
+/* Weights blob. With bytes NULL only *needed is set; otherwise capacity must be at least that (TOLIMAN_E_CAPACITY).
+ * The same network gives the same bytes. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae, void *bytes, size_t capacity,
+                                                               size_t *needed) TOLIMAN_NOEXCEPT;
+
+/* Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
+ * for non-finite weights; nothing larger than the layout implies is allocated. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
+                                                               toliman_cae **out) TOLIMAN_NOEXCEPT;
+
+/* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const toliman_cae *cae,
+                                                                    const char *path) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
+                                                                    toliman_cae **out) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

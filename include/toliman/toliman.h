@@ -1,0 +1,12 @@
+/* The whole of libtoliman. Data flows one way: scene -> frames -> latent -> period. */
+#ifndef TOLIMAN_TOLIMAN_H
+#define TOLIMAN_TOLIMAN_H
+
+#include <toliman/base.h>
+#include <toliman/cae.h>
+#include <toliman/linear.h>
+#include <toliman/period.h>
+#include <toliman/sim.h>
+#include <toliman/track.h>
+
+#endif

@@ -1,0 +1,70 @@
+// The border: every exported function that can fail runs through guard(), the one place where exceptions end.
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <new>
+
+#include <toliman/base.h>
+
+#include "base/error.hpp"
+
+namespace toliman::api {
+
+// Runs body(); an exception becomes a status code and the thread's last message.
+template <class Body> toliman_status guard(Body &&body) noexcept {
+    try {
+        body();
+        return TOLIMAN_OK;
+    } catch (const Error &error) {
+        set_last_error(error.what());
+        return static_cast<toliman_status>(error.status());
+    } catch (const std::bad_alloc &) {
+        set_last_error("out of memory");
+        return TOLIMAN_E_MEMORY;
+    } catch (const std::exception &error) {
+        set_last_error(error.what());
+        return TOLIMAN_E_INTERNAL;
+    } catch (...) {
+        set_last_error("unknown exception");
+        return TOLIMAN_E_INTERNAL;
+    }
+}
+
+// The reference behind a pointer argument, or an error that names it.
+template <class T> T &required(T *pointer, const char *name) {
+    if (pointer == nullptr)
+        fail(Status::argument, "%s is NULL", name);
+    return *pointer;
+}
+
+// Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
+void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
+
+// Copies a result struct to a caller who may know fewer members.
+template <class T> void deliver(const T &result, T *out, const char *name, size_t oldest) {
+    const uint32_t size = required(out, name).struct_size;
+    check_struct_size(name, size, oldest, sizeof(T));
+    T whole = result;
+    whole.struct_size = size;
+    __builtin_memcpy(out, &whole, size);
+}
+
+// The caller's options over the defaults; NULL gives the defaults.
+template <class T> T accept(const T *options, const T &defaults, const char *name, size_t oldest) {
+    T known = defaults;
+    if (options != nullptr) {
+        check_struct_size(name, options->struct_size, oldest, sizeof(T));
+        __builtin_memcpy(&known, options, options->struct_size);
+    }
+    return known;
+}
+
+// An image argument: not NULL and a stride that holds a row.
+template <class T> T *required_image(T *image, size_t stride, size_t cols, const char *name) {
+    required(image, name);
+    if (stride < cols)
+        fail(Status::argument, "stride of %s = %zu: must be at least %zu, the row's length", name, stride, cols);
+    return image;
+}
+
+} // namespace toliman::api

@@ -1,0 +1,101 @@
+#include "backend/file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/error.hpp"
+
+namespace toliman::file {
+
+namespace {
+
+class Descriptor {
+  public:
+    explicit Descriptor(int number) noexcept : number_(number) {}
+    ~Descriptor() {
+        if (number_ >= 0)
+            ::close(number_);
+    }
+    Descriptor(const Descriptor &) = delete;
+    Descriptor &operator=(const Descriptor &) = delete;
+    int get() const noexcept { return number_; }
+    int close() noexcept {
+        const int number = number_;
+        number_ = -1;
+        return ::close(number);
+    }
+
+  private:
+    int number_;
+};
+
+std::string folder_of(const std::string &path) {
+    const size_t slash = path.rfind('/');
+    if (slash == std::string::npos)
+        return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+bool write_all(int descriptor, const void *data, size_t size) noexcept {
+    const auto *next = static_cast<const uint8_t *>(data);
+    while (size > 0) {
+        const ssize_t written = ::write(descriptor, next, size);
+        if (written < 0) {
+            if (errno == EINTR)
+                continue;
+            return false;
+        }
+        next += written;
+        size -= static_cast<size_t>(written);
+    }
+    return true;
+}
+
+} // namespace
+
+std::vector<uint8_t> read(const std::string &path, size_t limit) {
+    Descriptor input(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (input.get() < 0)
+        fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+    struct stat facts = {};
+    if (::fstat(input.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
+        fail(Status::not_found, "%s: not a regular file", path.c_str());
+    if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
+        fail(Status::format, "%s: %lld bytes, at most %zu are allowed", path.c_str(),
+             static_cast<long long>(facts.st_size), limit);
+    std::vector<uint8_t> bytes(static_cast<size_t>(facts.st_size));
+    size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t got = ::read(input.get(), bytes.data() + done, bytes.size() - done);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+        if (got == 0)
+            fail(Status::format, "%s: became shorter while it was read", path.c_str());
+        done += static_cast<size_t>(got);
+    }
+    return bytes;
+}
+
+void replace(const std::string &path, const void *data, size_t size) {
+    // The thread's number makes the name unique among live writers; the umask of the process applies.
+    const std::string temporary = path + "." + std::to_string(::gettid()) + ".tmp";
+    Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
+    if (output.get() < 0)
+        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+    if (!write_all(output.get(), data, size) || ::fsync(output.get()) != 0 || output.close() != 0 ||
+        ::rename(temporary.c_str(), path.c_str()) != 0) {
+        const int reason = errno;
+        ::unlink(temporary.c_str());
+        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(reason));
+    }
+    Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (folder.get() < 0 || ::fsync(folder.get()) != 0)
+        fail(Status::write, "%s: its folder cannot be synced: %s", path.c_str(), std::strerror(errno));
+}
+
+} // namespace toliman::file

@@ -1,0 +1,16 @@
+// POSIX files: whole reads, and writes that replace a file as a whole or not at all.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace toliman::file {
+
+// All bytes of a regular file of at most `limit` bytes. Status::not_found if it cannot be read, Status::format if it is
+// larger.
+std::vector<uint8_t> read(const std::string &path, size_t limit);
+
+// Writes a temporary beside path, syncs it and renames it over path. Status::write on any failure, nothing left behind.
+void replace(const std::string &path, const void *data, size_t size);
+
+} // namespace toliman::file

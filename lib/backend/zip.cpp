@@ -1,0 +1,39 @@
+#include "backend/zip.hpp"
+
+#include <zlib.h>
+
+#include "base/error.hpp"
+
+namespace toliman::zip {
+
+uint32_t crc32(const void *data, size_t size) noexcept {
+    return static_cast<uint32_t>(::crc32_z(0, static_cast<const Bytef *>(data), size));
+}
+
+std::vector<uint8_t> deflate(const void *data, size_t size) {
+    uLongf packed_size = ::compressBound(size);
+    std::vector<uint8_t> packed(packed_size);
+    if (::compress2(packed.data(), &packed_size, static_cast<const Bytef *>(data), size, Z_BEST_COMPRESSION) != Z_OK)
+        fail(Status::memory, "deflate: out of memory");
+    packed.resize(packed_size);
+    return packed;
+}
+
+void inflate(const void *packed, size_t packed_size, void *out, size_t size, const char *kind) {
+    z_stream stream = {};
+    stream.next_in = static_cast<z_const Bytef *>(const_cast<void *>(packed));
+    stream.avail_in = static_cast<uInt>(packed_size);
+    stream.next_out = static_cast<Bytef *>(out);
+    stream.avail_out = static_cast<uInt>(size);
+    if (packed_size > UINT32_MAX || size > UINT32_MAX)
+        fail(Status::format, "%s: a payload above 4 GiB", kind);
+    if (::inflateInit(&stream) != Z_OK)
+        fail(Status::memory, "inflate: out of memory");
+    const int result = ::inflate(&stream, Z_FINISH);
+    const bool exact = result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
+    ::inflateEnd(&stream);
+    if (!exact)
+        fail(Status::format, "%s: the compressed payload is damaged or not of the stated size", kind);
+}
+
+} // namespace toliman::zip

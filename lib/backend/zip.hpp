@@ -1,0 +1,16 @@
+// zlib: CRC32, deflate, and inflate into a buffer of exactly the known size.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace toliman::zip {
+
+uint32_t crc32(const void *data, size_t size) noexcept;
+
+std::vector<uint8_t> deflate(const void *data, size_t size);
+
+// Inflates exactly `size` bytes into out; Status::format unless the stream ends just there and all input is used.
+void inflate(const void *packed, size_t packed_size, void *out, size_t size, const char *kind);
+
+} // namespace toliman::zip

@@ -1,0 +1,29 @@
+#include "base/error.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace toliman {
+
+namespace {
+thread_local char last_text[kErrorTextSize] = "";
+} // namespace
+
+Error::Error(Status status, const char *text) noexcept : status_(status) {
+    std::snprintf(text_, sizeof text_, "%s", text);
+}
+
+void fail(Status status, const char *format, ...) {
+    char text[kErrorTextSize];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    throw Error(status, text);
+}
+
+void set_last_error(const char *text) noexcept { std::snprintf(last_text, sizeof last_text, "%s", text); }
+
+const char *last_error() noexcept { return last_text; }
+
+} // namespace toliman

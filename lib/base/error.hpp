@@ -1,0 +1,48 @@
+// Errors inside the library: one exception type, thrown by fail() and turned into a status code at the C border.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+
+namespace toliman {
+
+// Values equal TOLIMAN_OK and TOLIMAN_E_* of <toliman/base.h>; lib/api/base.cpp asserts it.
+enum class Status : int32_t {
+    ok = 0,
+    internal = 1,
+    argument = 2,
+    memory = 3,
+    not_found = 4,
+    format = 5,
+    scene = 6,
+    unsupported = 7,
+    write = 8,
+    cancelled = 9,
+    range = 10,
+    mismatch = 11,
+    capacity = 12,
+    state = 13,
+};
+
+constexpr size_t kErrorTextSize = 1024;
+
+// Carries its text in place, so that throwing allocates nothing beyond the exception itself.
+class Error final : public std::exception {
+  public:
+    Error(Status status, const char *text) noexcept;
+    Status status() const noexcept { return status_; }
+    const char *what() const noexcept override { return text_; }
+
+  private:
+    Status status_;
+    char text_[kErrorTextSize];
+};
+
+// Throws Error with a printf-formatted text. The text names the argument, its value and what is allowed.
+[[noreturn]] void fail(Status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+// The calling thread's last message; set by the border only.
+void set_last_error(const char *text) noexcept;
+const char *last_error() noexcept;
+
+} // namespace toliman

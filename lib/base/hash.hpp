@@ -1,0 +1,16 @@
+// FNV-1a, 64 bit: identity digests of layouts, scenes and grids. Not a checksum (files carry CRC32) and not a secret.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace toliman {
+
+constexpr uint64_t kFnvOffset = 0xcbf29ce484222325u;
+
+constexpr uint64_t fnv1a(const char *text, size_t size, uint64_t hash = kFnvOffset) noexcept {
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ static_cast<uint8_t>(text[i])) * 0x100000001b3u;
+    return hash;
+}
+
+} // namespace toliman

@@ -1,0 +1,23 @@
+#include "base/progress.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace toliman {
+
+namespace {
+constexpr int32_t kLevelWarning = 1; // TOLIMAN_LOG_WARNING
+} // namespace
+
+void Log::warn(const char *format, ...) const {
+    if (call == nullptr)
+        return;
+    char text[kErrorTextSize];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    call(kLevelWarning, text, user_data);
+}
+
+} // namespace toliman

@@ -1,0 +1,27 @@
+// Log and progress callbacks of an options struct, as the domain code sees them.
+#pragma once
+#include <cstdint>
+
+#include "base/error.hpp"
+
+namespace toliman {
+
+struct Progress {
+    int32_t (*call)(const char *stage, double fraction, void *user_data) = nullptr;
+    void *user_data = nullptr;
+
+    // Call from the caller's thread only, with no lock held. Nonzero from the callback cancels.
+    void report(const char *stage, double fraction) const {
+        if (call != nullptr && call(stage, fraction, user_data) != 0)
+            fail(Status::cancelled, "%s: cancelled by the progress callback", stage);
+    }
+};
+
+struct Log {
+    void (*call)(int32_t level, const char *text, void *user_data) = nullptr;
+    void *user_data = nullptr;
+
+    void warn(const char *format, ...) const __attribute__((format(printf, 2, 3)));
+};
+
+} // namespace toliman

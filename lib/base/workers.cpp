@@ -1,0 +1,49 @@
+#include "base/workers.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
+#include <vector>
+
+namespace toliman {
+
+unsigned worker_count(unsigned requested) noexcept {
+    return requested != 0 ? requested : std::max(1u, std::thread::hardware_concurrency());
+}
+
+void run_jobs(unsigned workers, size_t count, const std::function<void(size_t)> &job,
+              const std::function<void(double)> &after_own) {
+    const size_t used = std::max<size_t>(1, std::min<size_t>(workers, count));
+    std::vector<std::exception_ptr> failure(used);
+    std::atomic<bool> stop{false};
+    const auto work = [&](size_t worker) noexcept {
+        try {
+            for (size_t i = worker; i < count && !stop.load(std::memory_order_relaxed); i += used) {
+                job(i);
+                if (worker == 0 && after_own)
+                    after_own(static_cast<double>(i + 1) / static_cast<double>(count));
+            }
+        } catch (...) {
+            failure[worker] = std::current_exception();
+            stop.store(true, std::memory_order_relaxed);
+        }
+    };
+    std::vector<std::thread> threads;
+    threads.reserve(used - 1);
+    try {
+        for (size_t worker = 1; worker < used; worker++)
+            threads.emplace_back(work, worker);
+        work(0);
+    } catch (...) { // no thread could be started: what was started must end before we leave
+        stop.store(true, std::memory_order_relaxed);
+        failure[0] = std::current_exception();
+    }
+    for (std::thread &thread : threads)
+        thread.join();
+    for (const std::exception_ptr &exception : failure)
+        if (exception)
+            std::rethrow_exception(exception);
+}
+
+} // namespace toliman

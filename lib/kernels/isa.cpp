@@ -1,0 +1,29 @@
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+
+Isa host_isa() noexcept {
+#if defined(__x86_64__)
+    // x86-64-v4 and -v3, as the kernels are compiled.
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+        return Isa::avx512;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
+        return Isa::avx2;
+#endif
+    return Isa::baseline;
+}
+
+const char *host_isa_name() noexcept {
+    switch (host_isa()) {
+    case Isa::avx512:
+        return "avx512";
+    case Isa::avx2:
+        return "avx2";
+    case Isa::baseline:
+        break;
+    }
+    return "baseline";
+}
+
+} // namespace toliman::kernels

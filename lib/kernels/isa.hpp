@@ -1,0 +1,34 @@
+// Choice of instruction set at run time. Files named *.isa.cpp are compiled once per set, with TOLIMAN_ISA defined to
+// its name; they keep all their code in namespace toliman::kernels::TOLIMAN_ISA, use no inline function of a shared
+// header (the linker might keep the wide copy for everyone) and publish one table of function pointers each:
+//
+//     namespace toliman::kernels { extern const PoissonKernels TOLIMAN_ISA_TABLE(poisson) = {...}; }
+#pragma once
+
+#define TOLIMAN_ISA_JOIN(name, isa) name##_##isa
+#define TOLIMAN_ISA_JOIN2(name, isa) TOLIMAN_ISA_JOIN(name, isa)
+#define TOLIMAN_ISA_TABLE(name) TOLIMAN_ISA_JOIN2(name, TOLIMAN_ISA)
+
+namespace toliman::kernels {
+
+enum class Isa { baseline, avx2, avx512 };
+
+// The widest set of this CPU that the library was built for, and its name.
+Isa host_isa() noexcept;
+const char *host_isa_name() noexcept;
+
+// Declares the tables of one kernel and a function that picks the host's.
+#if defined(__x86_64__)
+#define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
+    extern const Table name##_baseline, name##_avx2, name##_avx512;                                                    \
+    inline const Table &name##_kernels() noexcept {                                                                    \
+        const Isa isa = host_isa();                                                                                    \
+        return isa == Isa::avx512 ? name##_avx512 : isa == Isa::avx2 ? name##_avx2 : name##_baseline;                  \
+    }
+#else
+#define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
+    extern const Table name##_baseline;                                                                                \
+    inline const Table &name##_kernels() noexcept { return name##_baseline; }
+#endif
+
+} // namespace toliman::kernels

@@ -1,0 +1,53 @@
+#include "kernels/project.hpp"
+
+#include <cmath>
+
+namespace toliman::kernels {
+
+double dot(const double *a, const double *b, size_t n) noexcept {
+    double sum = 0, rest = 0;
+    for (size_t i = 0; i < n; i++) {
+        const double product = a[i] * b[i];
+        const double product_error = std::fma(a[i], b[i], -product);
+        const double next = sum + product;
+        const double shifted = next - sum;
+        rest += ((sum - (next - shifted)) + (product - shifted)) + product_error;
+        sum = next;
+    }
+    return sum + rest;
+}
+
+void whiten(const double *image, const double *variance, size_t n, double *out) noexcept {
+    for (size_t i = 0; i < n; i++)
+        out[i] = image[i] / std::sqrt(variance[i]);
+}
+
+void project_out(const double *units, size_t count, size_t n, double *vector) noexcept {
+    for (size_t k = 0; k < count; k++) {
+        const double *unit = units + k * n;
+        const double component = dot(unit, vector, n);
+        for (size_t i = 0; i < n; i++)
+            vector[i] -= component * unit[i];
+    }
+}
+
+size_t orthonormalise(double *vectors, size_t count, size_t n) noexcept {
+    size_t rank = 0;
+    for (size_t k = 0; k < count; k++) {
+        double *vector = vectors + rank * n;
+        for (size_t i = 0; i < n; i++)
+            vector[i] = vectors[k * n + i];
+        const double before = std::sqrt(dot(vector, vector, n));
+        project_out(vectors, rank, n, vector);
+        project_out(vectors, rank, n, vector);
+        const double after = std::sqrt(dot(vector, vector, n));
+        if (!(after > 1e-10 * before))
+            continue;
+        for (size_t i = 0; i < n; i++)
+            vector[i] /= after;
+        rank++;
+    }
+    return rank;
+}
+
+} // namespace toliman::kernels

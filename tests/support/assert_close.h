@@ -1,0 +1,50 @@
+/* Floating-point assertions for CMocka, which has none for double. */
+#ifndef TOLIMAN_TESTS_ASSERT_CLOSE_H
+#define TOLIMAN_TESTS_ASSERT_CLOSE_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <toliman/base.h>
+
+/* |actual - expected| <= atol + rtol |expected|; NaN fails. */
+#define assert_close(actual, expected, rtol, atol)                                                                     \
+    do {                                                                                                               \
+        const double close_actual_ = (actual), close_expected_ = (expected);                                           \
+        if (!(fabs(close_actual_ - close_expected_) <= (atol) + (rtol)*fabs(close_expected_)))                         \
+            fail_msg("%s = %.17g, expected %.17g within rtol %g, atol %g", #actual, close_actual_, close_expected_,    \
+                     (double)(rtol), (double)(atol));                                                                  \
+    } while (0)
+
+/* value <= limit; NaN fails. */
+#define assert_at_most(value, limit)                                                                                   \
+    do {                                                                                                               \
+        const double most_value_ = (value), most_limit_ = (limit);                                                     \
+        if (!(most_value_ <= most_limit_))                                                                             \
+            fail_msg("%s = %.6g, must be at most %.6g", #value, most_value_, most_limit_);                             \
+    } while (0)
+
+/* The call succeeds; otherwise its code and message are shown. */
+#define assert_ok(call)                                                                                                \
+    do {                                                                                                               \
+        const toliman_status ok_status_ = (call);                                                                      \
+        if (ok_status_ != TOLIMAN_OK)                                                                                  \
+            fail_msg("%s: %s: %s", #call, toliman_status_name(ok_status_), toliman_last_error());                      \
+    } while (0)
+
+/* The call fails with this code and a message that contains the text. */
+#define assert_fails(call, code, text)                                                                                 \
+    do {                                                                                                               \
+        const toliman_status fails_status_ = (call);                                                                   \
+        if (fails_status_ != (code))                                                                                   \
+            fail_msg("%s: %s, expected %s", #call, toliman_status_name(fails_status_), #code);                         \
+        if (strstr(toliman_last_error(), (text)) == NULL)                                                              \
+            fail_msg("%s: message \"%s\" does not contain \"%s\"", #call, toliman_last_error(), (text));               \
+    } while (0)
+
+#endif

@@ -1,0 +1,50 @@
+# libtoliman.so and libtoliman.a from the same objects; hot kernels once an instruction set.
+configure_file(include/toliman/version.h.in ${PROJECT_BINARY_DIR}/include/toliman/version.h @ONLY)
+
+file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp)
+# Compiled once per instruction set, inside a namespace of that name; kernels/isa.cpp chooses at run time.
+file(GLOB isa_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/kernels/*.isa.cpp)
+list(REMOVE_ITEM sources ${isa_sources})
+
+add_library(toliman_settings INTERFACE)
+target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/include
+                           ${PROJECT_BINARY_DIR}/include)
+target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE})
+target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden)
+
+add_library(toliman_objects OBJECT ${sources})
+target_link_libraries(toliman_objects PUBLIC toliman_settings PkgConfig::FFTW3 PkgConfig::OPENBLAS PkgConfig::CJSON
+                      PkgConfig::ZLIB Threads::Threads)
+
+set(toliman_isas baseline)
+set(toliman_isa_flags_baseline "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  list(APPEND toliman_isas avx2 avx512)
+  set(toliman_isa_flags_avx2 -march=x86-64-v3)
+  set(toliman_isa_flags_avx512 -march=x86-64-v4 -mprefer-vector-width=512)
+endif()
+set(toliman_isa_objects "")
+foreach(isa IN LISTS toliman_isas)
+  add_library(toliman_kernels_${isa} OBJECT ${isa_sources})
+  target_link_libraries(toliman_kernels_${isa} PRIVATE toliman_settings)
+  target_compile_definitions(toliman_kernels_${isa} PRIVATE TOLIMAN_ISA=${isa})
+  # -fno-trapping-math and -fno-math-errno change no value; without them the loops do not vectorise.
+  target_compile_options(toliman_kernels_${isa} PRIVATE -O3 -fno-math-errno -fno-trapping-math
+                         ${toliman_isa_flags_${isa}})
+  list(APPEND toliman_isa_objects $<TARGET_OBJECTS:toliman_kernels_${isa}>)
+endforeach()
+# float32 only, and its bits are promised per instruction set, not across them: fused multiply-adds are welcome.
+set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/kernels/conv.isa.cpp
+                            PROPERTIES COMPILE_OPTIONS -ffp-contract=fast)
+
+add_library(toliman SHARED $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
+target_link_libraries(toliman PRIVATE toliman_objects)
+target_link_options(toliman PRIVATE -Wl,-z,defs -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+set_target_properties(toliman PROPERTIES VERSION 0.${PROJECT_VERSION_MINOR} SOVERSION 0.${PROJECT_VERSION_MINOR}
+                      LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+target_include_directories(toliman INTERFACE ${PROJECT_SOURCE_DIR}/include ${PROJECT_BINARY_DIR}/include)
+
+add_library(toliman_static STATIC $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
+target_link_libraries(toliman_static PRIVATE toliman_objects)
+target_include_directories(toliman_static INTERFACE ${PROJECT_SOURCE_DIR}/include ${PROJECT_BINARY_DIR}/include)
+set_target_properties(toliman_static PROPERTIES OUTPUT_NAME toliman)
