@@ -28,7 +28,9 @@ const char *host_isa_name() noexcept;
 #else
 #define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
     extern const Table name##_baseline;                                                                                \
-    inline const Table &name##_kernels() noexcept { return name##_baseline; }
+    inline const Table &name##_kernels() noexcept {                                                                    \
+        return name##_baseline;                                                                                        \
+    }
 #endif
 
 } // namespace toliman::kernels

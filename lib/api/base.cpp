@@ -1,0 +1,125 @@
+// include/toliman/base.h: status names, messages, versions, the machine.
+#include <cstring>
+#include <thread>
+
+#include "api/guard.hpp"
+#include "backend/blas.hpp"
+#include "backend/fft.hpp"
+#include "kernels/isa.hpp"
+
+using namespace toliman;
+
+namespace {
+
+struct Code {
+    Status status;
+    toliman_status code;
+    const char *name;
+};
+#define TOLIMAN_CODE(internal, code)                                                                                   \
+    { Status::internal, code, #code }
+constexpr Code kCodes[] = {
+    TOLIMAN_CODE(ok, TOLIMAN_OK),
+    TOLIMAN_CODE(internal, TOLIMAN_E_INTERNAL),
+    TOLIMAN_CODE(argument, TOLIMAN_E_ARGUMENT),
+    TOLIMAN_CODE(memory, TOLIMAN_E_MEMORY),
+    TOLIMAN_CODE(not_found, TOLIMAN_E_NOT_FOUND),
+    TOLIMAN_CODE(format, TOLIMAN_E_FORMAT),
+    TOLIMAN_CODE(scene, TOLIMAN_E_SCENE),
+    TOLIMAN_CODE(unsupported, TOLIMAN_E_UNSUPPORTED),
+    TOLIMAN_CODE(write, TOLIMAN_E_WRITE),
+    TOLIMAN_CODE(cancelled, TOLIMAN_E_CANCELLED),
+    TOLIMAN_CODE(range, TOLIMAN_E_RANGE),
+    TOLIMAN_CODE(mismatch, TOLIMAN_E_MISMATCH),
+    TOLIMAN_CODE(capacity, TOLIMAN_E_CAPACITY),
+    TOLIMAN_CODE(state, TOLIMAN_E_STATE),
+};
+#undef TOLIMAN_CODE
+
+constexpr bool codes_agree() {
+    for (const Code &entry : kCodes)
+        if (static_cast<toliman_status>(entry.status) != entry.code)
+            return false;
+    return true;
+}
+static_assert(codes_agree(), "base/error.hpp and toliman/base.h number the codes differently");
+
+// Vector width in bits that OpenBLAS's kernels of this name use.
+int vector_bits(const char *core) noexcept {
+    for (const char *name : {"SkylakeX", "Cooperlake", "SapphireRapids"})
+        if (std::strcmp(core, name) == 0)
+            return 512;
+    for (const char *name : {"Haswell", "Zen", "Excavator", "Sandybridge", "Bulldozer", "Piledriver", "Steamroller"})
+        if (std::strcmp(core, name) == 0)
+            return 256;
+    return 128;
+}
+
+// OPENBLAS_CORETYPE that this CPU deserves, "" when the kernels in use are as wide or the CPU is not x86.
+const char *better_core(const char *core) noexcept {
+#if defined(__x86_64__)
+    const kernels::Isa isa = kernels::host_isa();
+    if (isa == kernels::Isa::avx512 && vector_bits(core) < 512)
+        return "SkylakeX";
+    if (isa == kernels::Isa::avx2 && vector_bits(core) < 256)
+        return "Haswell";
+#else
+    (void)core;
+#endif
+    return "";
+}
+
+} // namespace
+
+extern "C" {
+
+const char *toliman_status_name(toliman_status status) noexcept {
+    for (const Code &entry : kCodes)
+        if (entry.code == status)
+            return entry.name;
+    return "TOLIMAN_E_?";
+}
+
+const char *toliman_last_error(void) noexcept {
+    return last_error();
+}
+
+size_t toliman_last_error_copy(char *text, size_t size) noexcept {
+    const size_t length = std::strlen(last_error());
+    if (text != nullptr && size > 0) {
+        const size_t kept = length < size ? length : size - 1;
+        std::memcpy(text, last_error(), kept);
+        text[kept] = '\0';
+    }
+    return length;
+}
+
+const char *toliman_version(void) noexcept {
+    return TOLIMAN_VERSION;
+}
+
+int32_t toliman_version_number(void) noexcept {
+    return TOLIMAN_VERSION_NUMBER;
+}
+
+int32_t toliman_abi_version(void) noexcept {
+    return TOLIMAN_ABI_VERSION;
+}
+
+toliman_status toliman_get_machine(toliman_machine *out) noexcept {
+    return api::guard([&] {
+        const blas::Facts blas = blas::facts();
+        toliman_machine machine = {};
+        machine.processors = static_cast<int32_t>(std::thread::hardware_concurrency());
+        machine.isa = kernels::host_isa_name();
+        machine.blas_core = blas.core;
+        machine.blas_config = blas.config;
+        machine.blas_threads = blas.threads;
+        machine.blas_better = better_core(blas.core);
+        machine.blas_is_slow = machine.blas_better[0] != '\0';
+        machine.fftw = fft::version();
+        api::deliver(machine, out, "out", sizeof machine);
+    });
+}
+
+} // extern "C"

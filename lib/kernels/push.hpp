@@ -1,0 +1,44 @@
+// One sample into the exact sums of a periodogram, for every frequency of the grid.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+
+// Fixed-point sums, carry-save: value = hi 2^32 + lo. A push adds a term of at most 2^50 to lo only; after at most
+// kFoldEvery pushes fold() moves the upper part of lo into hi. Integers, so any order of pushes gives the same bits.
+enum Sum { kC1, kS1, kC2, kS2, kYC, kYS, kYCLow, kYSLow, kSums };
+constexpr int kFoldEvery = 4096;
+constexpr size_t kBlock = 64;   // frequencies that share one anchor; arrays are padded to a multiple
+constexpr double kOne = 0x1p50; // fixed-point 1 of a weight, and of a value in units of its bound
+constexpr int64_t kFoldBase = 1ll << 32;
+
+struct PushSample {
+    double t_high, t_low; // t - t_ref as an unevaluated sum
+    double weight;        // in [0, 1]
+    double value_high;    // (y - offset)/bound as an unevaluated sum, in [-1, 1]
+    double value_low;
+};
+
+struct PushKernels {
+    // Given     f0, df, the grid f_k = f0 + k df as exact reals (cycles per unit of t)
+    //           blocks, number of kBlock-wide blocks; anchors [2][blocks] scratch
+    // Returned  lo [kSums][blocks * kBlock], each plus its term of the sample
+    // Notes     With phase p_k = f_k (t - t_ref) reduced modulo 1 exactly, c = cos 2 pi p, s = sin 2 pi p:
+    //           C1 += w c, S1 += w s, C2 += w cos 4 pi p, S2 += w sin 4 pi p, YC += w y c, YS += w y s, quantised to
+    //           2^-50; the remainder of the last two goes to YCLow, YSLow at 2^-100. c and s are within 4e-16.
+    //           Only +, -, *, and exact products: the same bits on every instruction set.
+    void (*push)(double f0, double df, size_t blocks, const PushSample &sample, double *anchors,
+                 int64_t *const *lo) noexcept;
+
+    // Given     lo, hi [n]. Returned the same values with 0 <= lo < 2^32.
+    void (*fold)(int64_t *lo, int64_t *hi, size_t n) noexcept;
+
+    // Given     f = f_high + f_low, t = t_high + t_low. Returned cos and sin of 2 pi f t, within 2e-16.
+    void (*cis)(double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine) noexcept;
+};
+TOLIMAN_ISA_DECLARE(PushKernels, push)
+
+} // namespace toliman::kernels
