@@ -30,19 +30,22 @@ class Simulator {
     double truncation() const noexcept { return truncation_; }
     size_t pixels() const noexcept { return scene_.detector.rows * scene_.detector.cols; }
 
+    double min_displacement_px() const noexcept { return min_displacement_; }
+    double max_displacement_px() const noexcept { return max_displacement_; }
+
     double time_days(int64_t k) const noexcept;
     double displacement_px(int64_t k) const noexcept;
 
     // Expected image at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
     void propagate(double displacement_px, double *image) const;
-    void expect(double displacement_px, double *image) const;
-    // Noisy counts of frame k.
-    void frame(double displacement_px, uint64_t seed, int64_t k, double *image) const;
+    void expect(double displacement_px, double *image) const noexcept;
+    // Noisy counts of frame k; scratch and image hold pixels() each.
+    void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const noexcept;
 
     FrameModel frame_model() const;
 
   private:
-    void predict_truncation(const Log &log);
+    double predict_truncation() const;
 
     Scene scene_;
     Pupil pupil_;
@@ -50,6 +53,7 @@ class Simulator {
     unsigned workers_;
     Images images_;
     Bounds bounds_;
+    double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
     double truncation_ = 0;
 };
 
