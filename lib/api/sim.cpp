@@ -37,7 +37,9 @@ optics::Settings settings_of(const toliman_sim_options *options) {
     return settings;
 }
 
-const optics::Simulator &simulator_of(const toliman_sim *sim) { return api::required(sim, "sim").simulator; }
+const optics::Simulator &simulator_of(const toliman_sim *sim) {
+    return api::required(sim, "sim").simulator;
+}
 
 void check_displacement(double displacement_px, double limit) {
     if (std::isnan(displacement_px))
@@ -89,7 +91,9 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
     }
 }
 
-double total(const std::vector<double> &values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+double total(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
+}
 
 toliman_sim_info info_of(const optics::Simulator &simulator) {
     const optics::Scene &scene = simulator.scene();
@@ -159,7 +163,9 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
     });
 }
 
-void toliman_sim_destroy(toliman_sim *sim) noexcept { delete sim; }
+void toliman_sim_destroy(toliman_sim *sim) noexcept {
+    delete sim;
+}
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
     return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out", kOldestInfo); });

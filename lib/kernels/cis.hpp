@@ -4,7 +4,9 @@
 namespace toliman::kernels {
 
 // x less the nearest whole number, exact; |x| < 2^51.
-inline double reduce_cycles(double x) noexcept { return x - ((x + 0x1.8p52) - 0x1.8p52); }
+inline double reduce_cycles(double x) noexcept {
+    return x - ((x + 0x1.8p52) - 0x1.8p52);
+}
 
 // Given     cycles, |cycles| <= 1/2 (a rounding beyond does no harm)
 // Returned  cosine and sine of 2 pi cycles, errors below 2e-16
@@ -13,13 +15,12 @@ inline double reduce_cycles(double x) noexcept { return x - ((x + 0x1.8p52) - 0x
 inline void cis_cycles(double cycles, double &cosine, double &sine) noexcept {
     const double quarter = (4.0 * cycles + 0x1.8p52) - 0x1.8p52;
     const double a = (cycles - 0.25 * quarter) * 6.283185307179586476925, z = a * a;
-    const double s =
-        a + a * z *
-                (-1.66666666666666324348e-01 +
-                 z * (8.33333333332248946124e-03 +
-                      z * (-1.98412698298579493134e-04 +
-                           z * (2.75573137070700676789e-06 +
-                                z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
+    const double s = a + a * z *
+                             (-1.66666666666666324348e-01 +
+                              z * (8.33333333332248946124e-03 +
+                                   z * (-1.98412698298579493134e-04 +
+                                        z * (2.75573137070700676789e-06 +
+                                             z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
     const double tail = z * z *
                         (4.16666666666666019037e-02 +
                          z * (-1.38888888888741095749e-03 +

@@ -9,7 +9,9 @@ namespace toliman::kernels {
 namespace {
 
 // Coordinate of folded sample i of an axis of n.
-double coordinate(size_t i, size_t n) noexcept { return static_cast<double>(i) + (n % 2 == 0 ? 0.5 : 0.0); }
+double coordinate(size_t i, size_t n) noexcept {
+    return static_cast<double>(i) + (n % 2 == 0 ? 0.5 : 0.0);
+}
 
 // Folds one plane of the field; part 0 is the real one, 1 the imaginary.
 void fold_plane(const double *plane, size_t n, size_t part, double *even, double *odd) noexcept {

@@ -10,7 +10,9 @@
 
 namespace toliman::kernels {
 
-constexpr size_t half(size_t n) noexcept { return (n + 1) / 2; }
+constexpr size_t half(size_t n) noexcept {
+    return (n + 1) / 2;
+}
 
 // Given     samples, pixels of the full axes; step: phase in cycles of the first sample times the first pixel
 // Returned  cosine, sine [half(samples)][half(pixels)] of 2 pi x u step

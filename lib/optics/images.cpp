@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kMostPhotons = 1e12; // a pixel: the Poisson generator's range
 
-double largest(const Buffer<double> &image) { return *std::max_element(image.begin(), image.end()); }
+double largest(const Buffer<double> &image) {
+    return *std::max_element(image.begin(), image.end());
+}
 
 void scale(Buffer<double> &image, double factor) {
     for (double &value : image)
@@ -29,9 +31,9 @@ Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
 void check_brightness(const Scene &scene, const Images &images) {
     double most = 0;
     for (size_t i = 0; i < images.both.size(); i++)
-        most = std::max(most, images.both[i] + kLargestDisplacement * (std::fabs(images.separation[i]) +
-                                                                       kLargestDisplacement *
-                                                                           std::fabs(images.curvature[i])));
+        most = std::max(most, images.both[i] +
+                                  kLargestDisplacement * (std::fabs(images.separation[i]) +
+                                                          kLargestDisplacement * std::fabs(images.curvature[i])));
     if (!(most <= kMostPhotons))
         fail(Status::scene, "%s: cadence: the brightest pixel expects up to %g photons: at most %g are allowed",
              scene.source.c_str(), most, kMostPhotons);
@@ -53,11 +55,10 @@ Images make_images(const Scene &scene, const Pupil &pupil, Light &light, unsigne
     const size_t stars = scene.stars.size();
     StarImages star[2];
     for (size_t s = 0; s < stars; s++)
-        star[s] = propagate(scene, pupil, light, s, 0,
-                            s == scene.signal.star ? Detail::curvature : Detail::gradient, workers,
-                            [&](double fraction) {
-                                progress.report("propagate", (static_cast<double>(s) + fraction) /
-                                                                 static_cast<double>(stars));
+        star[s] = propagate(scene, pupil, light, s, 0, s == scene.signal.star ? Detail::curvature : Detail::gradient,
+                            workers, [&](double fraction) {
+                                progress.report("propagate",
+                                                (static_cast<double>(s) + fraction) / static_cast<double>(stars));
                             });
     const StarImages &moving = star[scene.signal.star];
     Images images;

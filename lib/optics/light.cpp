@@ -87,7 +87,9 @@ void sample_stars(const Scene &scene, Light &light) {
     }
 }
 
-double total(const std::vector<double> &photons) { return std::accumulate(photons.begin(), photons.end(), 0.0); }
+double total(const std::vector<double> &photons) {
+    return std::accumulate(photons.begin(), photons.end(), 0.0);
+}
 
 // Places both stars on the detector by separation and position angle.
 void place_binary(const Scene &scene, Light &light) {

@@ -28,9 +28,9 @@ class MatrixDft {
   private:
     size_t samples_, rows_, cols_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
-    Buffer<double> even_, odd_;                // folded pupil
-    Buffer<double> even_middle_, odd_middle_;  // transformed along x
-    Buffer<double> ee_, eo_, oe_, oo_;         // transformed along y
+    Buffer<double> even_, odd_;               // folded pupil
+    Buffer<double> even_middle_, odd_middle_; // transformed along x
+    Buffer<double> ee_, eo_, oe_, oo_;        // transformed along y
 };
 
 } // namespace toliman::optics

@@ -18,7 +18,8 @@ constexpr int kSubsamples = 32; // per side of a cell that an edge crosses
 class Opening {
   public:
     explicit Opening(const Telescope &telescope)
-        : outer_(telescope.aperture_m / 2), inner_(telescope.secondary_m / 2), half_width_(telescope.struts.width_m / 2) {
+        : outer_(telescope.aperture_m / 2), inner_(telescope.secondary_m / 2),
+          half_width_(telescope.struts.width_m / 2) {
         for (int i = 0; i < telescope.struts.count; i++) {
             const double angle = (telescope.struts.angle_deg + 360.0 * i / telescope.struts.count) * kPi / 180;
             directions_.push_back({std::cos(angle), std::sin(angle)});
@@ -104,7 +105,9 @@ Pupil make_pupil(const Scene &scene) {
     pupil.samples = n;
     pupil.amplitude.resize(n * n);
     pupil.opd_m.resize(n * n);
-    const auto coordinate = [&](size_t i) { return (static_cast<double>(i) - 0.5 * static_cast<double>(n - 1)) * cell; };
+    const auto coordinate = [&](size_t i) {
+        return (static_cast<double>(i) - 0.5 * static_cast<double>(n - 1)) * cell;
+    };
     for (size_t row = 0; row < n; row++) {
         for (size_t col = 0; col < n; col++) {
             const double x = coordinate(col), y = coordinate(row), open = open_fraction(opening, x, y, cell);

@@ -70,8 +70,7 @@ std::string shown(const json::Value &value) {
 }
 
 std::string shown(Range range) {
-    const std::string interval =
-        (range.low_excluded ? "(" : "[") + shown(range.low) + ", " + shown(range.high) + "]";
+    const std::string interval = (range.low_excluded ? "(" : "[") + shown(range.low) + ", " + shown(range.high) + "]";
     return range.unit[0] != '\0' ? interval + " " + range.unit : interval;
 }
 
@@ -128,7 +127,9 @@ double Reader::checked(const std::string &key, const json::Value &value, Range r
     return value.number;
 }
 
-double Reader::number(const char *key, Range range) const { return checked(key, need(key), range); }
+double Reader::number(const char *key, Range range) const {
+    return checked(key, need(key), range);
+}
 
 double Reader::number_or(const char *key, double otherwise, Range range) const {
     return has(key) ? number(key, range) : otherwise;
@@ -159,7 +160,9 @@ bool Reader::boolean_or(const char *key, bool otherwise) const {
     return has(key) ? need(key, Kind::boolean, "true or false").boolean : otherwise;
 }
 
-const std::string &Reader::text(const char *key) const { return need(key, Kind::text, "a text").text; }
+const std::string &Reader::text(const char *key) const {
+    return need(key, Kind::text, "a text").text;
+}
 
 std::vector<std::string> Reader::texts(const char *key) const {
     std::vector<std::string> texts;
@@ -186,7 +189,9 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
     refuse(Status::scene, key, " = \"%s\": must be one of %s", given.substr(0, 40).c_str(), list.c_str());
 }
 
-Reader Reader::object(const char *key) const { return Reader(need(key), full(key), source_); }
+Reader Reader::object(const char *key) const {
+    return Reader(need(key), full(key), source_);
+}
 
 std::vector<Reader> Reader::objects(const char *key, size_t least, size_t most) const {
     const json::Value &array = need(key, Kind::array, "an array of objects");

@@ -17,8 +17,12 @@ struct Range {
     const char *unit; // "" for none
     bool low_excluded = false;
 };
-constexpr Range above(double low, double high, const char *unit) { return {low, high, unit, true}; }
-constexpr Range within(double low, double high, const char *unit) { return {low, high, unit, false}; }
+constexpr Range above(double low, double high, const char *unit) {
+    return {low, high, unit, true};
+}
+constexpr Range within(double low, double high, const char *unit) {
+    return {low, high, unit, false};
+}
 
 class Reader {
   public:

@@ -35,9 +35,9 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
 
 Detector read_detector(const Reader &scene) {
     const Reader reader = scene.object("detector");
-    reader.allow({"shape", "pixel_scale_arcsec", "pixel", "rotation_deg"},
-                 {"qe", "coadds", "bin", "gain_e_per_dn", "bias_dn", "full_well_e", "bit_depth", "flat_rms",
-                  "dark_e_per_s"});
+    reader.allow(
+        {"shape", "pixel_scale_arcsec", "pixel", "rotation_deg"},
+        {"qe", "coadds", "bin", "gain_e_per_dn", "bias_dn", "full_well_e", "bit_depth", "flat_rms", "dark_e_per_s"});
     const std::vector<double> shape = reader.numbers("shape", 2, 2, within(1, 2048, "px"));
     if (shape[0] != std::floor(shape[0]) || shape[1] != std::floor(shape[1]))
         reader.refuse(Status::scene, "shape", " = [%g, %g]: must be whole numbers", shape[0], shape[1]);

@@ -92,8 +92,8 @@ Telescope read_telescope(const Reader &scene, const std::string &folder) {
     telescope.aperture_m = reader.number("aperture_m", above(0, 100, "m"));
     telescope.secondary_m = reader.number_or("secondary_m", 0, within(0, 100, "m"));
     if (telescope.secondary_m >= telescope.aperture_m)
-        reader.refuse(Status::scene, "secondary_m", " = %g: must be less than aperture_m = %g m",
-                      telescope.secondary_m, telescope.aperture_m);
+        reader.refuse(Status::scene, "secondary_m", " = %g: must be less than aperture_m = %g m", telescope.secondary_m,
+                      telescope.aperture_m);
     telescope.struts = read_struts(reader, telescope.aperture_m);
     if (reader.has("pupil_samples"))
         telescope.pupil_samples = static_cast<size_t>(reader.integer("pupil_samples", within(8, 2048, "samples")));

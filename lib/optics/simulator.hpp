@@ -1,4 +1,5 @@
-// A scene made ready: images computed once, then frames by random access. Immutable, so any number of threads may use it.
+// A scene made ready: images computed once, then frames by random access. Immutable, so any number of threads may use
+// it.
 #pragma once
 #include <string>
 
