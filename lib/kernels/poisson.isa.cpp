@@ -175,17 +175,16 @@ constexpr double kStirlingRest[16] = {0,
                                       0.00595137011275884774,
                                       0.00555473355196280137};
 
-// Given     count, an integer from 1 to 2^51; mean > 0
+// Given     count, an integer from 1 to 2^51; mean > 0; listed, of the table above if count < 16
 // Returned  log of the Poisson probability of count, to a few 1e-15 within ten standard deviations
 // Notes     count log(mean/count) - (mean - count) is formed from their relative difference, as both are huge.
-inline double log_probability(double count, double mean) {
+inline double log_probability(double count, double mean, double listed) {
     const double inverse = 1.0 / count, square = inverse * inverse;
     const double series =
         inverse * (8.33333333333333333e-02 -
                    square * (2.77777777777777778e-03 -
                              square * (7.93650793650793651e-04 -
                                        square * (5.95238095238095238e-04 - square * 8.41750841750841751e-04))));
-    const double listed = kStirlingRest[to_bits(count + 0x1p52) & 15];
     const double rest = count < 16.0 ? listed : series;
     const double relative = (mean - count) * inverse, ratio = 1.0 + relative;
     const double rounding = relative - (ratio - 1.0);
@@ -226,6 +225,7 @@ struct Work {
     alignas(64) double mean[kBlock], count[kBlock], scale[kBlock], uniform[kBlock];
     alignas(64) uint64_t open[kBlock]; // 1: not decided yet
     alignas(64) uint64_t kept[kBlock];
+    alignas(64) double listed[kBlock];
 };
 
 // Keeps the open ones of the first `size`; returns how many.
@@ -260,10 +260,12 @@ void try_all(Work &work, size_t size) {
 
 // The exact test, for those that the squeeze left open.
 void test_all(Work &work, size_t size) {
+    for (size_t i = 0; i < size; i++) // a look-up among the arithmetic would keep the loop below from vectorising
+        work.listed[i] = kStirlingRest[to_bits(work.count[i] + 0x1.8p52) & 15];
     for (size_t i = 0; i < size; i++) {
         const double count = work.count[i], scale = work.scale[i];
         const double positive = count > 1.0 ? count : 1.0, bounded = positive < 0x1p51 ? positive : 0x1p51;
-        const double of_many = log_probability(bounded, work.mean[i]);
+        const double of_many = log_probability(bounded, work.mean[i], work.listed[i]);
         const double chance = count == 0.0 ? -work.mean[i] : of_many;
         const double safe_scale = scale > 0x1p-900 ? scale : 0x1p-900;
         const bool stands = log_less(work.uniform[i] / safe_scale, 0.0) <= chance;
