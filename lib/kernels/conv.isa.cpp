@@ -87,10 +87,9 @@ void single(const Row &row) noexcept {
         float part[16];
         for (size_t m = 0; m < M; m++)
             *reinterpret_cast<Vector *>(part + m * Wide::count) = sum[m];
-        for (size_t half = 8; half > 0; half /= 2)
-            for (size_t i = 0; i < half; i++)
-                part[i] += part[i + half];
-        row.out[pixel * row.out_step] = row.bias[0] + part[0];
+        const auto *four = reinterpret_cast<const Lanes4::Vector *>(part);
+        const Lanes4::Vector rest = (four[0] + four[2]) + (four[1] + four[3]);
+        row.out[pixel * row.out_step] = row.bias[0] + ((rest[0] + rest[2]) + (rest[1] + rest[3]));
     }
 }
 
