@@ -38,9 +38,12 @@ double dense(const float *a, const float *b, size_t count) noexcept {
 } // namespace
 
 Images::Images() {
-    for (size_t s = 0; s < kStages; s++)
-        images[s].resize(kFlight.stages[s].fine());
-    images[kStages].resize(kFlight.stages[kStages - 1].coarse());
+    size_t size = 0;
+    for (size_t level = 0; level <= kStages; level++) {
+        start_[level] = size;
+        size += (level_size(level) + 15) / 16 * 16;
+    }
+    memory_.resize(size);
 }
 
 void put_inside(const float *image, size_t rows, size_t cols, size_t channels, float *bordered) noexcept {
@@ -103,9 +106,12 @@ void Network::encode_many(const double *counts, size_t count, unsigned workers, 
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
         Workspace workspace;
         for (size_t i = job; i < count; i += jobs)
-            results[i] = encode({counts + i * preprocess_.rows * preprocess_.cols, preprocess_.rows, preprocess_.cols,
-                                 preprocess_.cols},
-                                workspace);
+            try {
+                const double *frame = counts + i * preprocess_.rows * preprocess_.cols;
+                results[i] = encode({frame, preprocess_.rows, preprocess_.cols, preprocess_.cols}, workspace);
+            } catch (const Error &error) {
+                fail(error.status(), "frame %zu: %s", i, error.what());
+            }
     });
     std::copy(results.begin(), results.end(), latents);
 }

@@ -23,11 +23,21 @@ struct Packed {
     std::array<Buffer<float>, kStages> down, up;
 };
 
-// Working memory of one pass: images[0] is the network's input or output, images[kStages] the features, all bordered.
-struct Images {
-    std::array<Buffer<float>, kStages + 1> images;
+// Floats of the bordered image at a level: 0 is the network's input or output, kStages the features.
+constexpr size_t level_size(size_t level) noexcept {
+    return level < kStages ? kFlight.stages[level].fine() : kFlight.stages[kStages - 1].coarse();
+}
+
+// Working memory of one pass, the images of all levels. One allocation, which the system's allocator then keeps at hand
+// from call to call; several large ones it would give back and fetch again, page by page.
+class Images {
+  public:
     Images();
-    float *operator[](size_t level) noexcept { return images[level].data(); }
+    float *operator[](size_t level) noexcept { return memory_.data() + start_[level]; }
+
+  private:
+    std::array<size_t, kStages + 1> start_;
+    Buffer<float> memory_;
 };
 
 // Copies between an image [rows][cols][channels] and the inside of its bordered form.

@@ -87,7 +87,13 @@ Preprocess Preprocess::from_model(const FrameModel &model) {
     kernels::whiten(out.target.data(), out.variance.data(), kPixels, out.target.data());
     kernels::project_out(out.units.data(), out.projected, kPixels, out.target.data());
     round_to_float(out.target);
+    out.derive();
     return out;
+}
+
+void Preprocess::derive() {
+    inverse_sigma.assign(kPixels, 1.0);
+    kernels::whiten(inverse_sigma.data(), variance.data(), kPixels, inverse_sigma.data());
 }
 
 void Preprocess::residual(ImageView<const double> frame, double *out) const {
@@ -96,10 +102,9 @@ void Preprocess::residual(ImageView<const double> frame, double *out) const {
         for (size_t c = 0; c < kSide; c++) {
             if (!std::isfinite(counts[c]))
                 fail(Status::argument, "counts[%zu][%zu] = %g: must be finite", crop_row + r, crop_col + c, counts[c]);
-            out[r * kSide + c] = counts[c] - reference[r * kSide + c];
+            out[r * kSide + c] = (counts[c] - reference[r * kSide + c]) * inverse_sigma[r * kSide + c];
         }
     }
-    kernels::whiten(out, variance.data(), kPixels, out);
     kernels::project_out(units.data(), projected, kPixels, out);
 }
 

@@ -20,13 +20,17 @@ struct Preprocess {
     double input_scale = 0.01;         // keeps the network's ELUs in their linear part
     double crb_px = 0;
     uint64_t scene_digest = 0;
-    Buffer<double> reference; // expected counts
-    Buffer<double> variance;  // of the counts, > 0
-    Buffer<double> target;    // whitened, projected derivative, sigmas of a pixel per px
-    Buffer<double> units;     // [projected][pixels], whitened nuisance images, orthonormal
+    Buffer<double> reference;     // expected counts
+    Buffer<double> variance;      // of the counts, > 0
+    Buffer<double> target;        // whitened, projected derivative, sigmas of a pixel per px
+    Buffer<double> units;         // [projected][pixels], whitened nuisance images, orthonormal
+    Buffer<double> inverse_sigma; // 1/sqrt(variance), derived
 
     // Crop about the light's barycentre of the reference. Status::unsupported for frames below 256x256.
     static Preprocess from_model(const FrameModel &model);
+
+    // Sets what follows from the other planes.
+    void derive();
 
     // Whitened, projected residual of the crop, out [pixels]. Status::argument for a non-finite count.
     void residual(ImageView<const double> frame, double *out) const;

@@ -142,11 +142,11 @@ void mirror(Parameters &parameters, const Buffer<double> &target) {
     for (size_t s = kStages; s-- > 0;) {
         const kernels::ConvShape &shape = kFlight.stages[s];
         float largest = 0;
-        for (const float value : images.images[s + 1])
-            largest = std::max(largest, std::fabs(value));
+        for (size_t i = 0; i < level_size(s + 1); i++)
+            largest = std::max(largest, std::fabs(images[s + 1][i]));
         const double factor = kLinear * reciprocal(largest);
         scale(tensor, tensor_size, factor);
-        scale(images[s + 1], images.images[s + 1].size(), factor);
+        scale(images[s + 1], level_size(s + 1), factor);
 
         tensor = parameters[deconv_weight(s)];
         tensor_size = kFlight.tensors[deconv_weight(s)].count();

@@ -16,9 +16,9 @@ struct ConvShape {
     size_t rows, cols;      // of the coarse image; cols a multiple of 8
     size_t fine_channels;   // 1 or a multiple of 8
     size_t coarse_channels; // a multiple of 8
-    size_t packed() const noexcept { return 16 * fine_channels * coarse_channels; }
-    size_t fine() const noexcept { return (2 * rows + 2) * (2 * cols + 2) * fine_channels; }
-    size_t coarse() const noexcept { return (rows + 2) * (cols + 2) * coarse_channels; }
+    constexpr size_t packed() const noexcept { return 16 * fine_channels * coarse_channels; }
+    constexpr size_t fine() const noexcept { return (2 * rows + 2) * (2 * cols + 2) * fine_channels; }
+    constexpr size_t coarse() const noexcept { return (rows + 2) * (cols + 2) * coarse_channels; }
 };
 
 struct ConvKernels {
