@@ -37,6 +37,11 @@ template <class T> T &required(T *pointer, const char *name) {
     return *pointer;
 }
 
+inline void required(const void *pointer, const char *name) {
+    if (pointer == nullptr)
+        fail(Status::argument, "%s is NULL", name);
+}
+
 // Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
 

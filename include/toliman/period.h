@@ -1,0 +1,137 @@
+/* libtoliman, periodogram: Lomb-Scargle power from exact sums that take one sample at a time.
+ *
+ * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), c free (floating mean) unless TOLIMAN_PERIOD_FIXED_MEAN.
+ * Weights      1/sigma^2.
+ * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
+ * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
+ * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
+ * Accuracy     power within 1e-12, and within 1e-17 (f T)^-4 where f times the time span T is below 0.05.
+ * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
+ */
+#ifndef TOLIMAN_PERIOD_H
+#define TOLIMAN_PERIOD_H
+
+#include <toliman/base.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Streaming periodogram. Const calls may run on one object from several threads. Since 0.1. */
+typedef struct toliman_period toliman_period;
+
+#define TOLIMAN_PERIOD_FIXED_MEAN 1u /* flag: subtract the weighted mean once instead of fitting it at each f */
+
+/* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
+typedef struct toliman_period_options {
+    uint32_t struct_size;
+    uint32_t flags;       /* TOLIMAN_PERIOD_..., default 0 */
+    double time_offset;   /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
+    double value_offset;  /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
+    double value_bound;   /* largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it */
+    double sigma_floor;   /* smallest sigma to come; default 1. Weights (sigma_floor/sigma)^2 are kept to 2^-50 */
+} toliman_period_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_options_init(toliman_period_options *options) TOLIMAN_NOEXCEPT;
+
+/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26. options may be NULL. All memory (about 144 bytes a
+ * frequency) is taken here, none later. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
+                                                                    const toliman_period_options *options,
+                                                                    toliman_period **out) TOLIMAN_NOEXCEPT;
+
+/* Ends a periodogram; NULL is allowed. Since 0.1. */
+TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT;
+
+/* Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma is
+ * beyond what the options promised, or f t exceeds 2^50 cycles; the sums are then unchanged. Unweighted data: give 1
+ * (or sigma_floor) everywhere. Duplicate times are allowed. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
+                                                                  double sigma) TOLIMAN_NOEXCEPT;
+
+/* Adds n samples; sigma may be NULL (unweighted). All or none: a bad sample is named by its index. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
+                                                                       const double *y, const double *sigma,
+                                                                       size_t n) TOLIMAN_NOEXCEPT;
+
+/* Forgets every sample; grid and options stay. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_reset(toliman_period *period) TOLIMAN_NOEXCEPT;
+
+/* Samples pushed so far; 0 for NULL. Since 0.1. */
+TOLIMAN_API int64_t toliman_period_count(const toliman_period *period) TOLIMAN_NOEXCEPT;
+
+typedef struct toliman_period_info {
+    uint32_t struct_size; /* in: sizeof(toliman_period_info) */
+    uint32_t flags;
+    int64_t nf;
+    double f0, df;
+    double time_offset, value_offset, value_bound, sigma_floor;
+    int64_t count;   /* samples */
+    uint64_t digest; /* identity of grid and options; equal digests may be compared sum by sum */
+} toliman_period_info;
+
+/* Fills *out; out->struct_size must be set. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toliman_period *period,
+                                                                      toliman_period_info *out) TOLIMAN_NOEXCEPT;
+
+/* Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
+ * parameters as samples give 1, a frequency at which cosine and sine coincide is solved in the one that is left.
+ * Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period, int64_t first,
+                                                                         size_t count, double *power) TOLIMAN_NOEXCEPT;
+
+/* A peak and what it means. Since 0.1. */
+typedef struct toliman_period_peak {
+    uint32_t struct_size; /* in: sizeof(toliman_period_peak) */
+    uint32_t reserved;
+    double frequency;        /* between grid points, where the power is greatest */
+    double period;           /* 1/frequency */
+    double power;            /* in [0, 1] */
+    double log10_residual;   /* log10(1 - power), formed from residual/total */
+    double fwhm;             /* full width at half maximum of the peak, in frequency; NaN if it leaves the grid */
+    double fwhm_error;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
+    double half_width_error; /* half of it, as the chapter's table prints it */
+    double frequency_error;  /* least-squares standard error; NaN from query_peak, which sees no samples */
+    double amplitude;        /* of the sinusoid; NaN from query_peak */
+    double amplitude_error;  /* least-squares standard error; NaN from query_peak */
+    double phase;            /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
+    double offset;           /* NaN as above */
+    double log10_fap;        /* Baluev's upper bound of the chance that noise alone peaks so high on this grid */
+} toliman_period_peak;
+
+/* Highest peak of the grid, refined by a parabola. 1 - power is resolved to 1e-14 only. TOLIMAN_E_STATE with fewer than
+ * five samples or constant values. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
+                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
+
+/* The same peak refined against the samples themselves, which must be those pushed (their number is checked; sigma may
+ * be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the residuals
+ * and therefore right even when it is 1e-31. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
+                                                                       const double *y, const double *sigma, size_t n,
+                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;
+
+/* log10 of Baluev's false alarm probability of a power P given as log10(1 - P), for the samples pushed and frequencies
+ * up to the grid's last. 0 for P = 0; -infinity never: 1 - P is at least 10^-4900. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period,
+                                                                       double log10_residual,
+                                                                       double *log10_fap) TOLIMAN_NOEXCEPT;
+
+/* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set; otherwise capacity must be at least that
+ * (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
+                                                                  size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
+
+/* Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
+ * impossible content. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
+                                                                  toliman_period **out) TOLIMAN_NOEXCEPT;
+
+/* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
+                                                                       const char *path) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
+                                                                       toliman_period **out) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,21 @@
+// The two-call idiom of every _save: first the size, then the bytes.
+#pragma once
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "api/guard.hpp"
+
+namespace toliman::api {
+
+inline void deliver_bytes(const std::vector<uint8_t> &content, void *bytes, size_t capacity, size_t *needed) {
+    required(needed, "needed");
+    if (bytes != nullptr) {
+        if (capacity < content.size())
+            fail(Status::capacity, "capacity = %zu: must be at least %zu bytes", capacity, content.size());
+        std::memcpy(bytes, content.data(), content.size());
+    }
+    *needed = content.size();
+}
+
+} // namespace toliman::api

@@ -1,0 +1,217 @@
+// include/toliman/period.h
+#include <cmath>
+#include <cstring>
+
+#include <toliman/period.h>
+
+#include "api/bytes_out.hpp"
+#include "api/guard.hpp"
+#include "backend/file.hpp"
+#include "period/fap.hpp"
+#include "period/peak.hpp"
+#include "period/power.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_period {
+    period::Stream stream;
+};
+
+namespace {
+
+constexpr size_t kMaxStateFile = size_t{1} << 34;
+
+period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
+    if ((options.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
+        fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
+    period::Grid grid;
+    grid.f0 = f0;
+    grid.df = df;
+    grid.nf = nf;
+    grid.fixed_mean = (options.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
+    grid.time_offset = options.time_offset;
+    grid.value_offset = options.value_offset;
+    grid.value_bound = options.value_bound;
+    grid.sigma_floor = options.sigma_floor;
+    return grid;
+}
+
+double fap_of(const period::Stream &stream, double log10_residual) noexcept {
+    return period::log10_fap_baluev(log10_residual, stream.totals().count, stream.grid().last(),
+                                    static_cast<double>(stream.time_variance()));
+}
+
+toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
+    toliman_period_peak out = {};
+    out.frequency = peak.frequency;
+    out.period = 1 / peak.frequency;
+    out.power = peak.power;
+    out.log10_residual = peak.log10_residual;
+    out.fwhm = peak.fwhm;
+    out.fwhm_error = peak.fwhm / (peak.frequency * peak.frequency);
+    out.half_width_error = out.fwhm_error / 2;
+    out.frequency_error = peak.frequency_error;
+    out.amplitude = peak.amplitude;
+    out.amplitude_error = peak.amplitude_error;
+    out.phase = peak.phase;
+    out.offset = peak.offset;
+    out.log10_fap = fap_of(stream, peak.log10_residual);
+    return out;
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_period_options_init(toliman_period_options *options) noexcept {
+    if (options == nullptr)
+        return;
+    const period::Grid defaults;
+    *options = {};
+    options->struct_size = sizeof *options;
+    options->value_bound = defaults.value_bound;
+    options->sigma_floor = defaults.sigma_floor;
+}
+
+toliman_status toliman_period_create(double f0, double df, int64_t nf, const toliman_period_options *options,
+                                     toliman_period **out) noexcept {
+    return guard([&] {
+        required(out, "out");
+        toliman_period_options defaults;
+        toliman_period_options_init(&defaults);
+        const toliman_period_options known = accept(options, defaults, "options", sizeof defaults);
+        *out = new toliman_period{period::Stream(grid_of(f0, df, nf, known))};
+    });
+}
+
+void toliman_period_destroy(toliman_period *period) noexcept {
+    delete period;
+}
+
+toliman_status toliman_period_push(toliman_period *period, double t, double y, double sigma) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        stream.check(t, y, sigma, -1);
+        stream.push(t, y, sigma);
+    });
+}
+
+toliman_status toliman_period_push_many(toliman_period *period, const double *t, const double *y, const double *sigma,
+                                        size_t n) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        if (n > 0) {
+            required(t, "t");
+            required(y, "y");
+        }
+        const double unweighted = stream.grid().sigma_floor;
+        for (size_t i = 0; i < n; i++)
+            stream.check(t[i], y[i], sigma != nullptr ? sigma[i] : unweighted, static_cast<int64_t>(i));
+        for (size_t i = 0; i < n; i++)
+            stream.push(t[i], y[i], sigma != nullptr ? sigma[i] : unweighted);
+    });
+}
+
+toliman_status toliman_period_reset(toliman_period *period) noexcept {
+    return guard([&] { required(period, "period").stream.reset(); });
+}
+
+int64_t toliman_period_count(const toliman_period *period) noexcept {
+    return period != nullptr ? period->stream.totals().count : 0;
+}
+
+toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        const period::Grid &grid = stream.grid();
+        toliman_period_info info = {};
+        info.flags = grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
+        info.nf = grid.nf;
+        info.f0 = grid.f0;
+        info.df = grid.df;
+        info.time_offset = grid.time_offset;
+        info.value_offset = grid.value_offset;
+        info.value_bound = grid.value_bound;
+        info.sigma_floor = grid.sigma_floor;
+        info.count = stream.totals().count;
+        info.digest = grid.digest();
+        deliver(info, out, "out", sizeof info);
+    });
+}
+
+toliman_status toliman_period_query_power(const toliman_period *period, int64_t first, size_t count,
+                                          double *power) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(power, "power");
+        const int64_t nf = stream.grid().nf;
+        if (first < 0 || first > nf || count > static_cast<size_t>(nf - first))
+            fail(Status::range, "first = %lld, count = %zu: the grid has %lld frequencies",
+                 static_cast<long long>(first), count, static_cast<long long>(nf));
+        const period::PowerQuery query(stream);
+        for (size_t i = 0; i < count; i++)
+            power[i] = query.at(first + static_cast<int64_t>(i));
+    });
+}
+
+toliman_status toliman_period_query_peak(const toliman_period *period, toliman_period_peak *out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(out, "out");
+        deliver(public_peak(stream, period::find_peak(stream)), out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_period_query_fit(const toliman_period *period, const double *t, const double *y,
+                                        const double *sigma, size_t n, toliman_period_peak *out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
+        required(out, "out");
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_period_query_fap(const toliman_period *period, double log10_residual,
+                                        double *log10_fap) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(log10_fap, "log10_fap");
+        if (!(log10_residual <= 0 && log10_residual >= -4900))
+            fail(Status::argument, "log10_residual = %g: must be in [-4900, 0]", log10_residual);
+        if (!period::PowerQuery(stream).meaningful())
+            fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
+        *log10_fap = fap_of(stream, log10_residual);
+    });
+}
+
+toliman_status toliman_period_save(const toliman_period *period, void *bytes, size_t capacity,
+                                   size_t *needed) noexcept {
+    return guard([&] { deliver_bytes(required(period, "period").stream.save(), bytes, capacity, needed); });
+}
+
+toliman_status toliman_period_load(const void *bytes, size_t size, toliman_period **out) noexcept {
+    return guard([&] {
+        required(bytes, "bytes");
+        required(out, "out");
+        *out = new toliman_period{period::Stream::load(bytes, size)};
+    });
+}
+
+toliman_status toliman_period_save_file(const toliman_period *period, const char *path) noexcept {
+    return guard([&] {
+        const std::vector<uint8_t> bytes = required(period, "period").stream.save();
+        file::replace(&required(path, "path"), bytes.data(), bytes.size());
+    });
+}
+
+toliman_status toliman_period_load_file(const char *path, toliman_period **out) noexcept {
+    return guard([&] {
+        required(out, "out");
+        const std::vector<uint8_t> bytes = file::read(&required(path, "path"), kMaxStateFile);
+        *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())};
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,76 @@
+#include "period/exact_sum.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace toliman {
+
+namespace {
+constexpr int kUnitExponent = 1152;        // place 0 is worth 2^-1152
+constexpr uint32_t kCarryEvery = 1u << 30; // additions of less than 2^32 that a 64-bit place can take
+constexpr int64_t kDigitMask = 0xffffffff;
+} // namespace
+
+void ExactSum::add(double x) noexcept {
+    int exponent;
+    const double fraction = std::frexp(x, &exponent);                     // |fraction| in [1/2, 1)
+    const auto mantissa = static_cast<int64_t>(std::ldexp(fraction, 53)); // exact
+    const int shift = exponent - 53 + kUnitExponent;                      // of the mantissa's unit, >= 0
+    const size_t place = static_cast<size_t>(shift / 32);
+    const auto magnitude = static_cast<unsigned __int128>(mantissa < 0 ? -mantissa : mantissa) << (shift % 32);
+    const int64_t sign = mantissa < 0 ? -1 : 1;
+    for (size_t i = 0; i < 3; i++)
+        places_[place + i] += sign * static_cast<int64_t>((magnitude >> (32 * i)) & kDigitMask);
+    if (++pending_ == kCarryEvery)
+        carry();
+}
+
+void ExactSum::add_product(double a, double b) noexcept {
+    const double product = a * b;
+    add(product);
+    add(std::fma(a, b, -product));
+}
+
+void ExactSum::add_product_square(double a, double b) noexcept {
+    const double square = b * b;
+    add_product(a, square);
+    add_product(a, std::fma(b, b, -square));
+}
+
+void ExactSum::carry() noexcept {
+    for (size_t i = 0; i + 1 < kPlaces; i++) {
+        places_[i + 1] += places_[i] >> 32;
+        places_[i] &= kDigitMask;
+    }
+    pending_ = 0;
+}
+
+ExactSum::Places ExactSum::canonical() const noexcept {
+    ExactSum copy = *this;
+    copy.carry();
+    return copy.places_;
+}
+
+void ExactSum::assign(const Places &digits) noexcept {
+    places_ = digits;
+    pending_ = 0;
+}
+
+Wide ExactSum::value() const noexcept {
+    ExactSum copy = *this;
+    copy.carry();
+    const bool negative = copy.places_[kPlaces - 1] < 0;
+    if (negative) { // digits of the magnitude, so that no leading ones cancel
+        for (int64_t &place : copy.places_)
+            place = -place;
+        copy.carry();
+    }
+    Wide sum = 0;
+    for (size_t i = kPlaces; i-- > 0;)
+        if (copy.places_[i] != 0)
+            sum += static_cast<Wide>(copy.places_[i]) *
+                   static_cast<Wide>(std::ldexp(1.0L, 32 * static_cast<int>(i) - kUnitExponent));
+    return negative ? -sum : sum;
+}
+
+} // namespace toliman

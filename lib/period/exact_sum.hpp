@@ -1,0 +1,34 @@
+// Sum of doubles without any rounding: a number wide enough for every double, so that order cannot matter.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "base/wide.hpp"
+
+namespace toliman {
+
+class ExactSum {
+  public:
+    // Digits of 32 bits in 64-bit places; place i is worth 2^(32 i - 1152). Spans 2^-1152 (below any rounding
+    // of a denormal) to 2^1088.
+    static constexpr int kPlaces = 70;
+    using Places = std::array<int64_t, kPlaces>;
+
+    // Adds a finite x exactly.
+    void add(double x) noexcept;
+    // Adds a b or a b^2 exactly (as an exact expansion in doubles; no product may overflow or fall below 1e-290).
+    void add_product(double a, double b) noexcept;
+    void add_product_square(double a, double b) noexcept;
+    // The sum, up to an error of 2 ulp of Wide.
+    Wide value() const noexcept;
+    // Canonical digits: all in [0, 2^32) but the last, which carries the sign. Equal sums have equal digits.
+    Places canonical() const noexcept;
+    void assign(const Places &digits) noexcept;
+
+  private:
+    void carry() noexcept;
+    Places places_{};
+    uint32_t pending_ = 0;
+};
+
+} // namespace toliman

@@ -1,0 +1,24 @@
+// The highest peak of a periodogram and what it means.
+#pragma once
+#include "period/stream.hpp"
+
+namespace toliman::period {
+
+struct Peak {
+    double frequency, power, log10_residual;
+    double fwhm; // NaN when the peak has no half-power point on one of its sides
+    double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
+};
+
+struct Samples {
+    const double *t, *y, *sigma; // sigma may be null: unweighted
+    size_t count;
+};
+
+// Highest grid point, refined by a parabola through its neighbours.
+Peak find_peak(const Stream &stream);
+
+// The same, then least squares in frequency, amplitude, phase and offset on the samples.
+Peak fit_peak(const Stream &stream, const Samples &samples);
+
+} // namespace toliman::period

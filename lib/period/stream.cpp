@@ -1,0 +1,183 @@
+#include "period/stream.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "base/bytes.hpp"
+#include "base/error.hpp"
+#include "base/hash.hpp"
+
+namespace toliman::period {
+
+namespace {
+
+constexpr int64_t kMaxFrequencies = int64_t{1} << 26;
+constexpr double kMaxCycles = 0x1p50;
+
+// a - b as an unevaluated sum (Knuth).
+void difference(double a, double b, double &high, double &low) noexcept {
+    high = a - b;
+    const double back = high - a;
+    low = (a - (high - back)) - (b + back);
+}
+
+int64_t quantise(double x) noexcept {
+    return static_cast<int64_t>(std::nearbyint(x));
+}
+
+void fold_pair(int64_t &lo, int64_t &hi) noexcept {
+    hi += lo >> 32;
+    lo &= kernels::kFoldBase - 1;
+}
+
+long double joined(int64_t lo, int64_t hi) noexcept {
+    return static_cast<long double>(hi) * 0x1p32L + static_cast<long double>(lo);
+}
+
+} // namespace
+
+void Grid::check() const {
+    if (!(std::isfinite(f0) && f0 >= 0))
+        fail(Status::argument, "f0 = %g: must be finite and at least 0", f0);
+    if (!(std::isfinite(df) && df > 0))
+        fail(Status::argument, "df = %g: must be finite and above 0", df);
+    if (nf < 1 || nf > kMaxFrequencies)
+        fail(Status::argument, "nf = %lld: must be in [1, %lld]", static_cast<long long>(nf),
+             static_cast<long long>(kMaxFrequencies));
+    if (!std::isfinite(last()))
+        fail(Status::argument, "f0 + (nf - 1) df overflows");
+    if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
+        fail(Status::argument, "time_offset = %g, value_offset = %g: must be finite", time_offset, value_offset);
+    if (!(value_bound >= 1e-100 && value_bound <= 1e100))
+        fail(Status::argument, "value_bound = %g: must be in [1e-100, 1e100]", value_bound);
+    if (!(sigma_floor >= 1e-100 && sigma_floor <= 1e100))
+        fail(Status::argument, "sigma_floor = %g: must be in [1e-100, 1e100]", sigma_floor);
+}
+
+uint64_t Grid::digest() const {
+    ByteWriter identity;
+    for (double value : {f0, df, time_offset, value_offset, value_bound, sigma_floor})
+        identity.f64(value);
+    identity.i64(nf);
+    identity.u8(fixed_mean);
+    return fnv1a(reinterpret_cast<const char *>(identity.bytes().data()), identity.bytes().size());
+}
+
+Stream::Stream(const Grid &grid) : grid_(grid) {
+    grid_.check();
+    blocks_ = (static_cast<size_t>(grid_.nf) + kernels::kBlock - 1) / kernels::kBlock;
+    lo_.resize(kernels::kSums * padded());
+    hi_.resize(kernels::kSums * padded());
+    anchors_.resize(2 * blocks_);
+}
+
+void Stream::check(double t, double y, double sigma, int64_t index) const {
+    char where[32] = "";
+    if (index >= 0)
+        std::snprintf(where, sizeof where, "sample %lld: ", static_cast<long long>(index));
+    if (!std::isfinite(t))
+        fail(Status::argument, "%st = %g: must be finite", where, t);
+    if (!std::isfinite(y))
+        fail(Status::argument, "%sy = %g: must be finite", where, y);
+    if (!(std::isfinite(sigma) && sigma > 0))
+        fail(Status::argument, "%ssigma = %g: must be finite and above 0", where, sigma);
+    if (!(std::fabs(t - grid_.time_offset) * grid_.last() <= kMaxCycles))
+        fail(Status::range, "%st = %g: more than 2^50 cycles from time_offset = %g", where, t, grid_.time_offset);
+    if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
+        fail(Status::range, "%sy = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",
+             where, y, grid_.value_bound, grid_.value_offset);
+    if (sigma < grid_.sigma_floor)
+        fail(Status::range, "%ssigma = %g: below sigma_floor = %g, fixed at creation", where, sigma, grid_.sigma_floor);
+}
+
+void Stream::push(double t, double y, double sigma) noexcept {
+    const double ratio = grid_.sigma_floor / sigma;
+    kernels::PushSample sample = {};
+    difference(t, grid_.time_offset, sample.t_high, sample.t_low);
+    sample.weight = ratio * ratio;
+    double y_high, y_low;
+    difference(y, grid_.value_offset, y_high, y_low);
+    sample.value_high = y_high / grid_.value_bound;
+    // The remainder of the division, exact by FMA, joins the remainder of the difference.
+    sample.value_low = (std::fma(-sample.value_high, grid_.value_bound, y_high) + y_low) / grid_.value_bound;
+
+    int64_t *rows[kernels::kSums];
+    for (size_t i = 0; i < kernels::kSums; i++)
+        rows[i] = lo_.data() + i * padded();
+    kernels::push_kernels().push(grid_.f0, grid_.df, blocks_, sample, anchors_.data(), rows);
+
+    const double w = sample.weight, product = w * (sample.value_high * kernels::kOne);
+    const double product_low =
+        w * sample.value_low * kernels::kOne + std::fma(w, sample.value_high * kernels::kOne, -product);
+    const double rounded = std::nearbyint(product);
+    totals_.weight += quantise(w * kernels::kOne);
+    totals_.value += quantise(product);
+    totals_.value_low += quantise((product - rounded) * kernels::kOne + product_low * kernels::kOne);
+    totals_.w.add(w);
+    totals_.wy.add_product(w, sample.value_high);
+    totals_.wy.add_product(w, sample.value_low);
+    totals_.wyy.add_product_square(w, sample.value_high);
+    totals_.wyy.add_product(2 * w * sample.value_low, sample.value_high);
+    totals_.wt.add_product(w, sample.t_high);
+    totals_.wtt.add_product_square(w, sample.t_high);
+    totals_.count++;
+    if (++pending_ == kernels::kFoldEvery)
+        fold();
+}
+
+void Stream::fold() noexcept {
+    kernels::push_kernels().fold(lo_.data(), hi_.data(), lo_.size());
+    fold_pair(totals_.weight, totals_.weight_high);
+    fold_pair(totals_.value, totals_.value_high);
+    fold_pair(totals_.value_low, totals_.value_low_high);
+    pending_ = 0;
+}
+
+void Stream::reset() noexcept {
+    std::memset(lo_.data(), 0, lo_.size() * sizeof lo_[0]);
+    std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
+    totals_ = Totals();
+    pending_ = 0;
+}
+
+SumsAt Stream::sums(int64_t k) const noexcept {
+    const auto at = [&](kernels::Sum sum) {
+        const size_t place = static_cast<size_t>(sum) * padded() + static_cast<size_t>(k);
+        return joined(lo_[place], hi_[place]);
+    };
+    constexpr long double unit = 0x1p-50L, low_unit = 0x1p-100L;
+    return {at(kernels::kC1) * unit,
+            at(kernels::kS1) * unit,
+            at(kernels::kC2) * unit,
+            at(kernels::kS2) * unit,
+            at(kernels::kYC) * unit + at(kernels::kYCLow) * low_unit,
+            at(kernels::kYS) * unit + at(kernels::kYSLow) * low_unit};
+}
+
+long double Stream::weight() const noexcept {
+    return joined(totals_.weight, totals_.weight_high) * 0x1p-50L;
+}
+
+long double Stream::mean() const noexcept {
+    const long double sum = joined(totals_.value, totals_.value_high) * 0x1p-50L +
+                            joined(totals_.value_low, totals_.value_low_high) * 0x1p-100L;
+    return sum / weight();
+}
+
+// E[x^2] - E[x]^2, or 0 where it is no more than the rounding of 113-bit numbers.
+static long double variance_of(const ExactSum &w, const ExactSum &wx, const ExactSum &wxx) noexcept {
+    const Wide total = w.value(), average = wx.value() / total, square = wxx.value() / total;
+    const Wide variance = square - average * average;
+    return variance > square * static_cast<Wide>(0x1p-100) ? static_cast<long double>(variance) : 0;
+}
+
+long double Stream::spread() const noexcept {
+    return variance_of(totals_.w, totals_.wy, totals_.wyy);
+}
+
+long double Stream::time_variance() const noexcept {
+    return variance_of(totals_.w, totals_.wt, totals_.wtt);
+}
+
+} // namespace toliman::period
