@@ -170,7 +170,7 @@ double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
     const double along = kernels::dot(slope.data(), preprocess.target.data(), kPixels);
     scale(parameters[kLatentWeight], kFeatures, reciprocal(preprocess.input_scale * along));
     mirror(parameters, preprocess.target);
-    return std::fabs(along) * reciprocal(norm(slope) * norm(preprocess.target));
+    return std::min(1.0, std::fabs(along) * reciprocal(norm(slope) * norm(preprocess.target)));
 }
 
 } // namespace
@@ -185,6 +185,8 @@ Network train_tied(const Network &network, const TrainOptions &options, Training
     Parameters parameters = random_parameters(network.seed());
     report.loss = fit(parameters, network.preprocess().target, options);
     report.cosine = scale_to_pixels(parameters, network.preprocess());
+    if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
+        fail(Status::range, "learning_rate = %g: training diverged", options.learning_rate);
     return Network(network.preprocess(), std::move(parameters), network.seed(), true, report.cosine);
 }
 
