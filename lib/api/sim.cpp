@@ -273,11 +273,12 @@ toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed, int
                                       const double *displacements_px, uint32_t threads, double *images) noexcept {
     return api::guard([&] {
         const optics::Simulator &simulator = simulator_of(sim);
-        check_frames(first, count, simulator.scene().cadence.frames);
+        const bool own = displacements_px != nullptr; // then any frame number will do
+        check_frames(first, count, own ? std::numeric_limits<int64_t>::max() : simulator.scene().cadence.frames);
         if (count == 0)
             return;
         api::required(images, "images");
-        for (size_t i = 0; displacements_px != nullptr && i < count; i++)
+        for (size_t i = 0; own && i < count; i++)
             check_displacement(displacements_px[i], optics::kLargestDisplacement);
         make_frames(simulator, seed, first, count, displacements_px, threads, images);
     });

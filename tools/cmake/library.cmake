@@ -10,7 +10,8 @@ add_library(toliman_settings INTERFACE)
 target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/include
                            ${PROJECT_BINARY_DIR}/include)
 target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE})
-target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden)
+target_compile_options(toliman_settings INTERFACE -fvisibility=hidden
+                       $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
 
 add_library(toliman_objects OBJECT ${sources})
 target_link_libraries(toliman_objects PUBLIC toliman_settings PkgConfig::FFTW3 PkgConfig::OPENBLAS PkgConfig::CJSON

@@ -1,0 +1,42 @@
+// include/toliman/linear.h
+#include <toliman/linear.h>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "linear/template.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_linear {
+    linear::TemplateEstimator estimator;
+};
+
+toliman_status toliman_linear_create(const toliman_sim *sim, toliman_linear **out) noexcept {
+    return guard([&] {
+        const auto &simulator = required(sim, "sim").simulator;
+        toliman_linear *&made = required(out, "out");
+        made = new toliman_linear{linear::TemplateEstimator(simulator.frame_model())};
+    });
+}
+
+void toliman_linear_destroy(toliman_linear *linear) noexcept {
+    delete linear;
+}
+
+toliman_status toliman_linear_encode(const toliman_linear *handle, const double *counts, size_t stride,
+                                     double *value_px) noexcept {
+    return guard([&] {
+        const linear::TemplateEstimator &estimator = required(handle, "linear").estimator;
+        required_image(counts, stride, estimator.cols(), "counts");
+        double &value = required(value_px, "value_px");
+        value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride});
+    });
+}
+
+toliman_status toliman_linear_get_sigma(const toliman_linear *handle, double *sigma_px) noexcept {
+    return guard([&] {
+        const double sigma = required(handle, "linear").estimator.sigma_px();
+        required(sigma_px, "sigma_px") = sigma;
+    });
+}

@@ -1,0 +1,33 @@
+// The template estimator: weighted least squares of a frame's residual on the separation derivative.
+#pragma once
+#include "base/buffer.hpp"
+#include "base/frame_model.hpp"
+#include "base/view.hpp"
+
+namespace toliman::linear {
+
+// With w the derivative over each pixel's sigma, made orthogonal to the whitened nuisance images, and r the residual
+// over sigma, the estimate is <w, r> / <w, w>. It is unbiased, blind to the nuisances, and of least variance among the
+// linear ones (Gauss-Markov). Const calls may run on several threads.
+class TemplateEstimator {
+  public:
+    // Status::scene when nothing of the derivative is left beside the nuisances.
+    explicit TemplateEstimator(const FrameModel &model);
+
+    // Displacement (px) that the counts show; they have the model's shape.
+    double estimate(ImageView<const double> counts) const;
+
+    // Its standard deviation (px): the Cramer-Rao bound with the nuisances free.
+    double sigma_px() const noexcept { return sigma_px_; }
+
+    size_t rows() const noexcept { return rows_; }
+    size_t cols() const noexcept { return cols_; }
+
+  private:
+    size_t rows_, cols_;
+    Buffer<double> reference_;
+    Buffer<double> filter_; // px per count
+    double sigma_px_;
+};
+
+} // namespace toliman::linear

@@ -1,0 +1,77 @@
+// The kernel's source once more in a namespace of its own: what stands inside is tested as it is.
+#define TOLIMAN_ISA probe
+#include "kernels/poisson.isa.cpp"
+
+#include <Random123/philox.h>
+
+using namespace toliman::kernels;
+
+namespace {
+// Widest last; the first `shim_isas()` of them run on this CPU.
+const PoissonKernels *const tables[] = {
+    &poisson_baseline,
+#if defined(__x86_64__)
+    &poisson_avx2,
+    &poisson_avx512,
+#endif
+};
+} // namespace
+
+extern "C" {
+
+size_t shim_isas(void) {
+    return static_cast<size_t>(host_isa()) + 1;
+}
+
+void shim_poisson(size_t isa, const double *mean, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame,
+                  uint32_t stream, double *counts) {
+    tables[isa]->poisson(mean, count, first_pixel, {seed, frame, stream}, counts);
+}
+
+void shim_gaussian(size_t isa, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame, uint32_t stream,
+                   double *normals) {
+    tables[isa]->gaussian(count, first_pixel, {seed, frame, stream}, normals);
+}
+
+// The kernel's words for one pixel, and Random123's for a counter and key.
+void shim_words(uint64_t pixel, uint64_t seed, uint64_t frame, uint32_t stream, uint32_t draw, uint64_t words[2]) {
+    const uint64_t place[8] = {0};
+    uint64_t a[8], b[8];
+    probe::draw_words(place, 8, pixel, {seed, frame, stream}, draw, a, b);
+    words[0] = a[0];
+    words[1] = b[0];
+}
+
+void shim_random123(const uint32_t counter[4], const uint32_t key[2], uint32_t words[4]) {
+    const r123::Philox4x32::ctr_type c = {{counter[0], counter[1], counter[2], counter[3]}};
+    const r123::Philox4x32::key_type k = {{key[0], key[1]}};
+    const r123::Philox4x32::ctr_type result = r123::Philox4x32()(c, k);
+    for (size_t i = 0; i < 4; i++)
+        words[i] = result[i];
+}
+
+double shim_unit(uint64_t word) {
+    return probe::unit(word);
+}
+double shim_log(double x) {
+    return probe::log_less(x, 0.0);
+}
+double shim_exp(double x) {
+    return probe::exponential(x);
+}
+double shim_cos(double turns) {
+    return probe::cosine_of_turns(turns);
+}
+
+double shim_log_probability(double count, double mean) {
+    return probe::log_probability(count, mean, count < 16 ? probe::kStirlingRest[static_cast<size_t>(count)] : 0.0);
+}
+
+// proposal = {count, scale, squeeze}
+void shim_propose(double u, double mean, double proposal[3]) {
+    const probe::Proposal result = probe::propose(u, mean);
+    proposal[0] = result.count;
+    proposal[1] = result.scale;
+    proposal[2] = result.squeeze;
+}
+}

@@ -1,0 +1,29 @@
+#include "linear/template.hpp"
+
+using namespace toliman;
+
+// Given     images, each [rows][cols]; nuisances [count][rows][cols]
+// Returned  values [frames], sigma_px; the code of the error if there was one
+extern "C" int shim_template(size_t rows, size_t cols, const double *reference, const double *variance,
+                             const double *derivative, size_t count, const double *nuisances, size_t frames,
+                             const double *counts, double *values, double *sigma_px) {
+    const size_t pixels = rows * cols;
+    FrameModel model;
+    model.rows = rows;
+    model.cols = cols;
+    model.reference.assign(reference, reference + pixels);
+    model.variance.assign(variance, variance + pixels);
+    model.derivative.assign(derivative, derivative + pixels);
+    for (size_t k = 0; k < count; k++)
+        model.projected.push_back({"", Buffer<double>(nuisances + k * pixels, nuisances + (k + 1) * pixels)});
+    try {
+        const linear::TemplateEstimator estimator(model);
+        for (size_t f = 0; f < frames; f++)
+            values[f] = estimator.estimate({counts + f * pixels, rows, cols, cols});
+        *sigma_px = estimator.sigma_px();
+        return 0;
+    } catch (const Error &error) {
+        set_last_error(error.what());
+        return static_cast<int>(error.status());
+    }
+}

@@ -1,0 +1,144 @@
+/* Whitening and projection against sums in 113-bit arithmetic. */
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+double shim_dot(const double *a, const double *b, size_t n);
+void shim_whiten(const double *image, const double *variance, size_t n, double *out);
+void shim_project_out(const double *units, size_t count, size_t n, double *vector);
+size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
+
+enum { N = 4096 };
+
+/* Reproducible numbers in [-1, 1). */
+static double next_number(uint64_t *seed) {
+    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(*seed >> 11) * 0x1p-52 - 1;
+}
+
+static __float128 wide_dot(const double *a, const double *b, size_t n) {
+    __float128 sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += (__float128)a[i] * b[i];
+    return sum;
+}
+
+static __float128 wide_absolute(const double *a, const double *b, size_t n) {
+    __float128 sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += (__float128)fabs(a[i]) * fabs(b[i]);
+    return sum;
+}
+
+/* Terms up to `spread` of which the second half undoes the first, but for a sum of ordinary size. */
+static void make_ill_conditioned(double spread, uint64_t seed, double *a, double *b) {
+    for (size_t i = 0; i < N / 2; i++) {
+        a[i] = next_number(&seed) * pow(spread, fabs(next_number(&seed)));
+        b[i] = next_number(&seed);
+        a[i + N / 2] = -a[i] + next_number(&seed);
+        b[i + N / 2] = b[i];
+    }
+}
+
+static void dot_is_as_good_as_twice_the_precision(void **state) {
+    (void)state;
+    static double a[N], b[N];
+    int plain_fails = 0;
+    for (int step = 0; step <= 5; step++) {
+        make_ill_conditioned(pow(10, 3 * step), 17 + (uint64_t)step, a, b);
+        const __float128 exact = wide_dot(a, b, N);
+        const double absolute = (double)wide_absolute(a, b, N), bound = N * DBL_EPSILON;
+        const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
+        assert_at_most(fabs((double)(shim_dot(a, b, N) - exact)), limit);
+        double plain = 0;
+        for (size_t i = 0; i < N; i++)
+            plain += a[i] * b[i];
+        plain_fails += fabs((double)(plain - exact)) > 100 * limit;
+    }
+    assert_true(plain_fails > 0); /* the cases are hard enough to tell the two apart */
+}
+
+static void whiten_divides_by_the_deviation(void **state) {
+    (void)state;
+    double image[5] = {3, -1, 0, 1e9, 7}, out[5];
+    const double variance[5] = {4, 0.25, 9, 1e18, 1e-6}, expected[5] = {1.5, -2, 0, 1, 7000};
+    shim_whiten(image, variance, 5, out);
+    for (size_t i = 0; i < 5; i++)
+        assert_close(out[i], expected[i], 2 * DBL_EPSILON, 0);
+    shim_whiten(image, variance, 5, image);
+    assert_memory_equal(image, out, sizeof out);
+}
+
+/* Four vectors that lie within 1e-6 of each other. */
+static void fill_nearly_parallel(double *vectors, size_t count) {
+    uint64_t seed = 5;
+    for (size_t i = 0; i < N; i++) {
+        const double common = next_number(&seed);
+        for (size_t k = 0; k < count; k++)
+            vectors[k * N + i] = common + 1e-6 * next_number(&seed);
+    }
+}
+
+static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
+    (void)state;
+    static double vectors[4 * N], original[4 * N];
+    fill_nearly_parallel(vectors, 4);
+    memcpy(original, vectors, sizeof vectors);
+    assert_int_equal(shim_orthonormalise(vectors, 4, N), 4);
+    for (size_t k = 0; k < 4; k++)
+        for (size_t l = 0; l < 4; l++)
+            assert_close((double)wide_dot(vectors + k * N, vectors + l * N, N), k == l, 0, 1e-14);
+    for (size_t k = 0; k < 4; k++) { /* and it spans them */
+        const double length = sqrt((double)wide_dot(original + k * N, original + k * N, N));
+        shim_project_out(vectors, 4, N, original + k * N);
+        assert_at_most(sqrt((double)wide_dot(original + k * N, original + k * N, N)), 1e-14 * length);
+    }
+}
+
+static void dependent_vectors_are_dropped(void **state) {
+    (void)state;
+    static double vectors[5 * N], third[N];
+    uint64_t seed = 9;
+    for (size_t i = 0; i < N; i++) {
+        vectors[i] = next_number(&seed);
+        vectors[N + i] = 0;                                             /* nothing in it */
+        vectors[2 * N + i] = -3 * vectors[i];                           /* along the first */
+        vectors[3 * N + i] = third[i] = next_number(&seed);             /* new */
+        vectors[4 * N + i] = 2 * vectors[i] - 1e5 * vectors[3 * N + i]; /* of both */
+    }
+    assert_int_equal(shim_orthonormalise(vectors, 5, N), 2);
+    const double length = sqrt((double)wide_dot(third, third, N));
+    shim_project_out(vectors, 2, N, third);
+    assert_at_most(sqrt((double)wide_dot(third, third, N)), 1e-14 * length);
+}
+
+static void projection_removes_the_components_and_nothing_else(void **state) {
+    (void)state;
+    static double units[2 * N], vector[N], before[N];
+    uint64_t seed = 3;
+    for (size_t i = 0; i < N; i++) {
+        units[i] = next_number(&seed);
+        units[N + i] = next_number(&seed);
+        vector[i] = before[i] = next_number(&seed);
+    }
+    assert_int_equal(shim_orthonormalise(units, 2, N), 2);
+    const double first = (double)wide_dot(units, vector, N), second = (double)wide_dot(units + N, vector, N);
+    shim_project_out(units, 2, N, vector);
+    assert_close((double)wide_dot(units, vector, N), 0, 0, 1e-14);
+    assert_close((double)wide_dot(units + N, vector, N), 0, 0, 1e-14);
+    for (size_t i = 0; i < N; i++)
+        assert_close(vector[i], before[i] - first * units[i] - second * units[N + i], 0, 1e-14);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(dot_is_as_good_as_twice_the_precision),
+        cmocka_unit_test(whiten_divides_by_the_deviation),
+        cmocka_unit_test(basis_is_orthonormal_for_nearly_parallel_vectors),
+        cmocka_unit_test(dependent_vectors_are_dropped),
+        cmocka_unit_test(projection_removes_the_components_and_nothing_else),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
