@@ -11,7 +11,7 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kSubsamples = 32; // per side of a cell that an edge crosses
+constexpr int kSubsamples = 16; // per side of a cell that an edge crosses
 
 // How far a point is inside the open aperture, in m; negative where light is blocked. Changes no faster than the point
 // moves, so a cell whose centre is deeper than half its diagonal is open throughout.
@@ -42,18 +42,21 @@ class Opening {
     std::vector<Direction> directions_;
 };
 
+// Open part of a cell around (x, y). Each subsample counts by its distance from the edge, as if its own small cell were
+// cut straight: edges along the grid come out exact, others to 1e-3 of the cell.
 double open_fraction(const Opening &opening, double x, double y, double cell) noexcept {
-    const double depth = opening.depth(x, y), reach = cell * 0.7072;
+    const double depth = opening.depth(x, y), step = cell / kSubsamples, reach = 0.7072 * cell + 0.5 * step;
     if (depth >= reach)
         return 1;
     if (depth <= -reach)
         return 0;
-    int open = 0;
+    double open = 0;
     for (int i = 0; i < kSubsamples; i++)
-        for (int j = 0; j < kSubsamples; j++)
-            open += opening.depth(x + cell * ((j + 0.5) / kSubsamples - 0.5),
-                                  y + cell * ((i + 0.5) / kSubsamples - 0.5)) > 0;
-    return static_cast<double>(open) / (kSubsamples * kSubsamples);
+        for (int j = 0; j < kSubsamples; j++) {
+            const double inside = opening.depth(x + step * (j + 0.5) - cell / 2, y + step * (i + 0.5) - cell / 2);
+            open += std::clamp(0.5 + inside / step, 0.0, 1.0);
+        }
+    return open / (kSubsamples * kSubsamples);
 }
 
 // Sum of spiral cosines at a point in units of the aperture's radius.

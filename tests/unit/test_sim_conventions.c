@@ -195,6 +195,40 @@ static void lines_are_exact(void **state) {
     free(text);
 }
 
+/* Grey edges: the amplitudes' sum is the open area. The first strut lies towards +x, opposite it the pupil is open. */
+static void pupil_is_what_the_scene_says(void **state) {
+    (void)state;
+    enum { N = 96 };
+    static double amplitude[N * N], opd[N * N];
+    toliman_sim *const sim =
+        sim_with(kBinaryScene, "\"secondary_m\": 0.01875",
+                 "\"secondary_m\": 0.032, \"struts\": {\"count\": 3, \"width_m\": 0.002, \"angle_deg\": 0}");
+    assert_ok(toliman_sim_get_pupil(sim, amplitude, opd));
+    const double cell = 0.125 / N, outer = 0.0625, inner = 0.016;
+    double sum = 0, struts = 0;
+    for (int i = 0; i < N * N; i++) {
+        assert_true(amplitude[i] >= 0 && amplitude[i] <= 1);
+        sum += amplitude[i];
+    }
+    for (int i = 0; i < 1000; i++) { /* length of a strut, over its width */
+        const double t = 0.001 * ((i + 0.5) / 500 - 1);
+        struts += 3 * 2e-6 * (sqrt(outer * outer - t * t) - sqrt(inner * inner - t * t));
+    }
+    assert_close(sum * cell * cell, kPi * (outer * outer - inner * inner) - struts, 3e-6, 0);
+    const int along = N / 2 - 1, towards = N / 2 + 30, opposite = N / 2 - 31;
+    assert_at_most(amplitude[along * N + towards], 1 - 0.001 / cell + 0.05);
+    assert_close(amplitude[along * N + opposite], 1, 0, 0);
+    assert_close(amplitude[0], 0, 0, 0);
+    for (int row = 0; row < N; row++)
+        for (int col = 0; col < N; col++) {
+            const double x = (col - 47.5) * cell / outer, y = (row - 47.5) * cell / outer, r = hypot(x, y);
+            const double g = 0.819 * cos(2 * kPi * 2.918 * r - 7 * atan2(y, x) + 4.874) +
+                             0.93 * cos(2 * kPi * 1.829 * r + 5 * atan2(y, x));
+            assert_close(opd[row * N + col], g > 0 ? 297.5e-9 : 0, 1e-15, 0);
+        }
+    toliman_sim_destroy(sim);
+}
+
 static void series_of_times(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
@@ -216,7 +250,8 @@ int main(void) {
         cmocka_unit_test(airy_pattern),        cmocka_unit_test(offsets_have_signs),
         cmocka_unit_test(angles_have_signs),   cmocka_unit_test(displacement_lengthens_the_separation),
         cmocka_unit_test(energy_is_conserved), cmocka_unit_test(spectrum_is_a_trapezium),
-        cmocka_unit_test(lines_are_exact),     cmocka_unit_test(series_of_times),
+        cmocka_unit_test(lines_are_exact),     cmocka_unit_test(pupil_is_what_the_scene_says),
+        cmocka_unit_test(series_of_times),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,374 @@
+/* Scenes that must be refused, each with its code and message, and the files that a scene may name. */
+#include <stdio.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "scene_text.h"
+
+static void refused(const char *json, size_t size, toliman_status code, const char *message) {
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create_json(json, size, NULL, NULL, &sim), code, message);
+    assert_null(sim);
+}
+
+/* One place of the binary scene replaced. */
+typedef struct {
+    const char *from, *to;
+    toliman_status code;
+    const char *message;
+} change;
+
+static void check_changes(const change *changes, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char *const text = replaced(kBinaryScene, changes[i].from, changes[i].to);
+        refused(text, strlen(text), changes[i].code, changes[i].message);
+        free(text);
+    }
+}
+
+#define CHECK(changes) check_changes(changes, sizeof(changes) / sizeof *(changes))
+
+static void impossible_values(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"aperture_m\": 0.125", "\"aperture_m\": -0.125", TOLIMAN_E_SCENE,
+         "scene: telescope.aperture_m = -0.125: must be in (0, 100] m"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 0", TOLIMAN_E_SCENE, "= 0: must be in (0, 100] m"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": \"big\"", TOLIMAN_E_SCENE,
+         "telescope.aperture_m = \"big\": must be a number in (0, 100] m"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": null", TOLIMAN_E_SCENE, "aperture_m = null: must be a number"},
+        {"\"aperture_m\": 0.125,", "", TOLIMAN_E_SCENE, "scene: telescope.aperture_m: is missing"},
+        {"\"secondary_m\": 0.01875", "\"secondary_m\": 0.125", TOLIMAN_E_SCENE,
+         "telescope.secondary_m = 0.125: must be less than aperture_m = 0.125 m"},
+        {"\"secondary_m\": 0.01875", "\"struts\": {\"count\": 2.5, \"width_m\": 0.01}", TOLIMAN_E_SCENE,
+         "telescope.struts.count = 2.5: must be a whole number"},
+        {"\"secondary_m\": 0.01875", "\"struts\": {\"count\": 3, \"width_m\": 0.125}", TOLIMAN_E_SCENE,
+         "leave nothing open"},
+        {"\"pupil_samples\": 96", "\"pupil_samples\": 4", TOLIMAN_E_SCENE, "must be in [8, 2048] samples"},
+        {"\"pupil_samples\": 96", "\"pupil_samples\": 1e300", TOLIMAN_E_SCENE, "= 1e+300: must be in [8, 2048]"},
+        {"\"pupil_samples\": 96", "\"pupil_samples\": 12", TOLIMAN_E_SCENE, "or the frame shows aliases"},
+        {"\"kind\": \"spiral\"", "\"kind\": \"spirl\"", TOLIMAN_E_SCENE,
+         "telescope.mask.kind = \"spirl\": must be one of \"clear\", \"spiral\", \"file\""},
+        {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"height_nm\": 10", TOLIMAN_E_SCENE, "either opd_nm or height_nm"},
+        {"\"opd_nm\": 297.5,", "", TOLIMAN_E_SCENE, "either opd_nm or height_nm"},
+        {"{\"a\": 0.93, ", "{\"b\": 0.93, ", TOLIMAN_E_SCENE, "telescope.mask.terms[1].b: unknown key"},
+        {"{\"a\": 0.93, \"f\": 1.829, \"m\": 5}", "7", TOLIMAN_E_SCENE,
+         "telescope.mask.terms[1] = 7: must be an object"},
+        {"\"max_nm\": 600", "\"max_nm\": 540", TOLIMAN_E_SCENE, "band.max_nm = 540: must be above min_nm = 550 nm"},
+        {"\"step_nm\": 12.5", "\"step_nm\": 13", TOLIMAN_E_SCENE, "band.step_nm = 13: must divide the band of 50 nm"},
+        {"\"step_nm\": 12.5", "\"step_nm\": 1e-9", TOLIMAN_E_SCENE, "at most 4096 are allowed"},
+        {"\"band\": {\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5},", "", TOLIMAN_E_SCENE, "band: is missing"},
+        {"\"temperature_k\": 5790", "\"temperature_k\": -5790", TOLIMAN_E_SCENE,
+         "stars.A.spectrum.temperature_k = -5790: must be in [100, 1000000] K"},
+        {"\"relative_flux\": 3", "\"relative_flux\": 0", TOLIMAN_E_SCENE, "stars.A.relative_flux = 0: must be in (0,"},
+        {"\"relative_flux\": 3", "\"relative_flux\": 3, \"photons_per_s\": 1", TOLIMAN_E_SCENE, "give either"},
+        {"\"relative_flux\": 3", "\"photons_per_s\": 3", TOLIMAN_E_SCENE, "photons_per_s for both or for none"},
+        {"\"binary\": {\"separation_arcsec\": 4, \"position_angle_deg\": 30},", "", TOLIMAN_E_SCENE,
+         "binary: is missing: two stars need their places"},
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"offsets_px\": {\"A\": [1, 2], \"B\": [1, 2]}",
+         TOLIMAN_E_SCENE, "the separation has no direction"},
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"offsets_px\": {\"A\": [1, 2, 3], \"B\": [1, 2]}",
+         TOLIMAN_E_SCENE, "binary.offsets_px.A: 3 numbers: must be 2 to 2"},
+        {"\"amplitude_px\": 1e-3", "\"amplitude_px\": 0.2", TOLIMAN_E_SCENE,
+         "signal.amplitude_px = 0.2: must be in [0, 0.1] px"},
+        {"\"amplitude_px\": 1e-3", "\"amplitude_px\": 1e-3, \"amplitude_uas\": 1", TOLIMAN_E_SCENE, "give either"},
+        {"\"star\": \"B\"", "\"star\": \"C\"", TOLIMAN_E_SCENE, "signal.star = \"C\": must be one of \"A\", \"B\""},
+        {"\"frames\": 100", "\"frames\": 0", TOLIMAN_E_SCENE, "cadence.frames = 0: must be in [1, 10000000] frames"},
+        {"\"frames\": 100, ", "", TOLIMAN_E_SCENE, "cadence.frames: is missing"},
+        {"\"peak_photons\": 1e5", "\"exposure_s\": 10", TOLIMAN_E_SCENE, "every star needs photons_per_s"},
+        {", \"peak_photons\": 1e5", "", TOLIMAN_E_SCENE, "give either peak_photons or exposure_s"},
+        {"\"peak_photons\": 1e5", "\"peak_photons\": 1e12", TOLIMAN_E_SCENE, "at most 1e+12 are allowed"},
+        {"[64, 64]", "[-64, 64]", TOLIMAN_E_SCENE, "detector.shape[0] = -64: must be in [1, 2048] px"},
+        {"[64, 64]", "[64.5, 64]", TOLIMAN_E_SCENE, "must be whole numbers"},
+        {"[64, 64]", "64", TOLIMAN_E_SCENE, "detector.shape = 64: must be an array of numbers"},
+        {"\"photon\": true", "\"photon\": 1", TOLIMAN_E_SCENE, "noise.photon = 1: must be true or false"},
+        {"\"seed\": 7", "\"seed\": 1e17", TOLIMAN_E_SCENE, "noise.seed = 1e+17: must be in [0,"},
+        {"\"noise\"", "\"preprocess\": {\"project\": [\"flux\"]}, \"noise\"", TOLIMAN_E_SCENE,
+         "\"flux\": must be one of"},
+        {"\"noise\"", "\"preprocess\": {\"project\": [\"flux_a\", \"flux_a\"]}, \"noise\"", TOLIMAN_E_SCENE,
+         "\"flux_a\" stands twice"},
+        {"toliman-scene/1", "toliman-scene/2", TOLIMAN_E_SCENE, "must be one of \"toliman-scene/1\""},
+    };
+    CHECK(changes);
+}
+
+static void unknown_keys(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"aperture_m\"", "\"apertur_m\"", TOLIMAN_E_SCENE,
+         "scene: telescope.apertur_m: unknown key; did you mean \"aperture_m\"?"},
+        {"\"telescope\"", "\"Telescope\"", TOLIMAN_E_SCENE, "Telescope: unknown key; did you mean \"telescope\"?"},
+        {"\"separation_arcsec\"", "\"seperation_arcsec\"", TOLIMAN_E_SCENE, "did you mean \"separation_arcsec\"?"},
+        {"\"read_e\"", "\"darkness\"", TOLIMAN_E_SCENE, "noise.darkness: unknown key"},
+        {"\"detector\"", "\"stages\": [], \"detector\"", TOLIMAN_E_SCENE, "stages: unknown key"},
+        {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"file\": \"x.npy\"", TOLIMAN_E_SCENE, "mask.file: unknown key"},
+    };
+    CHECK(changes);
+}
+
+static void not_built_yet(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"aperture_m\"", "\"aberrations\": {}, \"aperture_m\"", TOLIMAN_E_UNSUPPORTED,
+         "scene: telescope.aberrations: not supported yet"},
+        {"\"aperture_m\"", "\"amplitude\": {}, \"aperture_m\"", TOLIMAN_E_UNSUPPORTED, "telescope.amplitude: not"},
+        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"pixel\": \"integrated\"", TOLIMAN_E_UNSUPPORTED,
+         "detector.pixel = \"integrated\": not supported yet"},
+        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bit_depth\": 12", TOLIMAN_E_UNSUPPORTED,
+         "detector.bit_depth: not supported yet"},
+        {"\"kind\": \"sinusoid\"", "\"kind\": \"planet\"", TOLIMAN_E_UNSUPPORTED, "signal.kind = \"planet\": not"},
+        {"\"interval_days\": 2", "\"times_days\": [1, 2]", TOLIMAN_E_UNSUPPORTED, "cadence.times_days: not"},
+        {"\"separation_arcsec\": 4", "\"date\": 2027.0", TOLIMAN_E_UNSUPPORTED, "binary.date: not supported yet"},
+        {"\"noise\"", "\"systematics\": {}, \"noise\"", TOLIMAN_E_UNSUPPORTED, "systematics: not supported yet"},
+        {"\"noise\"", "\"preprocess\": {\"project\": [\"roll\"]}, \"noise\"", TOLIMAN_E_UNSUPPORTED,
+         "preprocess.project: \"roll\": not supported yet"},
+    };
+    CHECK(changes);
+}
+
+static void text_that_is_no_json(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 1e999", TOLIMAN_E_FORMAT, "outside the range of double"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": NaN", TOLIMAN_E_FORMAT, "unexpected character"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 00.125", TOLIMAN_E_FORMAT, "must not start with 0"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": .125", TOLIMAN_E_FORMAT, "unexpected character"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 1.", TOLIMAN_E_FORMAT, "digit expected"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\" 0.125", TOLIMAN_E_FORMAT, "JSON syntax error"},
+        {"\"aperture_m\": 0.125,", "\n\"aperture_m\": 0.125,,", TOLIMAN_E_FORMAT, "scene: line 2, column 22: JSON"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 0.125, \"aperture_m\": 1", TOLIMAN_E_FORMAT,
+         "key \"aperture_m\" stands twice"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 0.125, \"\\u0061perture_m\": 1", TOLIMAN_E_FORMAT, "stands twice"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\xc0\x80\"", TOLIMAN_E_FORMAT, "not UTF-8"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\xed\xa0\x80\"", TOLIMAN_E_FORMAT, "not UTF-8"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\xf4\x90\x80\x80\"", TOLIMAN_E_FORMAT, "not UTF-8"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\\u0000\"", TOLIMAN_E_FORMAT, "U+0000"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\\ud800\"", TOLIMAN_E_FORMAT, "JSON syntax error"},
+        {"\"name\": \"binary\"", "\"name\": \"bin\nary\"", TOLIMAN_E_FORMAT, "control character"},
+        {"\"name\": \"binary\"", "\"name\": [[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]", TOLIMAN_E_FORMAT,
+         "deeper than 16 levels"},
+        {"\"seed\": 7}}", "\"seed\": 7}}}", TOLIMAN_E_FORMAT, "nothing is open"},
+        {"\"seed\": 7}}", "\"seed\": 7}", TOLIMAN_E_FORMAT, "JSON syntax error"},
+        {"\"seed\": 7}}", "\"seed\": 7}} {}", TOLIMAN_E_FORMAT, "JSON syntax error"},
+        {"\"seed\": 7}}", "\"seed", TOLIMAN_E_FORMAT, "the string does not end"},
+    };
+    CHECK(changes);
+    refused("", 0, TOLIMAN_E_FORMAT, "JSON syntax error");
+    refused("[]", 2, TOLIMAN_E_SCENE, "the scene = an array: must be an object");
+    refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: unexpected character");
+    refused("{}", 2, TOLIMAN_E_SCENE, "schema: is missing");
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create_json(NULL, 0, NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "json is NULL");
+    assert_fails(toliman_sim_create_json("{}", 2, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+
+    enum { LARGE = 256 * 1024 + 1 };
+    char *const large = malloc(LARGE + 2);
+    memset(large, ' ', LARGE);
+    refused(large, LARGE, TOLIMAN_E_FORMAT, "at most 262144 are allowed");
+    large[0] = '[';
+    for (int i = 0; i < 5000; i++)
+        memcpy(large + 1 + 2 * i, "1,", 2);
+    refused(large, 20000, TOLIMAN_E_FORMAT, "more than 4096 values");
+    memset(large, '[', LARGE);
+    refused(large, 200000, TOLIMAN_E_FORMAT, "deeper than 16 levels");
+    free(large);
+}
+
+/* Non-ASCII text is welcome, and what stands in a name comes back. */
+static void names_are_utf8(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_with(kBinaryScene, "\"name\": \"binary\"", "\"name\": \"\xce\xb1 Cen \\u03b2\"");
+    assert_string_equal(toliman_sim_get_name(sim), "\xce\xb1 Cen \xce\xb2");
+    toliman_sim_destroy(sim);
+}
+
+/* A folder of the test's own, with the files that a scene names. */
+static char folder[] = P_tmpdir "/toliman-scene-XXXXXX";
+
+static int make_folder(void **state) {
+    (void)state;
+    return mkdtemp(folder) == NULL;
+}
+
+static const char *path_of(const char *name) {
+    static char path[100];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void write_file(const char *name, const void *data, size_t size) {
+    FILE *const file = fopen(path_of(name), "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(data, 1, size, file), size);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* A .npy file of version 1 whose header says type and shape, followed by the data. */
+static void write_npy(const char *name, const char *type, const char *shape, const void *data, size_t size) {
+    unsigned char bytes[128 + 8 * 96 * 96];
+    char header[118];
+    memcpy(bytes, "\x93NUMPY\x01\x00\x76\x00", 10);
+    const int length =
+        snprintf(header, sizeof header, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", type, shape);
+    memset(header + length, ' ', sizeof header - (size_t)length);
+    memcpy(bytes + 10, header, sizeof header);
+    memcpy(bytes + 128, data, size);
+    write_file(name, bytes, 128 + size);
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    for (const char *const *name = (const char *const[]){"scene.json", "mask.npy", "star.csv", NULL}; *name != NULL;
+         name++)
+        unlink(path_of(*name));
+    return rmdir(folder);
+}
+
+static const char *const kSpiral =
+    "{\"kind\": \"spiral\", \"opd_nm\": 297.5,   \"terms\": [{\"a\": 0.819, \"f\": 2.918, "
+    "\"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
+
+static toliman_status create_with(const char *from, const char *to, toliman_sim **sim) {
+    char *const text = replaced(kBinaryScene, from, to);
+    const toliman_status status = toliman_sim_create_json(text, strlen(text), folder, NULL, sim);
+    free(text);
+    return status;
+}
+
+/* The mask's OPD as the pupil has it, compared with expected[i] = scale * pattern(i). */
+static void check_mask(const char *mask, double scale) {
+    toliman_sim *sim = NULL;
+    static double opd[96 * 96];
+    assert_ok(create_with(kSpiral, mask, &sim));
+    assert_ok(toliman_sim_get_pupil(sim, NULL, opd));
+    for (int i = 0; i < 96 * 96; i++)
+        assert_close(opd[i], i % 7 == 3 ? scale : 0, 1e-6, 0);
+    toliman_sim_destroy(sim);
+}
+
+static void masks_are_read(void **state) {
+    (void)state;
+    static double f8[96 * 96];
+    static float f4[96 * 96];
+    static unsigned char u1[96 * 96];
+    for (int i = 0; i < 96 * 96; i++) {
+        u1[i] = i % 7 == 3;
+        f8[i] = 250e-9 * u1[i];
+        f4[i] = 3.14159265f * u1[i];
+    }
+    write_npy("mask.npy", "|u1", "(96, 96)", u1, sizeof u1);
+    check_mask("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"opd_nm\": 250}", 250e-9);
+    check_mask("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"height_nm\": 100}", 200e-9);
+    write_npy("mask.npy", "|b1", "(96, 96)", u1, sizeof u1);
+    check_mask("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"opd_nm\": 250}", 250e-9);
+    write_npy("mask.npy", "<f8", "(96, 96)", f8, sizeof f8);
+    check_mask("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"opd_m\"}", 250e-9);
+    write_npy("mask.npy", "<f4", "(96, 96)", f4, sizeof f4);
+    check_mask("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"phase_rad\", \"reference_nm\": 585}",
+               292.5e-9);
+}
+
+static void masks_are_refused(void **state) {
+    (void)state;
+    const char *const mask = "{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"opd_m\"}";
+    const char *const binary = "{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"opd_nm\": 1}";
+    static double data[96 * 96];
+    toliman_sim *sim = NULL;
+    unlink(path_of("mask.npy"));
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_NOT_FOUND, "mask.npy: No such file");
+    write_npy("mask.npy", "<f8", "(48, 96)", data, sizeof data / 2);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_SCENE, "is 48 x 96: must be 96 x 96, the pupil_samples");
+    write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data - 8);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "73720 bytes of data: 96 x 96 of <f8 need 73728");
+    write_npy("mask.npy", "<f8", "(9216,)", data, sizeof data);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "mask.npy: ");
+    write_npy("mask.npy", "<i8", "(96, 96)", data, sizeof data);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "element type <i8: must be");
+    write_file("mask.npy", "\x93NUMPY\x01", 7);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "truncated");
+    write_file("mask.npy", "P5 96 96 255", 12);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "not a .npy file");
+    data[100] = NAN;
+    write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "element 100 = nan");
+    data[100] = 0.5;
+    write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
+    assert_fails(create_with(kSpiral, binary, &sim), TOLIMAN_E_FORMAT,
+                 "element 100 = 0.5: a binary mask holds 0 and 1");
+    assert_null(sim);
+}
+
+static void tables_are_read_and_refused(void **state) {
+    (void)state;
+    const char *const body = "{\"kind\": \"blackbody\", \"temperature_k\": 5260}";
+    const char *const table = "{\"kind\": \"table\", \"file\": \"star.csv\"}";
+    const struct {
+        const char *text;
+        toliman_status code;
+        const char *message;
+    } bad[] = {
+        {"wavelength_nm,flux\n540,1\n590,1\n", TOLIMAN_E_SCENE, "band: 550 to 600 nm is not within"},
+        {"540,1\n530,1\n", TOLIMAN_E_FORMAT, "line 2: wavelengths must increase"},
+        {"540,1\n\n600,-1\n", TOLIMAN_E_FORMAT, "line 3: flux = -1: must be finite"},
+        {"540,1\n600\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
+        {"540,1\n600,1,2\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
+        {"one\ntwo\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
+        {"# nothing\n", TOLIMAN_E_FORMAT, "holds no numbers"},
+        {"540,0\n600,0\n", TOLIMAN_E_SCENE, "stars.B.spectrum: no light in the band"},
+    };
+    toliman_sim *sim = NULL;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        write_file("star.csv", bad[i].text, strlen(bad[i].text));
+        assert_fails(create_with(body, table, &sim), bad[i].code, bad[i].message);
+    }
+    unlink(path_of("star.csv"));
+    assert_fails(create_with(body, table, &sim), TOLIMAN_E_NOT_FOUND, "star.csv: No such file");
+    assert_null(sim);
+
+    const char *const good = "# a comment\r\nwavelength_nm, flux\r\n 500, 1\r\n575 ,2.5e0\r\n600,3";
+    write_file("star.csv", good, strlen(good));
+    assert_ok(create_with(body, table, &sim));
+    double wavelength[5], a[5], b[5];
+    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+    assert_close(b[0] / b[2], 0.5 * (1 + 1.5 * 50 / 75) / 2.5, 1e-14, 0);
+    assert_close(b[1] / b[2], (1 + 1.5 * 62.5 / 75) / 2.5, 1e-14, 0);
+    assert_close(b[4] / b[2], 0.5 * 3 / 2.5, 1e-14, 0);
+    toliman_sim_destroy(sim);
+}
+
+/* A scene file is named in messages as it was given, and its files are found beside it. */
+static void files_are_found_beside_the_scene(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "none.json: No such file");
+    assert_fails(toliman_sim_create(folder, NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_fails(toliman_sim_create(NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "path is NULL");
+    char *const bad = replaced(kBinaryScene, "\"aperture_m\": 0.125", "\"aperture_m\": -0.125");
+    write_file("scene.json", bad, strlen(bad));
+    free(bad);
+    assert_fails(toliman_sim_create(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE,
+                 "/scene.json: telescope.aperture_m = -0.125: must be in (0, 100] m");
+    assert_null(sim);
+    char *const good = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
+                                "{\"kind\": \"table\", \"file\": \"star.csv\"}");
+    write_file("scene.json", good, strlen(good));
+    write_file("star.csv", "500,1\n700,2\n", 12);
+    free(good);
+    assert_ok(toliman_sim_create(path_of("scene.json"), NULL, &sim));
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(impossible_values),
+        cmocka_unit_test(unknown_keys),
+        cmocka_unit_test(not_built_yet),
+        cmocka_unit_test(text_that_is_no_json),
+        cmocka_unit_test(names_are_utf8),
+        cmocka_unit_test(masks_are_read),
+        cmocka_unit_test(masks_are_refused),
+        cmocka_unit_test(tables_are_read_and_refused),
+        cmocka_unit_test(files_are_found_beside_the_scene),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
