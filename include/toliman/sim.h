@@ -8,10 +8,12 @@
  *   Signs       E = A exp(+2 pi i OPD/lambda), F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset
  *               (+ox, +oy) px has OPD +(x ox + y oy) p and its image stands at higher column and row.
  *   Angle       position angle of B seen from A, from +y towards -x (north up, east left).
- *   Separation  positive displacement lengthens it: star A moves away from B, or B from A.
+ *   Separation  positive displacement lengthens it: star A moves away from B, or B from A. A star alone moves towards
+ *               higher columns.
  *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A): sums
  *               to 1 over an infinite image. Light outside the frame is lost, as on a detector.
- *   Spectrum    uniform steps, both ends at half weight (trapezium).
+ *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
+ *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       point sampling at the pixel's centre.
  */
 #ifndef TOLIMAN_SIM_H
@@ -54,22 +56,23 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Facts of a ready scene. Since 0.1. */
 typedef struct toliman_sim_info {
-    uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
-    int32_t wavelengths;   /* samples of the spectrum */
-    int64_t rows, cols;    /* of a frame */
-    int64_t frames;        /* of the cadence */
-    int64_t pupil_samples; /* N of the N x N pupil */
-    uint64_t seed;         /* noise.seed of the scene */
-    double amplitude_px;   /* of the signal; 0 without one */
-    double period_days;    /* of the signal; 0 without one */
-    double separation_px;  /* 0 for a single star */
-    double flux_ratio;     /* photons of A over photons of B; 0 for a single star */
-    double peak_photons;   /* brightest pixel of the mean frame */
-    double total_photons;  /* in the frame */
-    double crb_px;         /* Cramer-Rao bound of the separation a frame, all else known */
-    double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
+    uint32_t struct_size;     /* in: sizeof(toliman_sim_info) */
+    int32_t wavelengths;      /* samples of the spectrum */
+    int64_t rows, cols;       /* of a frame */
+    int64_t frames;           /* of the cadence */
+    int64_t pupil_samples;    /* N of the N x N pupil */
+    uint64_t seed;            /* noise.seed of the scene */
+    double amplitude_px;      /* of the signal; 0 without one */
+    double period_days;       /* of the signal; 0 without one */
+    double separation_px;     /* 0 for a single star */
+    double flux_ratio;        /* photons of A over photons of B; 0 for a single star */
+    double peak_photons;      /* brightest pixel of the mean frame */
+    double total_photons;     /* in the frame */
+    double crb_px;            /* Cramer-Rao bound of the separation a frame, all else known */
+    double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown; may be infinite */
     double crb_projected_px;  /* the same with exactly preprocess.project unknown; the yardstick of efficiency */
-    double truncation;        /* predicted relative error of the signal by the order-2 series */
+    double truncation;        /* predicted error of the order-2 series, largest pixel over that of the signal, at the
+                                 signal's largest displacement; above the scene's accuracy it is logged as a warning */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
 } toliman_sim_info;
 
@@ -94,10 +97,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_IMAGE_CURVATURE 4  /* second derivative, per px^2 */
 #define TOLIMAN_IMAGE_SHIFT_X 5    /* d/d common shift towards higher columns, per px */
 #define TOLIMAN_IMAGE_SHIFT_Y 6    /* d/d common shift towards higher rows, per px */
-#define TOLIMAN_IMAGE_VARIANCE 7   /* variance of the counts, photons^2 */
+#define TOLIMAN_IMAGE_VARIANCE                                                                                         \
+    7 /* of the counts, photons^2: expected photons + read_e^2, even where the scene draws                             \
+         no photon noise; at least 1e-12 of the brightest pixel */
 /* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind,
-                                                                    double *image, size_t stride) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
+                                                                    size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Pupil of the scene, each [N][N]: amplitude in 0..1 (grey edges) and OPD of the mask in m. Either may be NULL.
  * Since 0.1. */
@@ -116,11 +121,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toli
                                                                       double offsets_px[4]) TOLIMAN_NOEXCEPT;
 
 /* Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
- * slow, exact, for tests and large displacements. Since 0.1. */
+ * slow, exact, for tests and large displacements. |displacement_px| <= 100, else TOLIMAN_E_RANGE. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Expected image by the order-2 series, as frames use it. |displacement_px| <= 0.1, else TOLIMAN_E_RANGE. Since 0.1. */
+/* Expected image by the order-2 series, as frames use it; not below 0. |displacement_px| <= 0.1, else TOLIMAN_E_RANGE.
+ * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
@@ -133,7 +139,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Frames first ... first + count - 1 of the cadence with the scene's own signal (displacements NULL), or any frame
- * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into images[count][rows][cols]. Since 0.1. */
+ * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into
+ * images[count][rows][cols]. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,

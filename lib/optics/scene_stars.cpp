@@ -121,7 +121,7 @@ Binary read_binary(const Reader &scene, size_t stars) {
         read_offsets(reader, stars, binary);
         return binary;
     }
-    reader.allow({"separation_arcsec", "position_angle_deg", "centre", "offsets_px"}, {"date", "orbit"});
+    reader.allow({"separation_arcsec", "position_angle_deg", "centre", "offsets_px"}, {"date", "orbit", "distance_pc"});
     if (stars == 1)
         scene.refuse(Status::scene, "binary", ": a single star takes offsets_px only");
     binary.separation_arcsec = reader.number("separation_arcsec", above(0, 1e5, "arcsec"));
