@@ -97,9 +97,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_IMAGE_CURVATURE 4  /* second derivative, per px^2 */
 #define TOLIMAN_IMAGE_SHIFT_X 5    /* d/d common shift towards higher columns, per px */
 #define TOLIMAN_IMAGE_SHIFT_Y 6    /* d/d common shift towards higher rows, per px */
-#define TOLIMAN_IMAGE_VARIANCE                                                                                         \
-    7 /* of the counts, photons^2: expected photons + read_e^2, even where the scene draws                             \
-         no photon noise; at least 1e-12 of the brightest pixel */
+/* Variance of the counts, photons^2: expected photons + read_e^2, even where the scene draws no photon noise; at least
+ * 1e-12 of the brightest pixel. */
+#define TOLIMAN_IMAGE_VARIANCE 7
 /* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
@@ -138,9 +138,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frames first ... first + count - 1 of the cadence with the scene's own signal (displacements NULL), or any frame
- * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into
- * images[count][rows][cols]. Since 0.1. */
+/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a processor).
+ * With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE outside it; with
+ * displacements[count] they may have any numbers from 0. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,

@@ -122,8 +122,8 @@ Pupil make_pupil(const Scene &scene) {
     }
     if (telescope.mask.kind == Mask::Kind::file)
         read_mask_file(scene, pupil);
-    if (!(pupil.area > 0))
-        fail(Status::scene, "%s: telescope: secondary and struts leave nothing open", scene.source.c_str());
+    if (!(pupil.area >= 1))
+        fail(Status::scene, "%s: telescope: secondary and struts leave less than a sample open", scene.source.c_str());
     return pupil;
 }
 

@@ -84,6 +84,12 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
             assert_memory_equal(image[row], one + (size_t)(k - 20) * PIXELS + row * SIDE, SIDE * sizeof(double));
     }
     free(one);
+    /* With displacements of its own a frame may have any number, within the cadence or not. */
+    static double image[PIXELS], alone[PIXELS];
+    const double displacement = 0.05;
+    assert_ok(toliman_sim_frame_many(sim, 7, 123456789012, 1, &displacement, 1, image));
+    assert_ok(toliman_sim_frame(sim, displacement, 7, 123456789012, alone, SIDE));
+    assert_memory_equal(image, alone, sizeof image);
     toliman_sim_destroy(sim);
 }
 
