@@ -1,0 +1,223 @@
+/* Noisy frames: their statistics, that they depend on nothing but scene, displacement, seed and number, and what the
+ * calls refuse. */
+#include <dlfcn.h>
+#include <stdio.h>
+
+#include "scene_text.h"
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
+
+static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count, uint32_t threads) {
+    double *const frames = malloc(count * PIXELS * sizeof *frames);
+    assert_non_null(frames);
+    assert_ok(toliman_sim_frame_many(sim, seed, first, count, NULL, threads, frames));
+    return frames;
+}
+
+/* Mean and variance of every pixel over the frames against expectation: both chi-square sums within 5 sigma. */
+static void check_statistics(const toliman_sim *sim, double read_e, int whole_counts) {
+    double *const mean = image_of(sim, TOLIMAN_IMAGE_BOTH), *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
+    double *const frames = malloc(FRAMES * PIXELS * sizeof *frames), still[FRAMES] = {0};
+    assert_non_null(frames);
+    assert_ok(toliman_sim_frame_many(sim, 11, 0, FRAMES, still, 0, frames));
+    double means = 0, variances = 0, total = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        assert_close(variance[i], mean[i] + read_e * read_e, 1e-14, 0);
+        double sum = 0, squares = 0;
+        for (size_t k = 0; k < FRAMES; k++) {
+            const double count = frames[k * PIXELS + i], off = count - mean[i];
+            if (whole_counts)
+                assert_true(count >= 0 && count == floor(count));
+            sum += off;
+            squares += off * off;
+        }
+        means += sum * sum / (FRAMES * variance[i]);
+        variances += (squares - sum * sum / FRAMES) / ((FRAMES - 1) * variance[i]);
+        total += sum / sqrt(FRAMES * variance[i]);
+    }
+    assert_close(means / PIXELS, 1, 0, 5 * sqrt(2.0 / PIXELS));
+    /* Poisson counts of low mean scatter more than Gaussian ones: kurtosis 1/mean, at most 1/7 here. */
+    assert_close(variances / PIXELS, 1, 0, 5 * sqrt(2.3 / PIXELS / FRAMES));
+    assert_close(total / PIXELS, 0, 0, 5 / sqrt(PIXELS));
+    free(mean);
+    free(variance);
+    free(frames);
+}
+
+static void counts_have_the_right_mean_and_variance(void **state) {
+    (void)state;
+    toliman_sim *sim = sim_of(kBinaryScene);
+    check_statistics(sim, 2.5, 0);
+    toliman_sim_destroy(sim);
+    sim = sim_with(kBinaryScene, "\"read_e\": 2.5, ", "");
+    check_statistics(sim, 0, 1);
+    toliman_sim_destroy(sim);
+}
+
+/* A stage that the scene does not name does not exist. */
+static void without_noise_frames_are_expectations(void **state) {
+    (void)state;
+    toliman_sim *const sim =
+        sim_with(kBinaryScene, ", \"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}", ", \"noise\": {}}");
+    (void)sim;
+    double frame[PIXELS], expected[PIXELS];
+    assert_ok(toliman_sim_frame(sim, 1e-3, 5, 3, frame, SIDE));
+    assert_ok(toliman_sim_expect(sim, 1e-3, expected, SIDE));
+    assert_memory_equal(frame, expected, sizeof frame);
+    toliman_sim_destroy(sim);
+}
+
+static void frames_do_not_depend_on_threads_or_order(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    double *const one = frames_of(sim, 7, 20, 13, 1);
+    for (uint32_t threads = 2; threads < 6; threads++) {
+        double *const many = frames_of(sim, 7, 20, 13, threads);
+        assert_memory_equal(one, many, 13 * PIXELS * sizeof *one);
+        free(many);
+    }
+    for (int64_t k = 32; k >= 20; k -= 4) { /* alone, backwards and with a stride */
+        double image[SIDE][SIDE + 3], displacement;
+        assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
+        assert_ok(toliman_sim_frame(sim, displacement, 7, k, image[0], SIDE + 3));
+        for (size_t row = 0; row < SIDE; row++)
+            assert_memory_equal(image[row], one + (size_t)(k - 20) * PIXELS + row * SIDE, SIDE * sizeof(double));
+    }
+    free(one);
+    toliman_sim_destroy(sim);
+}
+
+static void seeds_and_numbers_make_different_frames(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    double *const frames = frames_of(sim, 7, 0, 2, 1), *const others = frames_of(sim, 8, 0, 2, 1);
+    size_t equal = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        equal += frames[i] == others[i];
+        equal += frames[i] == frames[PIXELS + i];
+    }
+    assert_true(equal < PIXELS / 100);
+    free(frames);
+    free(others);
+    toliman_sim_destroy(sim);
+}
+
+/* Same image bits with any number of own workers, and of threads that BLAS has. */
+static void images_do_not_depend_on_threads(void **state) {
+    (void)state;
+    void (*set_blas_threads)(int);
+    *(void **)&set_blas_threads = dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
+    char *const text = replaced(kBinaryScene, "\"pupil_samples\": 96", "\"pupil_samples\": 203");
+    double first[3][PIXELS];
+    for (uint32_t threads = 1; threads < 6; threads += 2) {
+        if (set_blas_threads != NULL)
+            set_blas_threads((int)threads);
+        toliman_sim_options options;
+        toliman_sim_options_init(&options);
+        options.threads = threads;
+        toliman_sim *sim = NULL;
+        assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
+        const int32_t kinds[3] = {TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_SEPARATION, TOLIMAN_IMAGE_CURVATURE};
+        for (int i = 0; i < 3; i++) {
+            double *const image = image_of(sim, kinds[i]);
+            if (threads == 1)
+                memcpy(first[i], image, sizeof first[i]);
+            assert_memory_equal(first[i], image, sizeof first[i]);
+            free(image);
+        }
+        toliman_sim_destroy(sim);
+    }
+    free(text);
+}
+
+static void impossible_calls_are_refused(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    double image[PIXELS] = {-1};
+    assert_fails(toliman_sim_frame(sim, 0.2, 1, 0, image, SIDE), TOLIMAN_E_RANGE, "displacement_px = 0.2");
+    assert_fails(toliman_sim_frame(sim, NAN, 1, 0, image, SIDE), TOLIMAN_E_ARGUMENT, "NaN");
+    assert_fails(toliman_sim_frame(sim, 0, 1, -1, image, SIDE), TOLIMAN_E_RANGE, "k = -1");
+    assert_fails(toliman_sim_frame(sim, 0, 1, 0, image, SIDE - 1), TOLIMAN_E_ARGUMENT, "stride of image = 63");
+    assert_fails(toliman_sim_frame(sim, 0, 1, 0, NULL, SIDE), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_sim_frame(NULL, 0, 1, 0, image, SIDE), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_sim_expect(sim, -0.11, image, SIDE), TOLIMAN_E_RANGE, "[-0.1, 0.1] px");
+    assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
+    assert_fails(toliman_sim_get_image(sim, 8, image, SIDE), TOLIMAN_E_ARGUMENT, "kind = 8: must be in [0, 7]");
+    assert_fails(toliman_sim_frame_many(sim, 1, 99, 2, NULL, 1, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
+    assert_fails(toliman_sim_frame_many(sim, 1, 0, SIZE_MAX, NULL, 1, image), TOLIMAN_E_RANGE, "cadence");
+    const double far_away = -0.3;
+    assert_fails(toliman_sim_frame_many(sim, 1, 0, 1, &far_away, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
+    assert_close(image[0], -1, 0, 0);
+    toliman_sim_info info = {0};
+    assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(NULL);
+
+    toliman_sim *const single = sim_of(kSingleScene);
+    assert_fails(toliman_sim_get_image(single, TOLIMAN_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT, "star A only");
+    double offsets[4];
+    assert_ok(toliman_sim_get_offsets(single, offsets));
+    assert_true(isnan(offsets[2]) && isnan(offsets[3]));
+    assert_string_equal(toliman_sim_get_name(single), "");
+    assert_string_equal(toliman_sim_get_name(NULL), "");
+    toliman_sim_destroy(single);
+}
+
+static int32_t count_and_stop(const char *stage, double fraction, void *user_data) {
+    assert_string_equal(stage, "propagate");
+    assert_true(fraction > 0 && fraction <= 1);
+    return ++*(int *)user_data == 2;
+}
+
+static void progress_may_cancel(void **state) {
+    (void)state;
+    int calls = 0;
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.progress = count_and_stop;
+    options.progress_data = &calls;
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim), TOLIMAN_E_CANCELLED,
+                 "propagate");
+    assert_int_equal(calls, 2);
+    assert_null(sim);
+}
+
+static void remember(int32_t level, const char *text, void *user_data) {
+    assert_int_equal(level, TOLIMAN_LOG_WARNING);
+    strncat((char *)user_data, text, 400);
+}
+
+/* The series' predicted error is held against the scene's accuracy. */
+static void poor_accuracy_is_reported(void **state) {
+    (void)state;
+    char heard[512] = "";
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.log = remember;
+    options.log_data = heard;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim));
+    assert_non_null(strstr(heard, "accuracy = 1e-09"));
+    toliman_sim_destroy(sim);
+    heard[0] = '\0';
+    char *const text = replaced(kBinaryScene, "\"noise\"", "\"accuracy\": 1e-5, \"noise\"");
+    assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
+    assert_string_equal(heard, "");
+    toliman_sim_destroy(sim);
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counts_have_the_right_mean_and_variance),
+        cmocka_unit_test(without_noise_frames_are_expectations),
+        cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
+        cmocka_unit_test(seeds_and_numbers_make_different_frames),
+        cmocka_unit_test(images_do_not_depend_on_threads),
+        cmocka_unit_test(impossible_calls_are_refused),
+        cmocka_unit_test(progress_may_cancel),
+        cmocka_unit_test(poor_accuracy_is_reported),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

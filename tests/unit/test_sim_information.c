@@ -1,0 +1,122 @@
+/* Cramer-Rao bounds against the inverse Fisher matrix, and what is known of the shipped scenes. */
+#include "scene_text.h"
+
+enum { PARAMETERS = 5 };
+
+/* Standard deviation of parameter 0 with all others free: square root of the inverse Fisher matrix's first element. */
+static double deviation(double *const *images, size_t count, const double *variance, size_t pixels) {
+    long double fisher[PARAMETERS][PARAMETERS + 1] = {{0}};
+    for (size_t a = 0; a < count; a++)
+        for (size_t b = 0; b < count; b++)
+            for (size_t i = 0; i < pixels; i++)
+                fisher[a][b] += (long double)images[a][i] * images[b][i] / variance[i];
+    fisher[0][count] = 1; /* solve for the first column of the inverse */
+    for (size_t k = 0; k < count; k++) {
+        for (size_t a = k + 1; a < count; a++) {
+            const long double factor = fisher[a][k] / fisher[k][k];
+            for (size_t b = k; b <= count; b++)
+                fisher[a][b] -= factor * fisher[k][b];
+        }
+    }
+    for (size_t k = count; k-- > 0;) {
+        for (size_t b = k + 1; b < count; b++)
+            fisher[k][count] -= fisher[k][b] * fisher[b][count];
+        fisher[k][count] /= fisher[k][k];
+    }
+    return (double)sqrtl(fisher[0][count]);
+}
+
+static void bounds_are_those_of_the_fisher_matrix(void **state) {
+    (void)state;
+    toliman_sim *const sim =
+        sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
+    const int32_t kinds[PARAMETERS] = {TOLIMAN_IMAGE_SEPARATION, TOLIMAN_IMAGE_SHIFT_Y, TOLIMAN_IMAGE_STAR_B,
+                                       TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_STAR_A};
+    double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
+    for (int i = 0; i < PARAMETERS; i++)
+        images[i] = image_of(sim, kinds[i]);
+    const toliman_sim_info info = info_of(sim);
+    assert_close(info.crb_px, deviation(images, 1, variance, 64 * 64), 1e-12, 0);
+    assert_close(info.crb_projected_px, deviation(images, 3, variance, 64 * 64), 1e-12, 0);
+    assert_close(info.crb_flux_shift_px, deviation(images, 5, variance, 64 * 64), 1e-12, 0);
+    assert_true(info.crb_px < info.crb_projected_px && info.crb_projected_px < info.crb_flux_shift_px);
+    for (int i = 0; i < PARAMETERS; i++)
+        free(images[i]);
+    free(variance);
+    toliman_sim_destroy(sim);
+}
+
+/* A single star's place cannot be told from a common shift. */
+static void a_single_star_has_no_separation(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kSingleScene);
+    const toliman_sim_info info = info_of(sim);
+    assert_true(info.crb_px > 0 && isfinite(info.crb_px));
+    assert_true(isinf(info.crb_flux_shift_px));
+    assert_close(info.separation_px, 0, 0, 0);
+    assert_close(info.flux_ratio, 0, 0, 0);
+    toliman_sim_destroy(sim);
+}
+
+/* Photon noise alone: four times the light halves the bound; read noise raises it. */
+static void bounds_scale_with_light(void **state) {
+    (void)state;
+    char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
+    toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
+                       *const noisy = sim_of(kBinaryScene);
+    assert_close(info_of(bright).crb_px, info_of(faint).crb_px / 2, 1e-10, 0);
+    assert_true(info_of(noisy).crb_px > info_of(faint).crb_px);
+    toliman_sim_destroy(faint);
+    toliman_sim_destroy(bright);
+    toliman_sim_destroy(noisy);
+    free(quiet);
+}
+
+static void chapter_scene(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &sim));
+    const toliman_sim_info info = info_of(sim);
+    assert_string_equal(toliman_sim_get_name(sim), "chapter");
+    assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* measured with another simulator, pupil without grey edges */
+    assert_int_equal(info.wavelengths, 51);
+    assert_int_equal(info.frames, 1095);
+    assert_close(info.peak_photons, 1e9, 1e-15, 0);
+    assert_close(info.flux_ratio, 3.12, 1e-14, 0);
+    assert_close(info.separation_px, 50, 1e-14, 0);
+    assert_close(info.period_days, 365, 0, 0);
+    assert_at_most(info.truncation, 1e-12);
+    toliman_sim_destroy(sim);
+}
+
+static void mission_scene(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create("examples/scenes/mission.json", NULL, &sim));
+    const toliman_sim_info info = info_of(sim);
+    double wavelength[111], a[111], b[111], total_a = 0, total_b = 0;
+    assert_int_equal(info.wavelengths, 111);
+    assert_int_equal(info.frames, 1437);
+    assert_close(info.separation_px, 9.76 / 0.375, 1e-14, 0);
+    assert_ok(toliman_sim_get_spectrum(sim, 111, wavelength, a, b));
+    for (int i = 0; i < 111; i++) {
+        total_a += a[i];
+        total_b += b[i];
+    }
+    assert_close(total_a, 7.27e7 * 43200, 1e-13, 0);
+    assert_close(total_b, 2.26e7 * 43200, 1e-13, 0);
+    assert_true(info.total_photons < total_a + total_b && info.total_photons > 0.8 * (total_a + total_b));
+    assert_close(info.amplitude_px, 6.8e-6, 0, 0);
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bounds_are_those_of_the_fisher_matrix),
+        cmocka_unit_test(a_single_star_has_no_separation),
+        cmocka_unit_test(bounds_scale_with_light),
+        cmocka_unit_test(chapter_scene),
+        cmocka_unit_test(mission_scene),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
