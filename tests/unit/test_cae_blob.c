@@ -38,14 +38,17 @@ static uint64_t get(const uint8_t *at, int bytes) {
     return value;
 }
 
-/* CRC32 as of zlib and PNG, bit by bit. */
+/* CRC32 as of zlib and PNG. */
 static uint32_t crc32_of(const uint8_t *bytes, size_t size) {
-    uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < size; i++) {
-        crc ^= bytes[i];
+    static uint32_t table[256];
+    for (uint32_t i = 0; table[255] == 0; i++) {
+        table[i] = i;
         for (int bit = 0; bit < 8; bit++)
-            crc = (crc >> 1) ^ (crc & 1 ? 0xedb88320u : 0);
+            table[i] = (table[i] >> 1) ^ (table[i] & 1 ? 0xedb88320u : 0);
     }
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 0; i < size; i++)
+        crc = (crc >> 8) ^ table[(crc ^ bytes[i]) & 255];
     return ~crc;
 }
 
@@ -163,8 +166,10 @@ static void test_training_goes_on_after_loading(void **unused) {
 
 static void test_files(void **unused) {
     (void)unused;
-    char folder[] = "/tmp/toliman-cae-XXXXXX", path[64];
+    char folder[256], path[300];
     toliman_cae *loaded = NULL;
+    const char *parent = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%s/toliman-cae-XXXXXX", parent != NULL ? parent : P_tmpdir);
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/network.tlmw", folder);
     assert_fails(toliman_cae_load_file(path, &loaded), TOLIMAN_E_NOT_FOUND, path);
