@@ -26,7 +26,7 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
     uint32_t steps;               /* Adam steps; 0 = 600 */
-    double learning_rate;         /* 0 = 4e-3; falls linearly to zero over the second half */
+    double learning_rate;         /* in [0, 1], 0 = 4e-3; falls linearly over the second half, to 4 % of it */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
 } toliman_cae_train_options;
@@ -43,7 +43,9 @@ typedef struct toliman_cae_training {
 
 /* Tied training from the network's own seed: the linear decoder, whose kernels are the encoder's transposed, is fitted
  * to the whitened derivative image; then both halves are scaled so that the latent is the separation in px. Needs no
- * data set and no noise. options and report may be NULL. Cancelled: the network is as before. Since 0.1. */
+ * data set and no noise. options and report may be NULL. Runs on the caller's thread. TOLIMAN_E_CANCELLED,
+ * TOLIMAN_E_RANGE when a learning rate makes it diverge, TOLIMAN_E_STATE when the scene has no signal: the network is
+ * as before. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
@@ -69,30 +71,34 @@ typedef struct toliman_cae_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count, with its row and column.
- * Allocates nothing that lasts. Since 0.1. */
+/* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
+ * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
+ * displacements; ELU bends it by a part in 1e3 at 1e-6 px and a few parts in 1e2 at 1e-4 px. Allocates nothing that
+ * lasts. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
 
 /* Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for any
- * number. Since 0.1. */
+ * number. Errors as of toliman_cae_encode, with the number of the frame. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae, const double *counts,
                                                                       size_t count, uint32_t threads,
                                                                       double *latents_px) TOLIMAN_NOEXCEPT;
 
 /* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
- * px. Since 0.1. */
+ * px; linear in it up to 1 px. |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1. Since 0.1. */
+/* Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1. Since
+ * 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image,
                                                                      size_t stride) TOLIMAN_NOEXCEPT;
 
 /* The frame as the network sees it again, image[256][stride] in counts: reference + sqrt(variance) * decode(encode).
  * mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean
- * squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03).
- * photon_floor (may be NULL) is the mmse that noise alone leaves. Since 0.1. */
+ * squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03,
+ * over the pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone
+ * leaves. With any of the three a constant frame is TOLIMAN_E_ARGUMENT. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
                                                                       size_t counts_stride, double *image,
                                                                       size_t stride, double *mmse, double *mssim,

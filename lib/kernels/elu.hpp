@@ -8,7 +8,7 @@ namespace toliman::kernels {
 
 struct EluKernels {
     // Given     values [count]
-    // Returned  values [count]: x where x > 0, exp(x) - 1 elsewhere
+    // Returned  values [count]: x where x > 0, exp(x) - 1 elsewhere; NaN stays NaN
     // Notes     relative error below 2e-7 down to the smallest inputs, where exp(x) - 1 would lose them; the same bits
     //           on every instruction set.
     // Reference coefficients of Cephes expf (S. Moshier)

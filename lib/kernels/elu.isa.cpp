@@ -31,7 +31,7 @@ void elu(float *values, size_t count) noexcept {
     for (size_t i = 0; i < count; i++) {
         const float x = values[i];
         const float below = expm1_negative(x < 0 ? (x > -30.0f ? x : -30.0f) : 0.0f);
-        values[i] = x > 0 ? x : below;
+        values[i] = x <= 0 ? below : x;
     }
 }
 

@@ -37,7 +37,7 @@ Examples:
   toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin)";
 
 void train(const TrainOptions &options, Progress &progress) {
-    OutputFile probe(options.out); // an unwritable place is found before the work, not after it
+    OutputFile out(options.out); // an unwritable place is found before the work, not after it
     const Scene scene(options.scene, progress);
     const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed);
     toliman_cae_train_options how;
@@ -48,7 +48,12 @@ void train(const TrainOptions &options, Progress &progress) {
     toliman_cae_training report = {};
     report.struct_size = sizeof report;
     toliman::check(toliman_cae_train(cae.get(), &how, &report));
-    toliman::check(toliman_cae_save_file(cae.get(), options.out.c_str()));
+    size_t size = 0;
+    toliman::check(toliman_cae_save(cae.get(), nullptr, 0, &size));
+    std::vector<unsigned char> blob(size);
+    toliman::check(toliman_cae_save(cae.get(), blob.data(), size, &size));
+    out.write(blob.data(), size);
+    out.commit();
     progress.clear();
     std::fprintf(stderr, "%s: %u steps, loss %.4f, cosine %.4f, Cramer-Rao bound %.4g px\n", options.out.c_str(),
                  report.steps, report.loss, report.cosine, scene.info.crb_projected_px);

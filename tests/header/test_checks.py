@@ -1,0 +1,123 @@
+"""Feeds bad trees to the checks of layers, words, format and headers; each must complain of the right line."""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CHECKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/check")
+
+
+class Tree(unittest.TestCase):
+    def setUp(self):
+        self.top = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.top)
+
+    def write(self, name, text):
+        path = os.path.join(self.top, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w") as stream:
+            stream.write(text)
+
+    def run_check(self, check, *arguments):
+        run = subprocess.run([os.path.join(CHECKS, check), *arguments, self.top], stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, universal_newlines=True)
+        return run.returncode, run.stdout
+
+    def accepts(self, check, name, text, *arguments):
+        self.write(name, text)
+        self.assertEqual(self.run_check(check, *arguments), (0, ""))
+
+    def refuses(self, check, name, text, place, *arguments):
+        self.write(name, text)
+        code, output = self.run_check(check, *arguments)
+        self.assertEqual(code, 1, output)
+        self.assertIn(place, output)
+        os.remove(os.path.join(self.top, name))
+
+
+class Layers(Tree):
+    def test_good_includes(self):
+        self.accepts("layers", "lib/optics/a.cpp", '#include <vector>\n#include "kernels/b.hpp"\n#include "base/c.hpp"\n')
+        self.accepts("layers", "lib/backend/blas.cpp", "#include <cblas.h>\n#include <lapacke.h>\n")
+        self.accepts("layers", "lib/backend/file.cpp", "#include <unistd.h>\n")
+        self.accepts("layers", "lib/kernels/random.hpp", '#include <cmath>\n#include <Random123/philox.h>\n')
+        self.accepts("layers", "lib/kernels/a.isa.cpp", '#include <immintrin.h>\n#include "base/view.hpp"\n')
+        self.accepts("layers", "lib/api/a.cpp", '#include <toliman/sim.h>\n#include "cae/a.hpp"\nextern "C" int f();\n')
+        self.accepts("layers", "tools/cli/a.cpp", '#include <toliman/sim.h>\n#include "b.hpp"\n// extern "C"\n')
+        self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
+
+    def test_rooms(self):
+        for room, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
+                             ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
+                             ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
+                             ("optics", "api/a.hpp"), ("base", "error.hpp"), ("attic", "base/error.hpp")):
+            name = "lib/%s/a.cpp" % room
+            self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
+
+    def test_system_headers(self):
+        for name, header in (("lib/kernels/a.cpp", "vector"), ("lib/kernels/a.cpp", "immintrin.h"),
+                             ("lib/kernels/a.cpp", "Random123/philox.h"), ("lib/optics/a.cpp", "fftw3.h"),
+                             ("lib/base/a.cpp", "toliman/base.h"), ("lib/api/a.cpp", "zlib.h"),
+                             ("lib/period/a.cpp", "unistd.h"), ("lib/backend/zip.cpp", "fcntl.h")):
+            self.refuses("layers", name, "#include <%s>\n" % header, name + ":1: " + header)
+
+    def test_one_library_a_file_and_one_file_a_library(self):
+        self.refuses("layers", "lib/backend/a.cpp", "#include <zlib.h>\n#include <fftw3.h>\n", "lib/backend/a.cpp:2: ")
+        self.write("lib/backend/fft.cpp", "#include <fftw3.h>\n")
+        self.refuses("layers", "lib/backend/other.cpp", "\n#include <fftw3.h>\n", "lib/backend/other.cpp:2: fftw3.h")
+
+    def test_outside_lib_sees_public_headers_only(self):
+        self.write("lib/base/error.hpp", "")
+        for folder in ("tools/cli", "examples/c", "bindings/python", "tests/unit", "tests/golden"):
+            for header in ("base/error.hpp", "../../lib/base/error.hpp"):
+                name = folder + "/a.c"
+                self.refuses("layers", name, '#include "%s"\n' % header, name + ":1: " + header)
+        self.refuses("layers", "include/toliman/a.h", '#include "toliman/b.h"\n', "include/toliman/a.h:1: ")
+
+    def test_extern_c(self):
+        for name in ("lib/optics/a.cpp", "lib/base/a.hpp", "tools/cli/a.cpp", "include/toliman/a.h"):
+            self.refuses("layers", name, 'int a;\nextern "C" {\n}\n', name + ":2: extern")
+
+    def test_sizes(self):
+        self.accepts("layers", "lib/base/a.cpp", "\n" * 600)
+        self.accepts("layers", "include/toliman/a.h", "\n" * 400)
+        self.refuses("layers", "lib/base/a.cpp", "\n" * 601, "lib/base/a.cpp:601: 601 lines")
+        self.refuses("layers", "include/toliman/a.h", "\n" * 401, "include/toliman/a.h:401: 401 lines")
+
+
+class Words(Tree):
+    def test_good(self):
+        self.accepts("words", "README.md", "https://host/work/a include/work/a a/root b/tmp/c todo /tmp\n")
+
+    def test_bad(self):
+        for bad in ("/" + "root/a", "/" + "work/a", "in /" + "tmp/a", "/" + "home/me", "see ../" + "shared/A.md",
+                    "TO" + "DO: later"):
+            self.refuses("words", "docs/a.md", "one\n%s\n" % bad, "docs/a.md:2: ")
+
+
+@unittest.skipUnless(shutil.which("clang-format"), "clang-format is not installed")
+class Format(Tree):
+    def test_both(self):
+        self.write(".clang-format", "BasedOnStyle: LLVM\n")
+        self.accepts("format", "lib/base/a.cpp", "int a;\nint b;\n")
+        self.refuses("format", "lib/base/a.cpp", "int a;\nint   b;\n", "lib/base/a.cpp:2: ")
+
+
+class Headers(Tree):
+    def test_good(self):
+        self.accepts("headers", "include/toliman/a.h", "#define A 1\n", self.top)
+        self.accepts("headers", "include/toliman/b.hpp", "class B {};\n", self.top)
+
+    def test_bad(self):
+        for text, standard in (("size_t a(void);\n", "-std=c99"), ("int a(void *class);\n", "-std=c++11"),
+                               ("typedef int a;\ntypedef int a;\n", "-std=c99"),
+                               ("static int a(int b) { return 0; }\n", "-std=c11"),
+                               ("#include <toliman/b.h>\n", "-std=c++17")):
+            self.refuses("headers", "include/toliman/a.h", text, standard, self.top)
+
+
+if __name__ == "__main__":
+    sys.dont_write_bytecode = True
+    unittest.main()

@@ -1,0 +1,77 @@
+/* Cheap scenes for the network's tests: one wavelength, a real mask, frames of a size of choice. */
+#ifndef TOLIMAN_TESTS_CAE_SCENE_H
+#define TOLIMAN_TESTS_CAE_SCENE_H
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <toliman/cae.h>
+#include <toliman/sim.h>
+
+#include "assert_close.h"
+
+enum { kSide = 256, kPixels = kSide * kSide };
+
+/* offset_px moves the binary off the frame's middle; project is the content of preprocess.project. */
+static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const char *project) {
+    char json[2048];
+    const int size = snprintf(
+        json, sizeof json,
+        "{\"schema\": \"toliman-scene/1\", \"name\": \"cae-test\","
+        "\"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 128,"
+        "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": ["
+        "    {\"a\": 0.819, \"f\": 2.918, \"l\": 0, \"m\": -27, \"p\": 4.874},"
+        "    {\"a\": 0.93, \"f\": 1.829, \"l\": 0, \"m\": 25, \"p\": 5.967},"
+        "    {\"a\": 0.702, \"f\": 9.468, \"l\": 10.905, \"m\": -27, \"p\": 4.193}]}},"
+        "\"band\": {\"wavelength_nm\": 580},"
+        "\"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"relative_flux\": 3},"
+        "  \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}, \"relative_flux\": 1}},"
+        "\"binary\": {\"offsets_px\": {\"A\": [%g, %g], \"B\": [%g, %g]}},"
+        "\"signal\": {\"kind\": \"sinusoid\", \"star\": \"A\", \"amplitude_px\": 1e-6, \"period_days\": 365,"
+        "  \"phase_rad\": 0},"
+        "\"cadence\": {\"frames\": 10, \"interval_days\": 1, \"peak_photons\": 1e9},"
+        "\"detector\": {\"shape\": [%d, %d], \"pixel_scale_arcsec\": 0.2, \"pixel\": \"point\"},"
+        "\"noise\": {\"photon\": true, \"read_e\": 10, \"seed\": 1},"
+        "\"preprocess\": {\"project\": [%s]}}",
+        offset_px - 5, offset_px + 8, offset_px + 15, offset_px - 24, rows, cols, project);
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &sim));
+    return sim;
+}
+
+static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint32_t steps,
+                                    toliman_cae_training *report) {
+    toliman_cae *cae = NULL;
+    toliman_cae_train_options options;
+    assert_ok(toliman_cae_create(sim, seed, &cae));
+    toliman_cae_train_options_init(&options);
+    options.steps = steps;
+    if (steps != 0)
+        assert_ok(toliman_cae_train(cae, &options, report));
+    return cae;
+}
+
+static inline double *new_image(size_t pixels) {
+    double *image = malloc(pixels * sizeof *image);
+    assert_non_null(image);
+    return image;
+}
+
+static inline double encode_expected(const toliman_cae *cae, const toliman_sim *sim, double displacement_px) {
+    static double frame[kPixels];
+    double latent = 0;
+    assert_ok(toliman_sim_expect(sim, displacement_px, frame, kSide));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    return latent;
+}
+
+static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
+    assert_ok(toliman_cae_save(cae, NULL, 0, size));
+    uint8_t *bytes = malloc(*size);
+    assert_non_null(bytes);
+    assert_ok(toliman_cae_save(cae, bytes, *size, size));
+    return bytes;
+}
+
+#endif

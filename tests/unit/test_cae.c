@@ -1,0 +1,367 @@
+/* The network end to end: latents in px, preprocessing, decoder, training and reconstruction. */
+#include "cae_scene.h"
+
+static toliman_sim *sim;       /* 256x256, nothing projected */
+static toliman_cae *untrained; /* seed 7 */
+static toliman_cae *trained;   /* the same after 100 steps */
+static toliman_cae_training training = {.struct_size = sizeof training};
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = make_sim(kSide, kSide, 0, "");
+    untrained = make_cae(sim, 7, 0, NULL);
+    trained = make_cae(sim, 7, 100, &training);
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_cae_destroy(untrained);
+    toliman_cae_destroy(trained);
+    toliman_sim_destroy(sim);
+    toliman_cae_destroy(NULL);
+    return 0;
+}
+
+static double dot(const double *a, const double *b) {
+    long double sum = 0;
+    for (int i = 0; i < kPixels; i++)
+        sum += (long double)a[i] * b[i];
+    return (double)sum;
+}
+
+/* FNV-1a over the layout's name, its tensors' names and their dimensions as little-endian u32. */
+static uint64_t expected_hash(void) {
+    static const struct {
+        const char *name;
+        uint32_t size[4];
+    } tensors[] = {{"flight", {0}},
+                   {"conv1.weight", {8, 1, 3, 3}},
+                   {"conv1.bias", {8}},
+                   {"conv2.weight", {16, 8, 3, 3}},
+                   {"conv2.bias", {16}},
+                   {"conv3.weight", {32, 16, 3, 3}},
+                   {"conv3.bias", {32}},
+                   {"conv4.weight", {64, 32, 3, 3}},
+                   {"conv4.bias", {64}},
+                   {"latent.weight", {16, 16, 64}},
+                   {"latent.bias", {1}},
+                   {"expand.weight", {16, 16, 64}},
+                   {"expand.bias", {16, 16, 64}},
+                   {"deconv4.weight", {64, 32, 3, 3}},
+                   {"deconv4.bias", {32}},
+                   {"deconv3.weight", {32, 16, 3, 3}},
+                   {"deconv3.bias", {16}},
+                   {"deconv2.weight", {16, 8, 3, 3}},
+                   {"deconv2.bias", {8}},
+                   {"deconv1.weight", {8, 1, 3, 3}},
+                   {"deconv1.bias", {1}}};
+    uint64_t hash = 14695981039346656037u;
+    for (size_t t = 0; t < sizeof tensors / sizeof tensors[0]; t++) {
+        for (const char *c = tensors[t].name; *c != 0; c++)
+            hash = (hash ^ (uint8_t)*c) * 1099511628211u;
+        for (int d = 0; d < 4 && tensors[t].size[d] != 0; d++)
+            for (int byte = 0; byte < 4; byte++)
+                hash = (hash ^ ((tensors[t].size[d] >> (8 * byte)) & 255)) * 1099511628211u;
+    }
+    return hash;
+}
+
+static void test_info(void **unused) {
+    (void)unused;
+    toliman_cae_info info = {.struct_size = sizeof info};
+    toliman_sim_info facts = {.struct_size = sizeof facts};
+    assert_ok(toliman_sim_get_info(sim, &facts));
+    assert_ok(toliman_cae_get_info(untrained, &info));
+    assert_string_equal(info.layout, "flight");
+    assert_true(info.layout_hash == expected_hash());
+    assert_true(info.parameters == 97858);
+    assert_true(info.trained == 0 && info.cosine == 0 && info.projected == 0);
+    assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
+    assert_true(info.crb_px == facts.crb_projected_px);
+    assert_true(info.input_scale == 0.01);
+    assert_ok(toliman_cae_get_info(trained, &info));
+    assert_true(info.trained == 1 && info.cosine == training.cosine);
+}
+
+static void test_latent_is_the_separation_in_px(void **unused) {
+    (void)unused;
+    const toliman_cae *networks[] = {untrained, trained};
+    const double displacements[] = {1e-7, 1e-6, 1e-5};
+    for (int n = 0; n < 2; n++) {
+        assert_at_most(fabs(encode_expected(networks[n], sim, 0)), 1e-14);
+        for (int i = 0; i < 3; i++) {
+            const double d = displacements[i];
+            const double slope =
+                (encode_expected(networks[n], sim, d) - encode_expected(networks[n], sim, -d)) / (2 * d);
+            assert_close(slope, 1, 0, d < 5e-6 ? 1e-3 : 1e-2); /* ELU bends in proportion to d */
+        }
+    }
+}
+
+static void test_target_is_the_whitened_derivative(void **unused) {
+    (void)unused;
+    double *target = new_image(kPixels), *derivative = new_image(kPixels), *variance = new_image(kPixels);
+    assert_ok(toliman_cae_get_target(trained, target, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_SEPARATION, derivative, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    for (int i = 0; i < kPixels; i++)
+        assert_close(target[i], derivative[i] / sqrt(variance[i]), 1e-6, 0);
+    free(target), free(derivative), free(variance);
+}
+
+static void test_training_reaches_the_target(void **unused) {
+    (void)unused;
+    assert_int_equal(training.steps, 100);
+    assert_at_most(training.loss, 0.6);
+    assert_close(training.cosine, sqrt(1 - training.loss), 0, 0.02); /* a fit of unit images */
+}
+
+/* The decoder paints the target: gain 1, the cosine of the report, and the same shape at any small latent. */
+static void test_decode_is_linear(void **unused) {
+    (void)unused;
+    double *target = new_image(kPixels), *zero = new_image(kPixels), *image = new_image(kPixels);
+    assert_ok(toliman_cae_get_target(trained, target, kSide));
+    assert_ok(toliman_cae_decode(trained, 0, zero, kSide));
+    const double latents[] = {1e-8, 1e-6, 1e-4, 1, -1};
+    for (int k = 0; k < 5; k++) {
+        assert_ok(toliman_cae_decode(trained, latents[k], image, kSide));
+        for (int i = 0; i < kPixels; i++)
+            image[i] = (image[i] - zero[i]) / latents[k];
+        assert_close(dot(image, target) / dot(target, target), 1, 0, 5e-3);
+        assert_close(dot(image, target) / sqrt(dot(image, image) * dot(target, target)), training.cosine, 0, 1e-3);
+    }
+    free(target), free(zero), free(image);
+}
+
+/* For small residuals r the latent is <D, r>/<D, target> with D the decoder's image: the halves are transposes. */
+static void test_encoder_is_the_transposed_decoder(void **unused) {
+    (void)unused;
+    double *target = new_image(kPixels), *painted = new_image(kPixels), *frame = new_image(kPixels);
+    double *reference = new_image(kPixels), *variance = new_image(kPixels), *residual = new_image(kPixels);
+    assert_ok(toliman_cae_get_target(trained, target, kSide));
+    assert_ok(toliman_cae_decode(trained, 1e-6, painted, kSide));
+    assert_ok(toliman_sim_expect(sim, 0, reference, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    for (int wave = 1; wave <= 5; wave++) {
+        double latent;
+        for (int i = 0; i < kPixels; i++) {
+            residual[i] = 1e-4 * target[i] / fabs(target[i] + 1e-300) * cos(wave * 0.37 * i);
+            frame[i] = reference[i] + sqrt(variance[i]) * residual[i];
+        }
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+        const double scale = 1e-4 * sqrt(dot(painted, painted) * kPixels) / dot(painted, target);
+        assert_close(latent, dot(painted, residual) / dot(painted, target), 0, 1e-4 * scale);
+    }
+    free(target), free(painted), free(frame), free(reference), free(variance), free(residual);
+}
+
+static void test_training_is_deterministic(void **unused) {
+    (void)unused;
+    size_t size, size_again;
+    toliman_cae *again = make_cae(sim, 7, 30, NULL);
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options);
+    options.steps = 100; /* from the seed again, whatever was trained before */
+    assert_ok(toliman_cae_train(again, &options, NULL));
+    uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
+    assert_true(size == size_again);
+    assert_memory_equal(bytes, bytes_again, size);
+    free(bytes), free(bytes_again);
+    toliman_cae_destroy(again);
+}
+
+static int32_t stop_half_way(const char *stage, double fraction, void *calls) {
+    assert_string_equal(stage, "train");
+    ++*(int *)calls;
+    return fraction >= 0.5;
+}
+
+static void test_cancelled_training_changes_nothing(void **unused) {
+    (void)unused;
+    size_t size, size_after;
+    int calls = 0;
+    uint8_t *before = saved(trained, &size);
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options);
+    options.steps = 8;
+    options.progress = stop_half_way;
+    options.progress_data = &calls;
+    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_int_equal(calls, 4);
+    uint8_t *after = saved(trained, &size_after);
+    assert_true(size == size_after);
+    assert_memory_equal(before, after, size);
+    free(before), free(after);
+}
+
+static void test_same_bits_on_any_number_of_workers(void **unused) {
+    (void)unused;
+    enum { kFrames = 7 };
+    double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
+    assert_ok(toliman_sim_frame_many(sim, 3, 0, kFrames, NULL, 0, frames));
+    for (uint32_t workers = 0; workers <= 3; workers++) {
+        assert_ok(toliman_cae_encode_many(trained, frames, kFrames, workers, latents));
+        for (int k = 0; k < kFrames; k++) {
+            assert_ok(toliman_cae_encode(trained, frames + (size_t)k * kPixels, kSide, &one));
+            assert_memory_equal(&one, &latents[k], sizeof one);
+        }
+    }
+    latents[0] = latents[6] = -5;
+    frames[5 * kPixels + 300] = NAN;
+    assert_fails(toliman_cae_encode_many(trained, frames, kFrames, 2, latents), TOLIMAN_E_ARGUMENT,
+                 "frame 5: counts[1][44] = nan");
+    assert_true(latents[0] == -5 && latents[6] == -5);
+    assert_ok(toliman_cae_encode_many(trained, NULL, 0, 1, NULL));
+    free(frames);
+}
+
+/* The latent of noisy frames scatters as the cosine predicts: sigma = crb / cosine. */
+static void test_efficiency_is_the_cosine(void **unused) {
+    (void)unused;
+    enum { kFrames = 100 };
+    static double displacements[kFrames];
+    double *frame = new_image(kPixels), sum = 0, squares = 0;
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(trained, &info));
+    for (int k = 0; k < kFrames; k++) {
+        double latent;
+        assert_ok(toliman_sim_frame(sim, displacements[k], 99, k, frame, kSide));
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+        sum += latent;
+        squares += latent * latent;
+    }
+    const double sigma = sqrt(squares / kFrames - sum / kFrames * sum / kFrames);
+    assert_close(sigma, info.crb_px / info.cosine, 0.25, 0); /* 3.5 standard errors of 100 frames */
+    assert_at_most(fabs(sum / kFrames), 4 * sigma / sqrt(kFrames));
+    free(frame);
+}
+
+static void test_reconstruction(void **unused) {
+    (void)unused;
+    double *frame = new_image(kPixels), *image = new_image(kPixels), *variance = new_image(kPixels);
+    double mmse, mssim, floor_, low = 1e300, high = -1e300, error = 0, noise = 0;
+    assert_ok(toliman_sim_frame(sim, 0, 5, 0, frame, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, &mssim, &floor_));
+    for (int i = 0; i < kPixels; i++) {
+        low = fmin(low, frame[i]);
+        high = fmax(high, frame[i]);
+        error += (image[i] - frame[i]) * (image[i] - frame[i]);
+        noise += variance[i];
+    }
+    assert_close(mmse, error / kPixels / (high - low) / (high - low), 1e-9, 0);
+    assert_close(floor_, noise / kPixels / (high - low) / (high - low), 1e-6, 0);
+    assert_close(mmse, floor_, 0.03, 0);
+    assert_true(mssim < 1);
+    assert_at_most(1 - mssim, 1e-6);
+    assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
+    for (int i = 0; i < kPixels; i++)
+        frame[i] = 3;
+    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "without contrast");
+    free(frame), free(image), free(variance);
+}
+
+/* A frame larger than the crop, off centre, with nuisances projected out. */
+static void test_crop_and_projection(void **unused) {
+    (void)unused;
+    enum { kRows = 270, kCols = 300, kFrame = kRows * kCols };
+    toliman_sim *wide = make_sim(kRows, kCols, 9, "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"");
+    toliman_cae *cae = make_cae(wide, 1, 20, NULL);
+    double *reference = new_image(kFrame), *change = new_image(kFrame), *frame = new_image(kFrame);
+    double light = 0, row = 0, col = 0, latent;
+    assert_ok(toliman_sim_expect(wide, 0, reference, kCols));
+    for (int i = 0; i < kFrame; i++) {
+        light += reference[i];
+        row += reference[i] * (i / kCols);
+        col += reference[i] * (i % kCols);
+    }
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_true(info.rows == kRows && info.cols == kCols && info.projected == 4);
+    assert_true(info.crop_row == (int64_t)fmin(fmax(floor(row / light - 127.5 + 0.5), 0), kRows - kSide));
+    assert_true(info.crop_col == (int64_t)fmin(fmax(floor(col / light - 127.5 + 0.5), 0), kCols - kSide));
+    assert_true(info.crop_col > 0 && info.crop_col < kCols - kSide);
+
+    const struct {
+        int32_t kind;
+        double size;
+    } nuisances[] = {{TOLIMAN_IMAGE_STAR_A, 1e-4},
+                     {TOLIMAN_IMAGE_STAR_B, -1e-4},
+                     {TOLIMAN_IMAGE_SHIFT_X, 1e-3},
+                     {TOLIMAN_IMAGE_SHIFT_Y, -1e-3}};
+    for (int k = 0; k < 4; k++) {
+        assert_ok(toliman_sim_get_image(wide, nuisances[k].kind, change, kCols));
+        for (int i = 0; i < kFrame; i++)
+            frame[i] = reference[i] + nuisances[k].size * change[i];
+        assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+        assert_at_most(fabs(latent), 1e-3 * info.crb_px);
+    }
+    assert_ok(toliman_sim_expect(wide, 1e-6, frame, kCols));
+    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+    assert_close(latent, 1e-6, 1e-3, 0);
+
+    const size_t first = (size_t)info.crop_row * kCols + (size_t)info.crop_col;
+    frame[first - 1] = NAN; /* outside the crop: not looked at */
+    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+    frame[first + 2 * kCols + 3] = INFINITY;
+    char text[64];
+    snprintf(text, sizeof text, "counts[%d][%d] = inf", (int)info.crop_row + 2, (int)info.crop_col + 3);
+    latent = -5;
+    assert_fails(toliman_cae_encode(cae, frame, kCols, &latent), TOLIMAN_E_ARGUMENT, text);
+    assert_true(latent == -5);
+    free(reference), free(change), free(frame);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(wide);
+}
+
+static void test_arguments(void **unused) {
+    (void)unused;
+    static double image[kPixels];
+    double latent;
+    size_t needed;
+    toliman_cae *out = NULL;
+    toliman_cae_train_options options;
+    toliman_sim *small = make_sim(255, 300, 0, "");
+    assert_fails(toliman_cae_create(small, 1, &out), TOLIMAN_E_UNSUPPORTED, "255 x 300");
+    assert_null(out);
+    toliman_sim_destroy(small);
+    assert_fails(toliman_cae_create(NULL, 1, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_cae_create(sim, 1, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent), TOLIMAN_E_ARGUMENT, "stride of counts = 255");
+    assert_fails(toliman_cae_encode(trained, image, kSide, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
+    assert_fails(toliman_cae_encode_many(trained, NULL, 1, 1, &latent), TOLIMAN_E_ARGUMENT, "counts is NULL");
+    assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
+    assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
+    assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
+    assert_fails(toliman_cae_save(trained, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
+    assert_fails(toliman_cae_save(trained, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
+    toliman_cae_train_options_init(&options);
+    options.learning_rate = NAN;
+    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
+    toliman_cae_training report = {.struct_size = 1};
+    assert_fails(toliman_cae_train(trained, NULL, &report), TOLIMAN_E_ARGUMENT, "report->struct_size = 1");
+    for (int i = 0; i < kPixels; i++)
+        image[i] = 1e300;
+    assert_fails(toliman_cae_encode(trained, image, kSide, &latent), TOLIMAN_E_RANGE, "not finite");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_info),
+        cmocka_unit_test(test_latent_is_the_separation_in_px),
+        cmocka_unit_test(test_target_is_the_whitened_derivative),
+        cmocka_unit_test(test_training_reaches_the_target),
+        cmocka_unit_test(test_decode_is_linear),
+        cmocka_unit_test(test_encoder_is_the_transposed_decoder),
+        cmocka_unit_test(test_training_is_deterministic),
+        cmocka_unit_test(test_cancelled_training_changes_nothing),
+        cmocka_unit_test(test_same_bits_on_any_number_of_workers),
+        cmocka_unit_test(test_efficiency_is_the_cosine),
+        cmocka_unit_test(test_reconstruction),
+        cmocka_unit_test(test_crop_and_projection),
+        cmocka_unit_test(test_arguments),
+    };
+    return cmocka_run_group_tests_name("cae", tests, set_up, tear_down);
+}
