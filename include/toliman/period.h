@@ -5,6 +5,8 @@
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
+ * Accuracy     power within 1e-12; within 1e-17 (f T)^-4 where f times the time span T is below 0.05; and 3e-17 more
+ *              for every standard deviation by which the mean is away from value_offset.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H

@@ -132,8 +132,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frames first ... first + count - 1 of the cadence with the scene's own signal (displacements NULL) or the given
- * displacements[count], computed on `threads` workers (0 = one a processor) into images[count][rows][cols]. Since 0.1. */
+/* Frames first ... first + count - 1 of the cadence with the scene's own signal (displacements NULL), or any frame
+ * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into images[count][rows][cols]. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,

@@ -1,0 +1,35 @@
+# Thin front to CMake: everything real lives in CMakeLists.txt and tools/.
+BUILD ?= build
+JOBS ?= $(shell nproc)
+
+.DEFAULT_GOAL := all
+.PHONY: all deps demo check check-deps format docs clean help
+
+all: deps $(BUILD)/build.ninja ## build the library and the program (default)
+	@cmake --build $(BUILD) --parallel $(JOBS)
+
+demo: all ## build everything and find a planet in 1095 simulated frames
+	$(BUILD)/bin/toliman run examples/scenes/chapter.json
+
+check: check-deps ## build and run every test
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >$(BUILD).log || { cat $(BUILD).log; exit 1; }
+	@cmake --build $(BUILD) --parallel $(JOBS)
+	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+format: ## lay out the sources as .clang-format says
+	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i
+
+clean: ## remove what was built
+	rm -rf $(BUILD) $(BUILD).log
+
+help: ## say what can be made
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
+
+deps:
+	@tools/deps/install build
+
+check-deps:
+	@tools/deps/install check
+
+$(BUILD)/build.ninja:
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=OFF

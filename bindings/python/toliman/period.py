@@ -1,0 +1,124 @@
+"""Streaming periodogram; include/toliman/period.h is the manual."""
+import ctypes
+from ctypes import POINTER, byref, c_double, c_int32, c_int64, c_size_t, c_uint32, c_void_p
+
+import numpy
+
+from ._library import check, library
+
+
+class _Options(ctypes.Structure):
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
+        (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor")
+    ]
+
+
+class Peak(ctypes.Structure):
+    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats."""
+
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32)] + [
+        (name, c_double)
+        for name in (
+            "frequency period power log10_residual fwhm fwhm_error half_width_error frequency_error "
+            "amplitude amplitude_error phase offset log10_fap"
+        ).split()
+    ]
+
+    def __repr__(self):
+        return f"Peak(period={self.period:.6g}, power={self.power:.6g}, log10_fap={self.log10_fap:.4g})"
+
+
+_FIXED_MEAN = 1
+_doubles = POINTER(c_double)
+
+
+def _declare(name, *argtypes, restype=c_int32):
+    function = getattr(library, "toliman_period_" + name)
+    function.argtypes, function.restype = argtypes, restype
+    return function
+
+
+_options_init = _declare("options_init", POINTER(_Options), restype=None)
+_create = _declare("create", c_double, c_double, c_int64, POINTER(_Options), POINTER(c_void_p))
+_destroy = _declare("destroy", c_void_p, restype=None)
+_push = _declare("push", c_void_p, c_double, c_double, c_double)
+_push_many = _declare("push_many", c_void_p, _doubles, _doubles, _doubles, c_size_t)
+_count = _declare("count", c_void_p, restype=c_int64)
+_query_power = _declare("query_power", c_void_p, c_int64, c_size_t, _doubles)
+_query_peak = _declare("query_peak", c_void_p, POINTER(Peak))
+_query_fit = _declare("query_fit", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(Peak))
+
+
+def _series(t, y, sigma):
+    """Equal-length float64 arrays and their pointers; the arrays must outlive the pointers."""
+    arrays = [None if a is None else numpy.ascontiguousarray(a, dtype=numpy.float64) for a in (t, y, sigma)]
+    shapes = {a.shape for a in arrays if a is not None}
+    if len(shapes) != 1 or arrays[0].ndim != 1:
+        raise ValueError(f"t, y and sigma must be one-dimensional and of equal length, not {sorted(shapes)}")
+    return arrays, [None if a is None else a.ctypes.data_as(_doubles) for a in arrays]
+
+
+class Periodogram:
+    """Lomb-Scargle periodogram on the grid f0 + k df, k < nf, that takes one sample at a time.
+
+    time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound and sigma must
+    not fall below sigma_floor. The sums are exact: any order of pushes gives the same bits.
+    """
+
+    def __init__(self, f0, df, nf, *, fit_mean=True, time_offset=0.0, value_offset=0.0, value_bound=2.0**20,
+                 sigma_floor=1.0):
+        self._handle = c_void_p()
+        self.nf = int(nf)
+        options = _Options()
+        _options_init(byref(options))
+        options.flags = 0 if fit_mean else _FIXED_MEAN
+        options.time_offset, options.value_offset = time_offset, value_offset
+        options.value_bound, options.sigma_floor = value_bound, sigma_floor
+        self._sigma = sigma_floor
+        check(_create(f0, df, nf, byref(options), byref(self._handle)))
+
+    def push(self, t, y, sigma=None):
+        """Adds one sample; without sigma it is unweighted."""
+        check(_push(self._handle, t, y, self._sigma if sigma is None else sigma))
+
+    def push_many(self, t, y, sigma=None):
+        """Adds arrays of samples, all or none."""
+        arrays, pointers = _series(t, y, sigma)
+        check(_push_many(self._handle, *pointers, len(arrays[0])))
+
+    def power(self):
+        """Power at every frequency, float64 array of length nf."""
+        power = numpy.empty(self.nf)
+        check(_query_power(self._handle, 0, self.nf, power.ctypes.data_as(_doubles)))
+        return power
+
+    def peak(self):
+        """Highest peak, refined by a parabola."""
+        peak = Peak(struct_size=ctypes.sizeof(Peak))
+        check(_query_peak(self._handle, byref(peak)))
+        return peak
+
+    def fit(self, t, y, sigma=None):
+        """Highest peak refined by least squares on the samples that were pushed."""
+        peak = Peak(struct_size=ctypes.sizeof(Peak))
+        arrays, pointers = _series(t, y, sigma)
+        check(_query_fit(self._handle, *pointers, len(arrays[0]), byref(peak)))
+        return peak
+
+    def __len__(self):
+        return _count(self._handle)
+
+    def close(self):
+        """Frees the memory; the object is of no use afterwards."""
+        _destroy(self._handle)
+        self._handle = c_void_p()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __del__(self):
+        if getattr(self, "_handle", None):
+            self.close()

@@ -1,0 +1,55 @@
+/* The whole job from C: simulate a scene, train the network, encode frames one by one, print the period.
+ *
+ *     first_light examples/scenes/chapter.json
+ */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <toliman/toliman.h>
+
+static void check(toliman_status status) {
+    if (status == TOLIMAN_OK)
+        return;
+    fprintf(stderr, "%s: %s\n", toliman_status_name(status), toliman_last_error());
+    exit(EXIT_FAILURE);
+}
+
+int main(int argc, char **argv) {
+    if (argc != 2) {
+        fprintf(stderr, "usage: first_light SCENE\n");
+        return EXIT_FAILURE;
+    }
+    toliman_sim *sim = NULL;
+    check(toliman_sim_create(argv[1], NULL, &sim));
+    toliman_sim_info info = {.struct_size = sizeof info};
+    check(toliman_sim_get_info(sim, &info));
+
+    toliman_cae *cae = NULL;
+    check(toliman_cae_create(sim, info.seed, &cae));
+    check(toliman_cae_train(cae, NULL, NULL));
+
+    /* Frequencies from 1.5 cycles in the whole series up to one cycle in two frames. */
+    const double frames = (double)info.frames;
+    toliman_period *period = NULL;
+    check(toliman_period_create(1.5 / frames, 0.1 / frames, (int64_t)(5 * info.frames - 14), NULL, &period));
+
+    double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
+    if (image == NULL)
+        return EXIT_FAILURE;
+    for (int64_t k = 0; k < info.frames; k++) {
+        double time, displacement, latent;
+        check(toliman_sim_get_series(sim, k, 1, &time, &displacement));
+        check(toliman_sim_frame(sim, displacement, info.seed, k, image, (size_t)info.cols));
+        check(toliman_cae_encode(cae, image, (size_t)info.cols, &latent));
+        check(toliman_period_push(period, time, latent, 1));
+    }
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    check(toliman_period_query_peak(period, &peak));
+    printf("true period %g days, found %.2f days, log10 FAP %.1f\n", info.period_days, peak.period, peak.log10_fap);
+
+    free(image);
+    toliman_period_destroy(period);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,285 @@
+// include/toliman/sim.h: unwrap, call, convert.
+#include <toliman/sim.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "base/buffer.hpp"
+#include "base/workers.hpp"
+
+namespace api = toliman::api;
+namespace optics = toliman::optics;
+using toliman::Buffer;
+using toliman::fail;
+using toliman::Status;
+
+namespace {
+
+constexpr size_t kOldestOptions = sizeof(toliman_sim_options), kOldestInfo = sizeof(toliman_sim_info);
+constexpr double kFarthest = 100; // px, of a propagated displacement
+
+toliman_sim_options default_options() noexcept {
+    toliman_sim_options options = {};
+    options.struct_size = sizeof options;
+    return options;
+}
+
+optics::Settings settings_of(const toliman_sim_options *options) {
+    const toliman_sim_options known = api::accept(options, default_options(), "options", kOldestOptions);
+    optics::Settings settings;
+    settings.workers = known.threads;
+    settings.progress = {known.progress, known.progress_data};
+    settings.log = {known.log, known.log_data};
+    return settings;
+}
+
+const optics::Simulator &simulator_of(const toliman_sim *sim) {
+    return api::required(sim, "sim").simulator;
+}
+
+void check_displacement(double displacement_px, double limit) {
+    if (std::isnan(displacement_px))
+        fail(Status::argument, "displacement_px is NaN");
+    if (std::fabs(displacement_px) > limit)
+        fail(Status::range, "displacement_px = %g: must be in [%g, %g] px", displacement_px, -limit, limit);
+}
+
+void check_frames(int64_t first, size_t count, int64_t frames) {
+    if (first < 0 || first > frames || count > static_cast<uint64_t>(frames - first))
+        fail(Status::range, "first = %lld, count = %zu: must be within the cadence of %lld frames",
+             static_cast<long long>(first), count, static_cast<long long>(frames));
+}
+
+// Fills an image of the caller once all of it is known.
+template <class Fill> void give_image(const toliman_sim *sim, double *image, size_t stride, Fill fill) {
+    const optics::Simulator &simulator = simulator_of(sim);
+    const size_t cols = simulator.scene().detector.cols;
+    api::required_image(image, stride, cols, "image");
+    Buffer<double> whole(simulator.pixels());
+    fill(simulator, whole.data());
+    for (size_t row = 0; row < simulator.scene().detector.rows; row++)
+        std::copy_n(whole.data() + row * cols, cols, image + row * stride);
+}
+
+const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind) {
+    const optics::Images &images = simulator.images();
+    switch (kind) {
+    case TOLIMAN_IMAGE_BOTH:
+        return images.both;
+    case TOLIMAN_IMAGE_STAR_A:
+        return images.star[0];
+    case TOLIMAN_IMAGE_STAR_B:
+        if (images.star[1].empty())
+            fail(Status::argument, "kind = %d: the scene has star A only", kind);
+        return images.star[1];
+    case TOLIMAN_IMAGE_SEPARATION:
+        return images.separation;
+    case TOLIMAN_IMAGE_CURVATURE:
+        return images.curvature;
+    case TOLIMAN_IMAGE_SHIFT_X:
+        return images.shift_x;
+    case TOLIMAN_IMAGE_SHIFT_Y:
+        return images.shift_y;
+    case TOLIMAN_IMAGE_VARIANCE:
+        return images.variance;
+    default:
+        fail(Status::argument, "kind = %d: must be in [%d, %d]", kind, TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_VARIANCE);
+    }
+}
+
+double total(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+toliman_sim_info info_of(const optics::Simulator &simulator) {
+    const optics::Scene &scene = simulator.scene();
+    const optics::Light &light = simulator.light();
+    const Buffer<double> &both = simulator.images().both;
+    toliman_sim_info info = {};
+    info.wavelengths = static_cast<int32_t>(light.wavelength_m.size());
+    info.rows = static_cast<int64_t>(scene.detector.rows);
+    info.cols = static_cast<int64_t>(scene.detector.cols);
+    info.frames = scene.cadence.frames;
+    info.pupil_samples = static_cast<int64_t>(scene.telescope.pupil_samples);
+    info.seed = scene.noise.seed;
+    info.amplitude_px = scene.signal.amplitude_px;
+    info.period_days = scene.signal.period_days;
+    info.separation_px = light.separation_px;
+    info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);
+    info.peak_photons = *std::max_element(both.begin(), both.end());
+    info.total_photons = std::accumulate(both.begin(), both.end(), 0.0);
+    info.crb_px = simulator.bounds().alone;
+    info.crb_flux_shift_px = simulator.bounds().flux_shift;
+    info.crb_projected_px = simulator.bounds().projected;
+    info.truncation = simulator.truncation();
+    info.min_displacement_px = simulator.min_displacement_px();
+    info.max_displacement_px = simulator.max_displacement_px();
+    return info;
+}
+
+// Frames on own workers; worker w makes frames w, w + workers, ... in its own scratch.
+void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t first, size_t count,
+                 const double *displacements_px, uint32_t threads, double *images) {
+    const size_t pixels = simulator.pixels();
+    const size_t workers = std::max<size_t>(1, std::min<size_t>(toliman::worker_count(threads), count));
+    std::vector<Buffer<double>> scratch(workers, Buffer<double>(pixels));
+    toliman::run_jobs(static_cast<unsigned>(workers), workers, [&](size_t worker) {
+        for (size_t i = worker; i < count; i += workers) {
+            const int64_t k = first + static_cast<int64_t>(i);
+            const double displacement =
+                displacements_px != nullptr ? displacements_px[i] : simulator.displacement_px(k);
+            simulator.frame(displacement, seed, k, scratch[worker].data(), images + i * pixels);
+        }
+    });
+}
+
+} // namespace
+
+void toliman_sim_options_init(toliman_sim_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_options();
+}
+
+toliman_status toliman_sim_create(const char *path, const toliman_sim_options *options, toliman_sim **out) noexcept {
+    return api::guard([&] {
+        api::required(path, "path");
+        api::required(out, "out");
+        *out = new toliman_sim{optics::open_scene(path, settings_of(options))};
+    });
+}
+
+toliman_status toliman_sim_create_json(const char *json, size_t size, const char *folder,
+                                       const toliman_sim_options *options, toliman_sim **out) noexcept {
+    return api::guard([&] {
+        api::required(json, "json");
+        api::required(out, "out");
+        const bool here = folder == nullptr || *folder == '\0';
+        *out = new toliman_sim{
+            optics::Simulator(std::string(json, size), "scene", here ? "." : folder, settings_of(options))};
+    });
+}
+
+void toliman_sim_destroy(toliman_sim *sim) noexcept {
+    delete sim;
+}
+
+toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
+    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out", kOldestInfo); });
+}
+
+const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {
+    return sim != nullptr ? sim->simulator.scene().name.c_str() : "";
+}
+
+toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, size_t count, double *times_days,
+                                      double *displacements_px) noexcept {
+    return api::guard([&] {
+        const optics::Simulator &simulator = simulator_of(sim);
+        check_frames(first, count, simulator.scene().cadence.frames);
+        for (size_t i = 0; i < count; i++) {
+            const int64_t k = first + static_cast<int64_t>(i);
+            if (times_days != nullptr)
+                times_days[i] = simulator.time_days(k);
+            if (displacements_px != nullptr)
+                displacements_px[i] = simulator.displacement_px(k);
+        }
+    });
+}
+
+toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image, size_t stride) noexcept {
+    return api::guard([&] {
+        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+            const Buffer<double> &source = image_of(simulator, kind);
+            std::copy(source.begin(), source.end(), whole);
+        });
+    });
+}
+
+toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude, double *opd_m) noexcept {
+    return api::guard([&] {
+        const optics::Pupil &pupil = simulator_of(sim).pupil();
+        if (amplitude != nullptr)
+            std::copy(pupil.amplitude.begin(), pupil.amplitude.end(), amplitude);
+        if (opd_m != nullptr)
+            std::copy(pupil.opd_m.begin(), pupil.opd_m.end(), opd_m);
+    });
+}
+
+toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, double *wavelength_m, double *weight_a,
+                                        double *weight_b) noexcept {
+    return api::guard([&] {
+        const optics::Light &light = simulator_of(sim).light();
+        if (count != light.wavelength_m.size())
+            fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, light.wavelength_m.size());
+        if (wavelength_m != nullptr)
+            std::copy(light.wavelength_m.begin(), light.wavelength_m.end(), wavelength_m);
+        if (weight_a != nullptr)
+            std::copy(light.photons[0].begin(), light.photons[0].end(), weight_a);
+        if (weight_b != nullptr && light.photons[1].empty())
+            std::fill_n(weight_b, count, 0.0);
+        else if (weight_b != nullptr)
+            std::copy(light.photons[1].begin(), light.photons[1].end(), weight_b);
+    });
+}
+
+toliman_status toliman_sim_get_offsets(const toliman_sim *sim, double offsets_px[4]) noexcept {
+    return api::guard([&] {
+        const optics::Light &light = simulator_of(sim).light();
+        api::required(offsets_px, "offsets_px");
+        const bool single = light.photons[1].empty();
+        for (size_t i = 0; i < 4; i++)
+            offsets_px[i] = i >= 2 && single ? std::numeric_limits<double>::quiet_NaN() : light.offset_px[i / 2][i % 2];
+    });
+}
+
+toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px, double *image,
+                                     size_t stride) noexcept {
+    return api::guard([&] {
+        check_displacement(displacement_px, kFarthest);
+        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+            simulator.propagate(displacement_px, whole);
+        });
+    });
+}
+
+toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px, double *image,
+                                  size_t stride) noexcept {
+    return api::guard([&] {
+        check_displacement(displacement_px, optics::kLargestDisplacement);
+        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+            simulator.expect(displacement_px, whole);
+        });
+    });
+}
+
+toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px, uint64_t seed, int64_t k,
+                                 double *image, size_t stride) noexcept {
+    return api::guard([&] {
+        check_displacement(displacement_px, optics::kLargestDisplacement);
+        if (k < 0)
+            fail(Status::range, "k = %lld: must be at least 0", static_cast<long long>(k));
+        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+            Buffer<double> scratch(simulator.pixels());
+            simulator.frame(displacement_px, seed, k, scratch.data(), whole);
+        });
+    });
+}
+
+toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count,
+                                      const double *displacements_px, uint32_t threads, double *images) noexcept {
+    return api::guard([&] {
+        const optics::Simulator &simulator = simulator_of(sim);
+        const bool own = displacements_px != nullptr; // then any frame number will do
+        check_frames(first, count, own ? std::numeric_limits<int64_t>::max() : simulator.scene().cadence.frames);
+        if (count == 0)
+            return;
+        api::required(images, "images");
+        for (size_t i = 0; own && i < count; i++)
+            check_displacement(displacements_px[i], optics::kLargestDisplacement);
+        make_frames(simulator, seed, first, count, displacements_px, threads, images);
+    });
+}

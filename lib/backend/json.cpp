@@ -1,0 +1,215 @@
+#include "backend/json.hpp"
+
+#include <charconv>
+#include <cstring>
+#include <memory>
+
+#include <cjson/cJSON.h>
+
+#include "base/error.hpp"
+
+namespace toliman::json {
+
+namespace {
+
+constexpr size_t kLargestText = 256 * 1024;
+constexpr size_t kMostLevels = 16;
+constexpr size_t kMostValues = 4096;
+
+[[noreturn]] void fail_at(const std::string &text, size_t offset, const std::string &source, const char *what) {
+    size_t line = 1, column = 1;
+    for (size_t i = 0; i < offset && i < text.size(); i++) {
+        column = text[i] == '\n' ? 1 : column + 1;
+        line += text[i] == '\n';
+    }
+    fail(Status::format, "%s: line %zu, column %zu: %s", source.c_str(), line, column, what);
+}
+
+// Length of the UTF-8 sequence at text[at], or 0 if it is none (Unicode 15, table 3-7).
+size_t utf8_length(const std::string &text, size_t at) {
+    const auto byte = [&](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+    const auto is = [&](size_t i, unsigned low, unsigned high) { return byte(i) >= low && byte(i) <= high; };
+    const unsigned first = byte(at);
+    if (first < 0x80)
+        return 1;
+    if (first >= 0xc2 && first <= 0xdf)
+        return is(at + 1, 0x80, 0xbf) ? 2 : 0;
+    if (first >= 0xe0 && first <= 0xef) {
+        const unsigned low = first == 0xe0 ? 0xa0 : 0x80, high = first == 0xed ? 0x9f : 0xbf;
+        return is(at + 1, low, high) && is(at + 2, 0x80, 0xbf) ? 3 : 0;
+    }
+    if (first >= 0xf0 && first <= 0xf4) {
+        const unsigned low = first == 0xf0 ? 0x90 : 0x80, high = first == 0xf4 ? 0x8f : 0xbf;
+        return is(at + 1, low, high) && is(at + 2, 0x80, 0xbf) && is(at + 3, 0x80, 0xbf) ? 4 : 0;
+    }
+    return 0;
+}
+
+// Walks the tokens once, before cJSON sees them: cJSON 1.7 recurses to 1000 levels, takes 1e999 for infinity, bad
+// UTF-8, control characters in strings and numbers such as 01. How tokens may follow one another is left to it.
+class Scan {
+  public:
+    Scan(const std::string &text, const std::string &source) : text_(text), source_(source) {}
+
+    void run() {
+        while (at_ < text_.size())
+            token();
+    }
+
+  private:
+    [[noreturn]] void refuse(const char *what) const { fail_at(text_, at_, source_, what); }
+    char here() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+    bool digit() const { return here() >= '0' && here() <= '9'; }
+
+    void token() {
+        switch (here()) {
+        case ' ':
+        case '\t':
+        case '\r':
+        case '\n':
+        case ',':
+            at_++;
+            return;
+        case ':':
+            at_++;
+            keys_++;
+            return;
+        case ']':
+        case '}':
+            if (levels_-- == 0)
+                refuse("closed, but nothing is open");
+            at_++;
+            return;
+        case '[':
+        case '{':
+            value();
+            if (++levels_ > kMostLevels)
+                refuse("deeper than 16 levels");
+            at_++;
+            return;
+        case '"':
+            value();
+            return string();
+        default:
+            value();
+            return here() == '-' || digit() ? number() : literal();
+        }
+    }
+
+    void value() {
+        if (++values_ > kMostValues + keys_)
+            refuse("more than 4096 values");
+    }
+
+    void string() {
+        for (at_++; here() != '"'; at_++) {
+            if (at_ >= text_.size())
+                refuse("the string does not end");
+            if (static_cast<unsigned char>(here()) < 0x20)
+                refuse("control character in a string");
+            const size_t length = utf8_length(text_, at_);
+            if (length == 0)
+                refuse("not UTF-8");
+            if (text_.compare(at_, 6, "\\u0000") == 0)
+                refuse("U+0000 is not allowed");
+            at_ += here() == '\\' ? 1 : length - 1;
+        }
+        at_++;
+    }
+
+    void digits() {
+        if (!digit())
+            refuse("digit expected");
+        while (digit())
+            at_++;
+    }
+
+    void number() {
+        const size_t start = at_;
+        at_ += here() == '-';
+        if (here() == '0')
+            at_++;
+        else
+            digits();
+        if (here() == '.') {
+            at_++;
+            digits();
+        }
+        if (here() == 'e' || here() == 'E') {
+            at_++;
+            at_ += here() == '-' || here() == '+';
+            digits();
+        }
+        double parsed;
+        const auto [end, error] = std::from_chars(text_.data() + start, text_.data() + at_, parsed);
+        if (error != std::errc() || end != text_.data() + at_) {
+            at_ = start;
+            refuse("the number is outside the range of double");
+        }
+        if (digit())
+            refuse("a number must not start with 0");
+    }
+
+    void literal() {
+        for (const char *word : {"true", "false", "null"})
+            if (text_.compare(at_, std::strlen(word), word) == 0) {
+                at_ += std::strlen(word);
+                return;
+            }
+        refuse("unexpected character");
+    }
+
+    const std::string &text_;
+    const std::string &source_;
+    size_t at_ = 0, levels_ = 0, values_ = 0, keys_ = 0;
+};
+
+// Recursion is bounded by kMostLevels.
+Value convert(const cJSON &node, const std::string &source) {
+    Value value;
+    if (cJSON_IsBool(&node)) {
+        value.kind = Value::Kind::boolean;
+        value.boolean = cJSON_IsTrue(&node) != 0;
+    } else if (cJSON_IsNumber(&node)) {
+        value.kind = Value::Kind::number;
+        value.number = node.valuedouble;
+    } else if (cJSON_IsString(&node)) {
+        value.kind = Value::Kind::text;
+        value.text = node.valuestring;
+    } else if (cJSON_IsArray(&node) || cJSON_IsObject(&node)) {
+        const bool object = cJSON_IsObject(&node) != 0;
+        value.kind = object ? Value::Kind::object : Value::Kind::array;
+        for (const cJSON *item = node.child; item != nullptr; item = item->next) {
+            if (object && value.find(item->string) != nullptr)
+                fail(Status::format, "%s: key \"%s\" stands twice in one object", source.c_str(), item->string);
+            value.items.push_back(convert(*item, source));
+            if (object)
+                value.names.emplace_back(item->string);
+        }
+    }
+    return value;
+}
+
+} // namespace
+
+const Value *Value::find(const std::string &name) const noexcept {
+    for (size_t i = 0; i < names.size(); i++)
+        if (names[i] == name)
+            return &items[i];
+    return nullptr;
+}
+
+Value parse(const std::string &text, const std::string &source) {
+    if (text.size() > kLargestText)
+        fail(Status::format, "%s: %zu bytes: at most %zu are allowed", source.c_str(), text.size(), kLargestText);
+    Scan(text, source).run();
+    const char *end = nullptr;
+    const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(
+        cJSON_ParseWithLengthOpts(text.c_str(), text.size() + 1, &end, 1), cJSON_Delete);
+    if (tree == nullptr)
+        fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source,
+                "JSON syntax error");
+    return convert(*tree, source);
+}
+
+} // namespace toliman::json

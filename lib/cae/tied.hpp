@@ -1,0 +1,27 @@
+// Tied training: the encoder learns to be the transpose of a linear decoder that paints the whitened derivative image.
+#pragma once
+#include <cstdint>
+
+#include "base/progress.hpp"
+#include "cae/network.hpp"
+
+namespace toliman::cae {
+
+struct TrainOptions {
+    uint32_t steps = 600;
+    double learning_rate = 4e-3;
+    Progress progress;
+};
+
+struct Training {
+    double loss;   // squared distance of the painted image and the target, both of unit length
+    double cosine; // of d latent/d residual and the target: the predicted efficiency
+};
+
+// Network with random weights, its latent scaled to px along the target.
+Network untrained_network(Preprocess preprocess, uint64_t seed);
+
+// A new network with the preprocessing and the seed of the given one.
+Network train_tied(const Network &network, const TrainOptions &options, Training &report);
+
+} // namespace toliman::cae

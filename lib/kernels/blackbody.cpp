@@ -1,0 +1,13 @@
+#include "kernels/blackbody.hpp"
+
+#include <cmath>
+
+namespace toliman::kernels {
+
+double blackbody_photons(double wavelength_m, double temperature_k) noexcept {
+    constexpr double planck = 6.62607015e-34, light = 299792458.0, boltzmann = 1.380649e-23;
+    const double micrometres = wavelength_m * 1e6, square = micrometres * micrometres;
+    return 1.0 / (square * square * std::expm1(planck * light / (wavelength_m * boltzmann * temperature_k)));
+}
+
+} // namespace toliman::kernels

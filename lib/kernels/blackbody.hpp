@@ -1,0 +1,12 @@
+// Photon spectrum of a black body.
+#pragma once
+
+namespace toliman::kernels {
+
+// Given     wavelength_m > 0, temperature_k > 0
+// Returned  photons per unit of wavelength, time and area, in arbitrary units: lambda^-4 / (exp(h c / lambda k T) - 1)
+//           with lambda in micrometres
+// Notes     0 where the exponential overflows. Constants are exact in the SI of 2019.
+double blackbody_photons(double wavelength_m, double temperature_k) noexcept;
+
+} // namespace toliman::kernels

@@ -1,0 +1,52 @@
+#include "optics/information.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/project.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+// Standard deviation of the best unbiased estimate of the separation with the nuisances free: one over the length of
+// the whitened derivative that is left when the whitened nuisances are projected out.
+double bound_with(const Images &images, const std::vector<Nuisance> &free) {
+    const size_t n = images.both.size();
+    Buffer<double> units(free.size() * n), signal(n);
+    for (size_t k = 0; k < free.size(); k++)
+        kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, units.data() + k * n);
+    kernels::whiten(images.separation.data(), images.variance.data(), n, signal.data());
+    const size_t rank = kernels::orthonormalise(units.data(), free.size(), n);
+    const double before = std::sqrt(kernels::dot(signal.data(), signal.data(), n));
+    kernels::project_out(units.data(), rank, n, signal.data());
+    kernels::project_out(units.data(), rank, n, signal.data());
+    const double after = std::sqrt(kernels::dot(signal.data(), signal.data(), n));
+    // What is left of a signal that the nuisances span is rounding.
+    return after > 1e-10 * before ? 1 / after : std::numeric_limits<double>::infinity();
+}
+
+} // namespace
+
+const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept {
+    switch (nuisance) {
+    case Nuisance::flux_a:
+        return images.star[0];
+    case Nuisance::flux_b:
+        return images.star[1];
+    case Nuisance::shift_x:
+        return images.shift_x;
+    case Nuisance::shift_y:
+        break;
+    }
+    return images.shift_y;
+}
+
+Bounds bound(const Scene &scene, const Images &images) {
+    std::vector<Nuisance> flux_shift = {Nuisance::flux_a, Nuisance::shift_x, Nuisance::shift_y};
+    if (scene.stars.size() == 2)
+        flux_shift.push_back(Nuisance::flux_b);
+    return {bound_with(images, {}), bound_with(images, flux_shift), bound_with(images, scene.projected)};
+}
+
+} // namespace toliman::optics

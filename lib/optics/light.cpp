@@ -1,0 +1,154 @@
+#include "optics/light.hpp"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "base/error.hpp"
+#include "kernels/blackbody.hpp"
+#include "optics/spectrum_table.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Sample {
+    double wavelength_nm, weight;
+};
+
+// The band's wavelengths with the weights of the trapezium rule.
+std::vector<Sample> sample_band(const Band &band) {
+    if (band.steps == 0)
+        return {{band.min_nm, 1}};
+    std::vector<Sample> samples;
+    const auto steps = static_cast<double>(band.steps);
+    for (size_t i = 0; i <= band.steps; i++)
+        samples.push_back({band.min_nm + (band.max_nm - band.min_nm) * (static_cast<double>(i) / steps),
+                           i == 0 || i == band.steps ? 0.5 : 1.0});
+    return samples;
+}
+
+std::vector<Sample> sample_table(const Scene &scene, const Source &source) {
+    const SpectrumTable table(source.file);
+    if (table.first_nm() > scene.band->min_nm || table.last_nm() < scene.band->max_nm)
+        fail(Status::scene, "%s: band: %g to %g nm is not within %s, %g to %g nm", scene.source.c_str(),
+             scene.band->min_nm, scene.band->max_nm, source.file.c_str(), table.first_nm(), table.last_nm());
+    std::vector<Sample> samples = sample_band(*scene.band);
+    for (Sample &sample : samples)
+        sample.weight *= table.at(sample.wavelength_nm);
+    return samples;
+}
+
+std::vector<Sample> sample_source(const Scene &scene, const Source &source) {
+    std::vector<Sample> samples;
+    switch (source.kind) {
+    case Source::Kind::blackbody:
+        samples = sample_band(*scene.band);
+        for (Sample &sample : samples)
+            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, source.temperature_k);
+        break;
+    case Source::Kind::table:
+        return sample_table(scene, source);
+    case Source::Kind::lines:
+        for (size_t i = 0; i < source.weight.size(); i++)
+            samples.push_back({source.wavelength_nm[i], source.weight[i]});
+        break;
+    }
+    return samples;
+}
+
+// Photons of a star a frame, or relative to the other star where the peak is given.
+double flux_of(const Scene &scene, const Star &star) {
+    if (scene.cadence.exposure_s > 0)
+        return *star.photons_per_s * scene.cadence.exposure_s;
+    return star.photons_per_s ? *star.photons_per_s : star.relative_flux.value_or(1.0);
+}
+
+void sample_stars(const Scene &scene, Light &light) {
+    std::map<double, std::array<double, 2>> photons; // of both stars by wavelength in nm
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        const std::vector<Sample> samples = sample_source(scene, scene.stars[star].source);
+        double sum = 0;
+        for (const Sample &sample : samples)
+            sum += sample.weight;
+        if (!(sum > 0) || !std::isfinite(sum))
+            fail(Status::scene, "%s: stars.%c.spectrum: no light in the band", scene.source.c_str(),
+                 star == 0 ? 'A' : 'B');
+        for (const Sample &sample : samples)
+            photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * (sample.weight / sum);
+    }
+    for (const auto &[wavelength_nm, both] : photons) {
+        light.wavelength_m.push_back(wavelength_nm * 1e-9);
+        for (size_t star = 0; star < scene.stars.size(); star++)
+            light.photons[star].push_back(both[star]);
+    }
+}
+
+double total(const std::vector<double> &photons) {
+    return std::accumulate(photons.begin(), photons.end(), 0.0);
+}
+
+// Places both stars on the detector by separation and position angle.
+void place_binary(const Scene &scene, Light &light) {
+    const double angle = (scene.binary.position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
+    const double separation = scene.binary.separation_arcsec / scene.detector.pixel_scale_arcsec;
+    const double flux_a = total(light.photons[0]), flux_b = total(light.photons[1]);
+    double share_a = flux_b / (flux_a + flux_b); // of the separation, from the centre to A
+    if (scene.binary.centre != Binary::Centre::barycentre)
+        share_a = scene.binary.centre == Binary::Centre::a ? 0 : 1;
+    const double from_a_to_b[2] = {-std::sin(angle) * separation, std::cos(angle) * separation};
+    for (size_t axis = 0; axis < 2; axis++) {
+        light.offset_px[0][axis] = -share_a * from_a_to_b[axis];
+        light.offset_px[1][axis] = (1 - share_a) * from_a_to_b[axis];
+    }
+}
+
+void place_stars(const Scene &scene, Light &light) {
+    if (scene.stars.size() == 2 && !scene.binary.by_offsets)
+        place_binary(scene, light);
+    else
+        for (size_t i = 0; i < 4; i++)
+            light.offset_px[i / 2][i % 2] = scene.binary.offsets_px[i];
+    if (scene.stars.size() < 2)
+        return;
+    const double x = light.offset_px[1][0] - light.offset_px[0][0], y = light.offset_px[1][1] - light.offset_px[0][1];
+    light.separation_px = std::hypot(x, y);
+    const double direction = scene.signal.star == 0 ? -1 : 1; // either star moves away from the other
+    light.axis[0] = direction * x / light.separation_px;
+    light.axis[1] = direction * y / light.separation_px;
+}
+
+// A matrix Fourier transform repeats itself every N lambda/D; each star's first repetition must stay off the frame.
+void refuse_aliases(const Scene &scene, const Light &light) {
+    const double pixel = scene.detector.pixel_scale_arcsec * kPi / 648000;
+    const double side[2] = {static_cast<double>(scene.detector.cols), static_cast<double>(scene.detector.rows)};
+    double farthest_px = 0;
+    for (size_t star = 0; star < scene.stars.size(); star++)
+        for (size_t axis = 0; axis < 2; axis++)
+            farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
+    const double needed = std::ceil(2 * farthest_px * pixel * scene.telescope.aperture_m / light.wavelength_m.front());
+    if (static_cast<double>(scene.telescope.pupil_samples) < needed)
+        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
+             scene.source.c_str(), scene.telescope.pupil_samples, needed);
+}
+
+} // namespace
+
+Light make_light(const Scene &scene) {
+    Light light;
+    sample_stars(scene, light);
+    place_stars(scene, light);
+    refuse_aliases(scene, light);
+    return light;
+}
+
+void scale_light(Light &light, double factor) noexcept {
+    for (std::vector<double> &photons : light.photons)
+        for (double &value : photons)
+            value *= factor;
+}
+
+} // namespace toliman::optics

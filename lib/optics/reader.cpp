@@ -1,0 +1,206 @@
+#include "optics/reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace toliman::optics {
+
+namespace {
+
+using Kind = json::Value::Kind;
+
+size_t edit_distance(const std::string &a, const std::string &b) {
+    std::vector<size_t> row(b.size() + 1);
+    for (size_t j = 0; j <= b.size(); j++)
+        row[j] = j;
+    for (size_t i = 1; i <= a.size(); i++) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= b.size(); j++) {
+            const size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
+            diagonal = row[j];
+            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+// The nearest candidate when it is near enough to be meant, else nullptr.
+const char *nearest(const std::string &word, std::initializer_list<const char *> candidates) {
+    const char *best = nullptr;
+    size_t least = std::max<size_t>(2, word.size() / 3) + 1;
+    for (const char *candidate : candidates) {
+        const size_t distance = edit_distance(word, candidate);
+        if (distance < least) {
+            least = distance;
+            best = candidate;
+        }
+    }
+    return best;
+}
+
+bool among(const std::string &word, std::initializer_list<const char *> words) {
+    return std::any_of(words.begin(), words.end(), [&](const char *other) { return word == other; });
+}
+
+std::string shown(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.10g", value);
+    return text;
+}
+
+std::string shown(const json::Value &value) {
+    switch (value.kind) {
+    case Kind::null:
+        return "null";
+    case Kind::boolean:
+        return value.boolean ? "true" : "false";
+    case Kind::number:
+        return shown(value.number);
+    case Kind::text:
+        return '"' + value.text.substr(0, 40) + '"';
+    case Kind::array:
+        return "an array";
+    case Kind::object:
+        break;
+    }
+    return "an object";
+}
+
+std::string shown(Range range) {
+    const std::string interval = (range.low_excluded ? "(" : "[") + shown(range.low) + ", " + shown(range.high) + "]";
+    return range.unit[0] != '\0' ? interval + " " + range.unit : interval;
+}
+
+} // namespace
+
+Reader::Reader(const json::Value &value, std::string path, const std::string &source)
+    : value_(value), path_(std::move(path)), source_(source) {
+    if (value.kind != Kind::object)
+        fail(Status::scene, "%s: %s = %s: must be an object", source_.c_str(),
+             path_.empty() ? "the scene" : path_.c_str(), shown(value).c_str());
+}
+
+void Reader::refuse(Status status, const char *key, const char *format, ...) const {
+    char text[kErrorTextSize];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    fail(status, "%s: %s%s", source_.c_str(), full(key).c_str(), text);
+}
+
+void Reader::allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later) const {
+    for (const std::string &name : value_.names) {
+        if (among(name, known))
+            continue;
+        if (among(name, later))
+            refuse(Status::unsupported, name.c_str(), ": not supported yet");
+        const char *meant = nearest(name, known);
+        if (meant != nullptr)
+            refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", meant);
+        refuse(Status::scene, name.c_str(), ": unknown key");
+    }
+}
+
+const json::Value &Reader::need(const char *key) const {
+    const json::Value *value = value_.find(key);
+    if (value == nullptr)
+        refuse(Status::scene, key, ": is missing");
+    return *value;
+}
+
+const json::Value &Reader::need(const char *key, Kind kind, const char *kind_name) const {
+    const json::Value &value = need(key);
+    if (value.kind != kind)
+        refuse(Status::scene, key, " = %s: must be %s", shown(value).c_str(), kind_name);
+    return value;
+}
+
+double Reader::checked(const std::string &key, const json::Value &value, Range range) const {
+    if (value.kind != Kind::number)
+        refuse(Status::scene, key.c_str(), " = %s: must be a number in %s", shown(value).c_str(), shown(range).c_str());
+    if (value.number < range.low || value.number > range.high || (range.low_excluded && value.number == range.low))
+        refuse(Status::scene, key.c_str(), " = %s: must be in %s", shown(value).c_str(), shown(range).c_str());
+    return value.number;
+}
+
+double Reader::number(const char *key, Range range) const {
+    return checked(key, need(key), range);
+}
+
+double Reader::number_or(const char *key, double otherwise, Range range) const {
+    return has(key) ? number(key, range) : otherwise;
+}
+
+std::optional<double> Reader::optional_number(const char *key, Range range) const {
+    return has(key) ? std::optional<double>(number(key, range)) : std::nullopt;
+}
+
+std::vector<double> Reader::numbers(const char *key, size_t least, size_t most, Range range) const {
+    const json::Value &array = need(key, Kind::array, "an array of numbers");
+    if (array.items.size() < least || array.items.size() > most)
+        refuse(Status::scene, key, ": %zu numbers: must be %zu to %zu", array.items.size(), least, most);
+    std::vector<double> numbers;
+    for (size_t i = 0; i < array.items.size(); i++)
+        numbers.push_back(checked(key + ("[" + std::to_string(i) + "]"), array.items[i], range));
+    return numbers;
+}
+
+int64_t Reader::integer(const char *key, Range range) const {
+    const double value = number(key, range);
+    if (value != std::floor(value))
+        refuse(Status::scene, key, " = %s: must be a whole number", shown(value).c_str());
+    return static_cast<int64_t>(value);
+}
+
+bool Reader::boolean_or(const char *key, bool otherwise) const {
+    return has(key) ? need(key, Kind::boolean, "true or false").boolean : otherwise;
+}
+
+const std::string &Reader::text(const char *key) const {
+    return need(key, Kind::text, "a text").text;
+}
+
+std::vector<std::string> Reader::texts(const char *key) const {
+    std::vector<std::string> texts;
+    for (const json::Value &item : need(key, Kind::array, "an array of texts").items) {
+        if (item.kind != Kind::text)
+            refuse(Status::scene, key, ": %s in it: must be a text", shown(item).c_str());
+        texts.push_back(item.text);
+    }
+    return texts;
+}
+
+size_t Reader::choice(const char *key, std::initializer_list<const char *> choices,
+                      std::initializer_list<const char *> later) const {
+    const std::string &given = text(key);
+    if (among(given, later))
+        refuse(Status::unsupported, key, " = \"%s\": not supported yet", given.c_str());
+    size_t index = 0;
+    std::string list;
+    for (const char *candidate : choices) {
+        if (given == candidate)
+            return index;
+        list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
+    }
+    refuse(Status::scene, key, " = \"%s\": must be one of %s", given.substr(0, 40).c_str(), list.c_str());
+}
+
+Reader Reader::object(const char *key) const {
+    return Reader(need(key), full(key), source_);
+}
+
+std::vector<Reader> Reader::objects(const char *key, size_t least, size_t most) const {
+    const json::Value &array = need(key, Kind::array, "an array of objects");
+    if (array.items.size() < least || array.items.size() > most)
+        refuse(Status::scene, key, ": %zu entries: must be %zu to %zu", array.items.size(), least, most);
+    std::vector<Reader> readers;
+    for (size_t i = 0; i < array.items.size(); i++)
+        readers.emplace_back(array.items[i], full(key) + "[" + std::to_string(i) + "]", source_);
+    return readers;
+}
+
+} // namespace toliman::optics

@@ -1,0 +1,151 @@
+#include "optics/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.hpp"
+#include "optics/scene_groups.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+constexpr double kLargestWhole = 9007199254740992.0; // 2^53: JSON numbers are doubles
+
+Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
+    const Reader reader = scene.object("cadence");
+    reader.allow({"frames", "interval_days", "peak_photons", "exposure_s"}, {"times_days"});
+    Cadence cadence;
+    cadence.frames = reader.integer("frames", within(1, 1e7, "frames"));
+    cadence.interval_days = reader.number_or("interval_days", 1, above(0, 1e6, "days"));
+    if (reader.has("peak_photons") == reader.has("exposure_s"))
+        reader.refuse(Status::scene, "peak_photons", ": give either peak_photons or exposure_s");
+    const auto rated = [](const Star &star) { return star.photons_per_s.has_value(); };
+    if (reader.has("exposure_s")) {
+        cadence.exposure_s = reader.number("exposure_s", above(0, 1e9, "s"));
+        if (!std::all_of(stars.begin(), stars.end(), rated))
+            reader.refuse(Status::scene, "exposure_s", ": every star needs photons_per_s with it");
+    } else {
+        cadence.peak_photons = reader.number("peak_photons", above(0, 1e12, "photons"));
+        if (std::any_of(stars.begin(), stars.end(), rated) && !std::all_of(stars.begin(), stars.end(), rated))
+            scene.refuse(Status::scene, "stars", ": give photons_per_s for both or for none");
+    }
+    return cadence;
+}
+
+Detector read_detector(const Reader &scene) {
+    const Reader reader = scene.object("detector");
+    reader.allow(
+        {"shape", "pixel_scale_arcsec", "pixel", "rotation_deg"},
+        {"qe", "coadds", "bin", "gain_e_per_dn", "bias_dn", "full_well_e", "bit_depth", "flat_rms", "dark_e_per_s"});
+    const std::vector<double> shape = reader.numbers("shape", 2, 2, within(1, 2048, "px"));
+    if (shape[0] != std::floor(shape[0]) || shape[1] != std::floor(shape[1]))
+        reader.refuse(Status::scene, "shape", " = [%g, %g]: must be whole numbers", shape[0], shape[1]);
+    Detector detector;
+    detector.rows = static_cast<size_t>(shape[0]);
+    detector.cols = static_cast<size_t>(shape[1]);
+    detector.pixel_scale_arcsec = reader.number("pixel_scale_arcsec", above(0, 100, "arcsec"));
+    if (reader.has("pixel"))
+        reader.choice("pixel", {"point"}, {"integrated"});
+    detector.rotation_deg = reader.number_or("rotation_deg", 0, within(-360, 360, "deg"));
+    return detector;
+}
+
+Noise read_noise(const Reader &scene) {
+    Noise noise;
+    if (!scene.has("noise"))
+        return noise;
+    const Reader reader = scene.object("noise");
+    reader.allow({"photon", "read_e", "seed"});
+    noise.photon = reader.boolean_or("photon", false);
+    noise.read_e = reader.number_or("read_e", 0, within(0, 1e6, "e-"));
+    if (reader.has("seed"))
+        noise.seed = static_cast<uint64_t>(reader.integer("seed", within(0, kLargestWhole, "")));
+    return noise;
+}
+
+std::vector<Nuisance> read_projected(const Reader &scene, size_t stars) {
+    std::vector<Nuisance> projected;
+    if (!scene.has("preprocess"))
+        return projected;
+    const Reader reader = scene.object("preprocess");
+    reader.allow({"project"});
+    if (!reader.has("project"))
+        return projected;
+    for (const std::string &name : reader.texts("project")) {
+        for (const char *later : {"roll", "scale", "focus", "background"})
+            if (name == later)
+                reader.refuse(Status::unsupported, "project", ": \"%s\": not supported yet", later);
+        Nuisance found = Nuisance::flux_a;
+        while (name != name_of(found)) {
+            if (found == Nuisance::shift_y)
+                reader.refuse(Status::scene, "project",
+                              ": \"%.40s\": must be one of \"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"",
+                              name.c_str());
+            found = static_cast<Nuisance>(static_cast<int>(found) + 1);
+        }
+        if (found == Nuisance::flux_b && stars < 2)
+            reader.refuse(Status::scene, "project", ": \"flux_b\": the scene has star A only");
+        if (std::count(projected.begin(), projected.end(), found) != 0)
+            reader.refuse(Status::scene, "project", ": \"%s\" stands twice", name.c_str());
+        projected.push_back(found);
+    }
+    return projected;
+}
+
+void need_band(const Reader &reader, const Scene &scene) {
+    const bool continuous = std::any_of(scene.stars.begin(), scene.stars.end(),
+                                        [](const Star &star) { return star.source.kind != Source::Kind::lines; });
+    if (continuous && !scene.band)
+        reader.refuse(Status::scene, "band", ": is missing: only spectra of lines do without");
+    if (!continuous && scene.band)
+        reader.refuse(Status::scene, "band", ": not used: all spectra are lines");
+}
+
+} // namespace
+
+const char *name_of(Nuisance nuisance) noexcept {
+    switch (nuisance) {
+    case Nuisance::flux_a:
+        return "flux_a";
+    case Nuisance::flux_b:
+        return "flux_b";
+    case Nuisance::shift_x:
+        return "shift_x";
+    case Nuisance::shift_y:
+        break;
+    }
+    return "shift_y";
+}
+
+std::string resolve(const std::string &folder, const std::string &path) {
+    return !path.empty() && path[0] == '/' ? path : folder + "/" + path;
+}
+
+Scene read_scene(const std::string &json, const std::string &source, const std::string &folder) {
+    const json::Value tree = json::parse(json, source);
+    const Reader reader(tree, "", source);
+    reader.allow({"schema", "name", "telescope", "band", "stars", "binary", "signal", "cadence", "detector", "noise",
+                  "preprocess", "accuracy"},
+                 {"systematics"});
+    reader.choice("schema", {"toliman-scene/1"});
+    Scene scene;
+    scene.source = source;
+    scene.digest = fnv1a(json.data(), json.size());
+    if (reader.has("name"))
+        scene.name = reader.text("name");
+    scene.telescope = read_telescope(reader, folder);
+    scene.band = read_band(reader);
+    scene.stars = read_stars(reader, folder);
+    need_band(reader, scene);
+    scene.binary = read_binary(reader, scene.stars.size());
+    scene.detector = read_detector(reader);
+    scene.signal = read_signal(reader, scene.stars.size(), scene.detector.pixel_scale_arcsec);
+    scene.cadence = read_cadence(reader, scene.stars);
+    scene.noise = read_noise(reader);
+    scene.projected = read_projected(reader, scene.stars.size());
+    scene.accuracy = reader.number_or("accuracy", scene.accuracy, within(1e-15, 1, ""));
+    return scene;
+}
+
+} // namespace toliman::optics

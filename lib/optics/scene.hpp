@@ -1,0 +1,113 @@
+// A scene: everything a simulation is told, validated. Read from JSON (schema toliman-scene/1) by read_scene().
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace toliman::optics {
+
+constexpr double kLargestDisplacement = 0.1; // px; the order-2 series holds up to here
+
+struct Struts {
+    int count = 0;
+    double width_m = 0;
+    double angle_deg = 0; // of the first, from +x towards +y; the others follow at equal angles
+};
+
+struct SpiralTerm {
+    double a, f, l, m, p; // a cos(2 pi f r + l ln r + m theta + p), r in units of the aperture's radius
+};
+
+struct Mask {
+    enum class Kind { clear, spiral, file } kind = Kind::clear;
+    enum class Quantity { binary, opd_m, phase_rad } quantity = Quantity::binary; // what the file holds
+    double opd_m = 0;       // where a spiral is positive, or a binary file 1
+    double reference_m = 0; // wavelength of a phase
+    std::vector<SpiralTerm> terms;
+    std::string file;
+};
+
+struct Telescope {
+    double aperture_m = 0;
+    double secondary_m = 0; // diameter that is blocked
+    Struts struts;
+    size_t pupil_samples = 256;
+    Mask mask;
+};
+
+struct Band {
+    double min_nm = 0, max_nm = 0;
+    size_t steps = 0; // uniform; 0 = one wavelength, min_nm
+};
+
+struct Source {
+    enum class Kind { blackbody, table, lines } kind = Kind::blackbody;
+    double temperature_k = 0;
+    std::string file;
+    std::vector<double> wavelength_nm, weight; // lines
+};
+
+struct Star {
+    Source source;
+    std::optional<double> relative_flux, photons_per_s;
+};
+
+struct Binary {
+    enum class Centre { barycentre, a, b } centre = Centre::barycentre;
+    double separation_arcsec = 0;
+    double position_angle_deg = 0;
+    bool by_offsets = false;
+    double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By
+};
+
+struct Signal {
+    size_t star = 0; // 0 = A, 1 = B
+    double amplitude_px = 0, period_days = 0, phase_rad = 0;
+};
+
+struct Cadence {
+    int64_t frames = 0;
+    double interval_days = 1;
+    double peak_photons = 0; // 0: exposure_s counts
+    double exposure_s = 0;
+};
+
+struct Detector {
+    size_t rows = 0, cols = 0;
+    double pixel_scale_arcsec = 0;
+    double rotation_deg = 0; // position angle of the +y axis
+};
+
+struct Noise {
+    bool photon = false;
+    double read_e = 0;
+    uint64_t seed = 0;
+};
+
+// What an estimator can be made blind to, in the order of their names in the scene.
+enum class Nuisance { flux_a, flux_b, shift_x, shift_y };
+const char *name_of(Nuisance nuisance) noexcept;
+
+struct Scene {
+    std::string source; // how messages call the scene: its path as given
+    std::string name;
+    uint64_t digest = 0; // FNV-1a of the JSON text
+    Telescope telescope;
+    std::optional<Band> band;
+    std::vector<Star> stars; // A, then B if there is one
+    Binary binary;
+    Signal signal;
+    Cadence cadence;
+    Detector detector;
+    Noise noise;
+    std::vector<Nuisance> projected;
+    double accuracy = 1e-9;
+};
+
+// The scene in JSON text. File names inside it are resolved against folder; the files are not opened here.
+// Status::format if the text is no JSON, Status::scene or Status::unsupported for its content.
+Scene read_scene(const std::string &json, const std::string &source, const std::string &folder);
+
+} // namespace toliman::optics

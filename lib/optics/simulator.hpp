@@ -1,0 +1,64 @@
+// A scene made ready: images computed once, then frames by random access. Immutable, so any number of threads may use
+// it.
+#pragma once
+#include <string>
+
+#include "base/frame_model.hpp"
+#include "base/progress.hpp"
+#include "optics/images.hpp"
+#include "optics/information.hpp"
+#include "optics/light.hpp"
+#include "optics/pupil.hpp"
+#include "optics/scene.hpp"
+
+namespace toliman::optics {
+
+struct Settings {
+    unsigned workers = 0; // 0 = one a processor
+    Progress progress;
+    Log log;
+};
+
+class Simulator {
+  public:
+    Simulator(const std::string &json, const std::string &source, const std::string &folder, const Settings &settings);
+
+    const Scene &scene() const noexcept { return scene_; }
+    const Pupil &pupil() const noexcept { return pupil_; }
+    const Light &light() const noexcept { return light_; }
+    const Images &images() const noexcept { return images_; }
+    const Bounds &bounds() const noexcept { return bounds_; }
+    double truncation() const noexcept { return truncation_; }
+    size_t pixels() const noexcept { return scene_.detector.rows * scene_.detector.cols; }
+
+    double min_displacement_px() const noexcept { return min_displacement_; }
+    double max_displacement_px() const noexcept { return max_displacement_; }
+
+    double time_days(int64_t k) const noexcept;
+    double displacement_px(int64_t k) const noexcept;
+
+    // Expected image at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
+    void propagate(double displacement_px, double *image) const;
+    void expect(double displacement_px, double *image) const noexcept;
+    // Noisy counts of frame k; scratch and image hold pixels() each.
+    void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const noexcept;
+
+    FrameModel frame_model() const;
+
+  private:
+    double predict_truncation() const;
+
+    Scene scene_;
+    Pupil pupil_;
+    Light light_;
+    unsigned workers_;
+    Images images_;
+    Bounds bounds_;
+    double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
+    double truncation_ = 0;
+};
+
+// The simulator of a scene file.
+Simulator open_scene(const std::string &path, const Settings &settings);
+
+} // namespace toliman::optics

@@ -1,0 +1,54 @@
+/* The numbers of the status codes are part of the binary interface: this list only ever grows. */
+#include <stdio.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+#include <toliman/base.h>
+
+static void codes_and_names(void **unused) {
+    (void)unused;
+    static const char *const golden[] = {
+        "TOLIMAN_OK",       "TOLIMAN_E_INTERNAL", "TOLIMAN_E_ARGUMENT",    "TOLIMAN_E_MEMORY", "TOLIMAN_E_NOT_FOUND",
+        "TOLIMAN_E_FORMAT", "TOLIMAN_E_SCENE",    "TOLIMAN_E_UNSUPPORTED", "TOLIMAN_E_WRITE",  "TOLIMAN_E_CANCELLED",
+        "TOLIMAN_E_RANGE",  "TOLIMAN_E_MISMATCH", "TOLIMAN_E_CAPACITY",    "TOLIMAN_E_STATE"};
+    for (int32_t code = 0; code < (int32_t)(sizeof golden / sizeof golden[0]); code++)
+        assert_string_equal(toliman_status_name(code), golden[code]);
+    assert_string_equal(toliman_status_name(14), "TOLIMAN_E_?");
+    assert_string_equal(toliman_status_name(-1), "TOLIMAN_E_?");
+    assert_int_equal(TOLIMAN_E_STATE, 13);
+}
+
+static void versions_agree(void **unused) {
+    (void)unused;
+    assert_string_equal(toliman_version(), TOLIMAN_VERSION);
+    assert_int_equal(toliman_version_number(), TOLIMAN_VERSION_NUMBER);
+    assert_int_equal(toliman_abi_version(), TOLIMAN_ABI_VERSION);
+}
+
+static void messages_are_bounded(void **unused) {
+    (void)unused;
+    assert_fails(toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    char text[8];
+    memset(text, 'x', sizeof text);
+    const size_t length = toliman_last_error_copy(text, sizeof text);
+    assert_int_equal(length, strlen("out is NULL"));
+    assert_string_equal(text, "out is ");
+    assert_int_equal(toliman_last_error_copy(NULL, 0), length);
+    toliman_machine machine = {.struct_size = 1};
+    assert_fails(toliman_get_machine(&machine), TOLIMAN_E_ARGUMENT, "struct_size = 1");
+    machine.struct_size = sizeof machine;
+    assert_ok(toliman_get_machine(&machine));
+    assert_true(machine.processors >= 1);
+    assert_true(strlen(machine.isa) > 0 && strlen(machine.blas_core) > 0 && strlen(machine.fftw) > 0);
+    assert_int_equal(machine.blas_is_slow, strlen(machine.blas_better) > 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(codes_and_names),
+        cmocka_unit_test(versions_agree),
+        cmocka_unit_test(messages_are_bounded),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,70 @@
+// C border of the convolution kernels: images without their borders in and out.
+#include <algorithm>
+#include <vector>
+
+#include "kernels/conv.hpp"
+
+using toliman::kernels::ConvKernels;
+using toliman::kernels::ConvShape;
+using Floats = std::vector<float>;
+
+namespace {
+
+const ConvKernels &table(int isa) {
+#if defined(__x86_64__)
+    const ConvKernels *tables[] = {&toliman::kernels::conv_baseline, &toliman::kernels::conv_avx2,
+                                   &toliman::kernels::conv_avx512};
+    return *tables[isa];
+#else
+    (void)isa;
+    return toliman::kernels::conv_baseline;
+#endif
+}
+
+Floats bordered(const float *image, size_t rows, size_t cols, size_t channels) {
+    Floats out((rows + 2) * (cols + 2) * channels, 0.0f);
+    for (size_t y = 0; y < rows; y++)
+        std::copy_n(image + y * cols * channels, cols * channels, &out[((y + 1) * (cols + 2) + 1) * channels]);
+    return out;
+}
+
+void inside(const Floats &image, size_t rows, size_t cols, size_t channels, float *out) {
+    for (size_t y = 0; y < rows; y++)
+        std::copy_n(&image[((y + 1) * (cols + 2) + 1) * channels], cols * channels, out + y * cols * channels);
+}
+
+} // namespace
+
+// Instruction sets that this host can run: baseline, avx2, avx512 in this order.
+extern "C" int shim_conv_isas(void) {
+    return static_cast<int>(toliman::kernels::host_isa()) + 1;
+}
+
+extern "C" void shim_conv_down(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
+                               const float *bias, float *out) {
+    const ConvShape shape = {dimensions[0], dimensions[1], dimensions[2], dimensions[3]};
+    Floats packed(shape.packed()), coarse(shape.coarse());
+    toliman::kernels::conv_pack_down(shape, kernel, factor, packed.data());
+    table(isa).down(shape, bordered(image, 2 * shape.rows, 2 * shape.cols, shape.fine_channels).data(), packed.data(),
+                    bias, coarse.data());
+    inside(coarse, shape.rows, shape.cols, shape.coarse_channels, out);
+}
+
+extern "C" void shim_conv_up(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
+                             const float *bias, float *out) {
+    const ConvShape shape = {dimensions[0], dimensions[1], dimensions[2], dimensions[3]};
+    Floats packed(shape.packed()), fine(shape.fine());
+    toliman::kernels::conv_pack_up(shape, kernel, factor, packed.data());
+    table(isa).up(shape, bordered(image, shape.rows, shape.cols, shape.coarse_channels).data(), packed.data(), bias,
+                  fine.data());
+    inside(fine, 2 * shape.rows, 2 * shape.cols, shape.fine_channels, out);
+}
+
+extern "C" void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, const float *coarse,
+                                   float factor, float *kernel) {
+    const ConvShape shape = {dimensions[0], dimensions[1], dimensions[2], dimensions[3]};
+    Floats packed(shape.packed());
+    table(isa).weight_gradient(shape, bordered(fine, 2 * shape.rows, 2 * shape.cols, shape.fine_channels).data(),
+                               bordered(coarse, shape.rows, shape.cols, shape.coarse_channels).data(), packed.data());
+    toliman::kernels::conv_unpack_gradient(shape, packed.data(), factor, kernel);
+}

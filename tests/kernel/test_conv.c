@@ -1,0 +1,165 @@
+/* Convolution kernels against straight definitions in long double: 3x3 'same' convolution and 2x2 mean; nearest
+ * up-sampling and 3x3 transposed convolution; weight gradients against differences of the first. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_conv_isas(void);
+void shim_conv_down(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
+                    const float *bias, float *out);
+void shim_conv_up(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
+                  const float *bias, float *out);
+void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, const float *coarse, float factor,
+                        float *kernel);
+
+/* Rows and columns of the coarse image, fine and coarse channels: every stage of the network by its channels, on
+ * images small enough for the slow sums. */
+enum { ROWS, COLS, FINE, COARSE, kShapes = 4 };
+static const size_t kShape[kShapes][4] = {{6, 16, 1, 8}, {4, 16, 8, 16}, {3, 8, 16, 32}, {2, 16, 32, 64}};
+
+static size_t fine_size(const size_t *s) {
+    return 4 * s[ROWS] * s[COLS] * s[FINE];
+}
+static size_t coarse_size(const size_t *s) {
+    return s[ROWS] * s[COLS] * s[COARSE];
+}
+static size_t weights(const size_t *s) {
+    return 9 * s[FINE] * s[COARSE];
+}
+
+static uint32_t state;
+
+static float *random_floats(size_t count) {
+    float *values = malloc(count * sizeof *values);
+    for (size_t i = 0; i < count; i++) {
+        state = state * 1664525u + 1013904223u;
+        values[i] = (float)(state >> 8) / 8388608.0f - 1.0f;
+    }
+    return values;
+}
+
+static long double at(const float *image, size_t rows, size_t cols, size_t channels, long y, long x, size_t c) {
+    if (y < 0 || x < 0 || y >= (long)rows || x >= (long)cols)
+        return 0;
+    return image[((size_t)y * cols + (size_t)x) * channels + c];
+}
+
+/* Convolution and mean of channel k at one coarse pixel. */
+static long double slow_down(const size_t *s, const float *image, const float *kernel, long y, long x, size_t k) {
+    long double sum = 0;
+    for (int corner = 0; corner < 4; corner++)
+        for (size_t c = 0; c < s[FINE]; c++)
+            for (int tap = 0; tap < 9; tap++)
+                sum += (long double)kernel[(k * s[FINE] + c) * 9 + (size_t)tap] *
+                       at(image, 2 * s[ROWS], 2 * s[COLS], s[FINE], 2 * y + corner / 2 + tap / 3 - 1,
+                          2 * x + corner % 2 + tap % 3 - 1, c);
+    return sum / 4;
+}
+
+/* Up-sampling and transposed convolution: tap (ky, kx) carries up-sampled pixel (y, x) to (y + ky - 1, x + kx - 1). */
+static long double slow_up(const size_t *s, const float *image, const float *kernel, long y, long x, size_t c) {
+    long double sum = 0;
+    for (size_t k = 0; k < s[COARSE]; k++)
+        for (int tap = 0; tap < 9; tap++) {
+            const long from_y = y - (tap / 3 - 1), from_x = x - (tap % 3 - 1);
+            if (from_y >= 0 && from_x >= 0)
+                sum += (long double)kernel[(k * s[FINE] + c) * 9 + (size_t)tap] *
+                       at(image, s[ROWS], s[COLS], s[COARSE], from_y / 2, from_x / 2, k);
+        }
+    return sum;
+}
+
+static void test_down(void **unused) {
+    (void)unused;
+    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+        float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
+        float *bias = random_floats(s[COARSE]), *out = malloc(coarse_size(s) * sizeof *out);
+        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+            shim_conv_down(isa, s, image, kernel, 0.25f, bias, out);
+            for (size_t i = 0; i < coarse_size(s); i++) {
+                const size_t k = i % s[COARSE], pixel = i / s[COARSE];
+                const long y = (long)(pixel / s[COLS]), x = (long)(pixel % s[COLS]);
+                assert_close(out[i], (double)(slow_down(s, image, kernel, y, x, k) + bias[k]), 0, 1e-5);
+            }
+        }
+        free(image), free(kernel), free(bias), free(out);
+    }
+}
+
+static void test_up(void **unused) {
+    (void)unused;
+    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+        float *image = random_floats(coarse_size(s)), *kernel = random_floats(weights(s));
+        float *bias = random_floats(s[FINE]), *out = malloc(fine_size(s) * sizeof *out);
+        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+            shim_conv_up(isa, s, image, kernel, 1, bias, out);
+            for (size_t i = 0; i < fine_size(s); i++) {
+                const size_t c = i % s[FINE], pixel = i / s[FINE];
+                const long y = (long)(pixel / (2 * s[COLS])), x = (long)(pixel % (2 * s[COLS]));
+                assert_close(out[i], (double)(slow_up(s, image, kernel, y, x, c) + bias[c]), 0, 3e-5);
+            }
+        }
+        free(image), free(kernel), free(bias), free(out);
+    }
+}
+
+/* d/dkernel of sum(coarse * down(fine)): linear in the kernel, so a central difference of any step is exact. */
+static long double slow_gradient(const size_t *s, const float *fine, const float *coarse, float *kernel, size_t j) {
+    const size_t k = j / 9 / s[FINE];
+    const float kept = kernel[j];
+    long double change = 0;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        kernel[j] = kept + (float)sign;
+        for (size_t pixel = 0; pixel < s[ROWS] * s[COLS]; pixel++)
+            change += sign * (long double)coarse[pixel * s[COARSE] + k] *
+                      slow_down(s, fine, kernel, (long)(pixel / s[COLS]), (long)(pixel % s[COLS]), k);
+    }
+    kernel[j] = kept;
+    return change / 2;
+}
+
+static void test_weight_gradient(void **unused) {
+    (void)unused;
+    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+        float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
+        float *kernel = calloc(weights(s), sizeof *kernel), *gradient = malloc(weights(s) * sizeof *gradient);
+        const size_t step = weights(s) > 2000 ? 31 : 1;
+        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+            shim_conv_gradient(isa, s, fine, coarse, 0.25f, gradient);
+            for (size_t j = 0; j < weights(s); j += step)
+                assert_close(gradient[j], (double)slow_gradient(s, fine, coarse, kernel, j), 0, 1e-5);
+        }
+        free(fine), free(coarse), free(kernel), free(gradient);
+    }
+}
+
+/* The order of every sum is that of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
+static void test_same_bits_with_fused_multiply_add(void **unused) {
+    (void)unused;
+    if (shim_conv_isas() < 3)
+        skip();
+    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+        const size_t all = coarse_size(s) + fine_size(s) + weights(s);
+        float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
+        float *kernel = random_floats(weights(s)), *bias = random_floats(64), *out[3];
+        for (int isa = 1; isa <= 2; isa++) {
+            out[isa] = calloc(all, sizeof *out[isa]);
+            shim_conv_down(isa, s, fine, kernel, 0.25f, bias, out[isa]);
+            shim_conv_up(isa, s, coarse, kernel, 1, bias, out[isa] + coarse_size(s));
+            shim_conv_gradient(isa, s, fine, coarse, 0.25f, out[isa] + coarse_size(s) + fine_size(s));
+        }
+        assert_memory_equal(out[1], out[2], all * sizeof(float));
+        free(fine), free(coarse), free(kernel), free(bias), free(out[1]), free(out[2]);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_down),
+        cmocka_unit_test(test_up),
+        cmocka_unit_test(test_weight_gradient),
+        cmocka_unit_test(test_same_bits_with_fused_multiply_add),
+    };
+    return cmocka_run_group_tests_name("conv", tests, NULL, NULL);
+}

@@ -1,0 +1,55 @@
+/* ELU against libm's expm1l. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_elu_isas(void);
+void shim_elu(int isa, float *values, size_t count);
+
+enum { kCount = 300001 };
+
+/* Magnitudes from 1e-30 to 1e5, both signs, and the edges. */
+static float *arguments(void) {
+    float *values = malloc(kCount * sizeof *values);
+    for (int i = 0; i < kCount; i++)
+        values[i] = (float)((i % 2 ? 1 : -1) * pow(10, -30 + 35.0 * i / kCount));
+    values[0] = 0.0f;
+    values[1] = INFINITY;
+    values[2] = -INFINITY;
+    return values;
+}
+
+static void test_relative_error(void **unused) {
+    (void)unused;
+    for (int isa = 0; isa < shim_elu_isas(); isa++) {
+        float *in = arguments(), *out = arguments();
+        shim_elu(isa, out, kCount);
+        assert_true(isinf(out[1]));
+        for (int i = 0; i < kCount; i++)
+            if (i != 1)
+                assert_close(out[i], in[i] > 0 ? in[i] : (double)expm1l(in[i]), 2e-7, 0);
+        free(in), free(out);
+    }
+}
+
+static void test_same_bits_on_every_isa(void **unused) {
+    (void)unused;
+    float *first = arguments();
+    shim_elu(0, first, kCount);
+    for (int isa = 1; isa < shim_elu_isas(); isa++) {
+        float *other = arguments();
+        shim_elu(isa, other, kCount);
+        assert_memory_equal(first, other, kCount * sizeof *first);
+        free(other);
+    }
+    free(first);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_relative_error),
+        cmocka_unit_test(test_same_bits_on_every_isa),
+    };
+    return cmocka_run_group_tests_name("elu", tests, NULL, NULL);
+}

@@ -1,0 +1,78 @@
+/* Slow, obvious Lomb-Scargle in 113-bit arithmetic: the reference for the streaming periodogram. */
+#ifndef TOLIMAN_TESTS_QUAD_PERIOD_H
+#define TOLIMAN_TESTS_QUAD_PERIOD_H
+
+#include <quadmath.h>
+#include <stddef.h>
+
+typedef struct {
+    const double *t, *y, *sigma; /* sigma may be NULL */
+    size_t n;
+} quad_samples;
+
+/* Solves the n x n system in place, largest pivot first; the solution replaces b. */
+static inline void quad_solve(__float128 a[3][3], __float128 b[3], int n) {
+    for (int i = 0; i < n; i++) {
+        int p = i;
+        for (int r = i + 1; r < n; r++)
+            if (fabsq(a[r][i]) > fabsq(a[p][i]))
+                p = r;
+        for (int c = 0; c < n; c++) {
+            const __float128 swap = a[i][c];
+            a[i][c] = a[p][c];
+            a[p][c] = swap;
+        }
+        const __float128 swap = b[i];
+        b[i] = b[p];
+        b[p] = swap;
+        for (int r = i + 1; r < n; r++) {
+            const __float128 factor = a[r][i] / a[i][i];
+            for (int c = i; c < n; c++)
+                a[r][c] -= factor * a[i][c];
+            b[r] -= factor * b[i];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int c = i + 1; c < n; c++)
+            b[i] -= a[i][c] * b[c];
+        b[i] /= a[i][i];
+    }
+}
+
+/* Residual sum of squares over total sum of squares about the weighted mean, at frequency f. */
+static inline __float128 quad_residual(const quad_samples *s, __float128 f, int fixed_mean) {
+    __float128 a[3][3] = {{0}}, b[3] = {0}, weight = 0, mean = 0, total = 0, left = 0, middle = 0;
+    for (size_t i = 0; i < s->n; i++) {
+        const __float128 sigma = s->sigma ? s->sigma[i] : 1;
+        weight += 1 / (sigma * sigma);
+        mean += s->y[i] / (sigma * sigma);
+        middle += s->t[i];
+    }
+    mean /= weight;
+    middle /= (__float128)s->n;
+    const int first = fixed_mean ? 1 : 0, size = 3 - first;
+    for (int pass = 0; pass < 2; pass++)
+        for (size_t i = 0; i < s->n; i++) {
+            const __float128 sigma = s->sigma ? s->sigma[i] : 1, w = 1 / (sigma * sigma), y = s->y[i] - mean;
+            const __float128 angle = 2 * M_PIq * f * (s->t[i] - middle);
+            const __float128 row[3] = {1, cosq(angle), sinq(angle)};
+            if (pass == 0) {
+                total += w * y * y;
+                for (int j = 0; j < size; j++) {
+                    b[j] += w * row[first + j] * y;
+                    for (int k = 0; k < size; k++)
+                        a[j][k] += w * row[first + j] * row[first + k];
+                }
+                if (i + 1 == s->n)
+                    quad_solve(a, b, size);
+            } else {
+                __float128 gap = y;
+                for (int j = 0; j < size; j++)
+                    gap -= b[j] * row[first + j];
+                left += w * gap * gap;
+            }
+        }
+    return left / total;
+}
+
+#endif

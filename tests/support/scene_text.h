@@ -1,0 +1,85 @@
+/* Scenes as text for the tests of the simulator: small ones, and a way to change one place of them. */
+#ifndef TOLIMAN_TESTS_SCENE_TEXT_H
+#define TOLIMAN_TESTS_SCENE_TEXT_H
+
+#include <stdlib.h>
+#include <string.h>
+
+#include <toliman/sim.h>
+
+#include "assert_close.h"
+
+/* Two stars behind a spiral mask, five wavelengths; 96 pupil samples, 64 x 64 px. */
+static const char *const kBinaryScene =
+    "{\"schema\": \"toliman-scene/1\", \"name\": \"binary\","
+    " \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 96,"
+    "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5,"
+    "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}},"
+    " \"band\": {\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5},"
+    " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"relative_flux\": 3},"
+    "  \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}}},"
+    " \"binary\": {\"separation_arcsec\": 4, \"position_angle_deg\": 30},"
+    " \"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40},"
+    " \"cadence\": {\"frames\": 100, \"interval_days\": 2, \"peak_photons\": 1e5},"
+    " \"detector\": {\"shape\": [64, 64], \"pixel_scale_arcsec\": 0.2},"
+    " \"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}";
+
+/* One star in one wavelength through a clear round aperture; 64 pupil samples, 32 x 32 px. */
+static const char *const kSingleScene =
+    "{\"schema\": \"toliman-scene/1\","
+    " \"telescope\": {\"aperture_m\": 0.125, \"pupil_samples\": 64},"
+    " \"band\": {\"wavelength_nm\": 550},"
+    " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}}},"
+    " \"binary\": {\"offsets_px\": {\"A\": [0, 0]}},"
+    " \"cadence\": {\"frames\": 10, \"peak_photons\": 1e6},"
+    " \"detector\": {\"shape\": [32, 32], \"pixel_scale_arcsec\": 0.2}}";
+
+/* text with the one place that reads `from` replaced; the caller frees it. */
+static inline char *replaced(const char *text, const char *from, const char *to) {
+    const char *const at = strstr(text, from);
+    if (at == NULL || strstr(at + 1, from) != NULL)
+        fail_msg("\"%s\" must stand exactly once in the scene", from);
+    char *const result = malloc(strlen(text) + strlen(to) + 1);
+    assert_non_null(result);
+    memcpy(result, text, (size_t)(at - text));
+    strcpy(result + (at - text), to);
+    strcat(result, at + strlen(from));
+    return result;
+}
+
+/* The same, freeing the text given. */
+static inline char *replaced_again(char *text, const char *from, const char *to) {
+    char *const result = replaced(text, from, to);
+    free(text);
+    return result;
+}
+
+static inline toliman_sim *sim_of(const char *json) {
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(json, strlen(json), NULL, NULL, &sim));
+    return sim;
+}
+
+/* The scene with one place replaced, as a simulator. */
+static inline toliman_sim *sim_with(const char *json, const char *from, const char *to) {
+    char *const text = replaced(json, from, to);
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    return sim;
+}
+
+static inline toliman_sim_info info_of(const toliman_sim *sim) {
+    toliman_sim_info info = {sizeof info, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    assert_ok(toliman_sim_get_info(sim, &info));
+    return info;
+}
+
+static inline double *image_of(const toliman_sim *sim, int32_t kind) {
+    const toliman_sim_info info = info_of(sim);
+    double *const image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
+    assert_non_null(image);
+    assert_ok(toliman_sim_get_image(sim, kind, image, (size_t)info.cols));
+    return image;
+}
+
+#endif

@@ -1,0 +1,367 @@
+/* Periodogram: power of every hard case against 113-bit arithmetic, order, peaks, FAP and refusals. */
+#include <stdio.h>
+#include <string.h>
+
+#include "assert_close.h"
+#include "quad_period.h"
+
+#include <toliman/period.h>
+
+enum { MOST = 4000 };
+static double times[MOST], values[MOST], sigmas[MOST];
+
+/* Deterministic uniform numbers in (0, 1). */
+static double uniform(uint64_t *state) {
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
+}
+
+static double noise(uint64_t *state) {
+    double sum = -6;
+    for (int i = 0; i < 12; i++)
+        sum += uniform(state);
+    return sum;
+}
+
+static toliman_period *make(double f0, double df, int64_t nf, const toliman_period_options *options) {
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(f0, df, nf, options, &period));
+    return period;
+}
+
+typedef struct {
+    const char *name;
+    size_t n;
+    double t0, span, mean, amplitude, cycles, f0, df;
+    int64_t nf;
+    double weight_range; /* largest weight over smallest */
+    int kind;            /* 0 spread, 1 two clusters, 2 every time twice, 3 regular */
+    double atol;         /* absolute error of the power; 1e-12 unless the case explains itself */
+} hard_case;
+
+/* Over a small part f T of a cycle, cosine and sine nearly coincide with the mean: the header's bound 1e-17 (f T)^-4.
+ */
+static const hard_case hard_cases[] = {
+    {"benign", 1000, 0, 1000, 0, 1, 37.3, 0.0015, 1e-4, 5000, 1, 0, 1e-12},
+    {"julian dates", 300, 2451853.6, 4200, -20, 300, 8, 1e-4, 2e-5, 2000, 30, 0, 1e-12},
+    {"unix seconds", 500, 1.7e9, 3e6, 0, 1e-6, 41, 1e-7, 1e-8, 3000, 1, 0, 1e-12},
+    {"mean 1e9, amplitude 1e-3", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 1000, 1, 0, 1e-12},
+    {"two clusters", 400, 0, 10000, 3, 1, 100, 1e-3, 1e-5, 3000, 1, 1, 1e-12},
+    {"duplicate times", 200, 0, 100, 0, 1, 7, 0.01, 0.002, 800, 1, 2, 1e-12},
+    {"through the pseudo-Nyquist frequency", 300, 0, 300, 0, 1, 33, 0.3, 0.001, 400, 1, 3, 1e-12},
+    {"weights over 1e12", 400, 0, 400, 0, 1, 20, 0.003, 0.0005, 1500, 1e12, 0, 1e-12},
+    {"1e7 cycles", 300, 0, 1e7, 0, 1, 1e7 - 0.5, 0.9999, 1e-7, 2000, 1, 0, 1e-12},
+    {"f T = 0.3", 300, 0, 300, 0, 1, 0.5, 0.001, 0.0001, 50, 1, 0, 1e-12},
+    {"f T = 0.005", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, 0, 1.6e-8},
+    {"mean 1e5 sigmas from the offset", 300, 0, 300, 1e5, 1, 11, 0.004, 0.0004, 1000, 1, 0, 4e-12},
+};
+
+static toliman_period *fill_case(const hard_case *c, int fixed_mean) {
+    uint64_t state = 20u + (uint64_t)c->n;
+    double floor = 1e300;
+    for (size_t i = 0; i < c->n; i++) {
+        double u = c->kind == 3 ? (double)i / (double)c->n : uniform(&state);
+        if (c->kind == 1)
+            u = i < c->n / 2 ? u * 0.02 : 0.98 + u * 0.02;
+        if (c->kind == 2 && i % 2 == 1)
+            u = (times[i - 1] - c->t0) / c->span;
+        times[i] = c->t0 + c->span * u;
+        values[i] = c->mean + c->amplitude * (sin(2 * M_PI * c->cycles * u + 0.7) + 0.7 * noise(&state));
+        sigmas[i] = c->amplitude * pow(c->weight_range, 0.5 * uniform(&state));
+        floor = fmin(floor, sigmas[i]);
+    }
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.flags = fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
+    options.time_offset = c->t0;
+    options.value_offset = c->mean > 1e6 ? c->mean : 0; /* the rest must do without */
+    options.sigma_floor = floor;
+    toliman_period *period = make(c->f0, c->df, c->nf, &options);
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, c->n));
+    return period;
+}
+
+static void power_matches_113_bits(void **unused) {
+    (void)unused;
+    for (size_t i = 0; i < sizeof hard_cases / sizeof hard_cases[0]; i++)
+        for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
+            const hard_case *c = &hard_cases[i];
+            toliman_period *period = fill_case(c, fixed_mean);
+            const quad_samples samples = {times, values, sigmas, c->n};
+            double worst = 0;
+            for (int64_t k = 0; k < c->nf; k += c->nf / 25) {
+                double power;
+                assert_ok(toliman_period_query_power(period, k, 1, &power));
+                const __float128 f = (__float128)c->f0 + (__float128)k * (__float128)c->df;
+                const double expected = (double)(1 - quad_residual(&samples, f, fixed_mean));
+                worst = fmax(worst, fabs(power - expected));
+            }
+            if (!(worst <= c->atol))
+                fail_msg("%s, %s mean: power is wrong by %.2e", c->name, fixed_mean ? "fixed" : "floating", worst);
+            toliman_period_destroy(period);
+        }
+}
+
+static void save_into(const toliman_period *period, unsigned char *bytes, size_t capacity, size_t *size) {
+    assert_ok(toliman_period_save(period, NULL, 0, size));
+    assert_true(*size <= capacity);
+    assert_ok(toliman_period_save(period, bytes, capacity, size));
+}
+
+static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
+
+static void any_order_gives_the_same_bytes(void **unused) {
+    (void)unused;
+    const hard_case *c = &hard_cases[1];
+    toliman_period *forward = fill_case(c, 0);
+    toliman_period_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_period_get_info(forward, &info));
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.time_offset = info.time_offset;
+    options.value_offset = info.value_offset;
+    options.sigma_floor = info.sigma_floor;
+    size_t size_a, size_b;
+    save_into(forward, bytes_a, sizeof bytes_a, &size_a);
+    size_t order[MOST];
+    uint64_t state = 5;
+    for (int shuffle = 0; shuffle < 3; shuffle++) {
+        for (size_t i = 0; i < c->n; i++)
+            order[i] = i;
+        for (size_t i = c->n - 1; i > 0; i--) {
+            const size_t j = (size_t)(uniform(&state) * (double)(i + 1)), swap = order[i];
+            order[i] = order[j];
+            order[j] = swap;
+        }
+        toliman_period *shuffled = make(c->f0, c->df, c->nf, &options);
+        for (size_t i = 0; i < c->n; i++)
+            assert_ok(toliman_period_push(shuffled, times[order[i]], values[order[i]], sigmas[order[i]]));
+        save_into(shuffled, bytes_b, sizeof bytes_b, &size_b);
+        assert_int_equal(size_a, size_b);
+        assert_memory_equal(bytes_a, bytes_b, size_a);
+        toliman_period_destroy(shuffled);
+    }
+    toliman_period_destroy(forward);
+}
+
+/* More samples than the sums take between two folds, so that carries are exercised; halves saved in between. */
+static void long_streams_survive_saving(void **unused) {
+    (void)unused;
+    toliman_period *whole = make(0.01, 0.001, 70, NULL), *part = make(0.01, 0.001, 70, NULL);
+    size_t size_a, size_b;
+    uint64_t state = 9;
+    for (int i = 0; i < 20000; i++) {
+        const double t = i + 0.3 * uniform(&state), y = 1e3 * noise(&state);
+        assert_ok(toliman_period_push(whole, t, y, 1));
+        assert_ok(toliman_period_push(part, t, y, 1));
+        if (i % 3001 == 0) {
+            save_into(part, bytes_b, sizeof bytes_b, &size_b);
+            toliman_period_destroy(part);
+            assert_ok(toliman_period_load(bytes_b, size_b, &part));
+        }
+    }
+    save_into(whole, bytes_a, sizeof bytes_a, &size_a);
+    save_into(part, bytes_b, sizeof bytes_b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
+    assert_int_equal(toliman_period_count(part), 20000);
+    toliman_period_destroy(whole);
+    toliman_period_destroy(part);
+}
+
+/* The first row of the chapter's table: three cycles of a pure sine in unit span, 1095 samples. */
+static void pure_signal_row(void **unused) {
+    (void)unused;
+    const size_t n = 1095;
+    for (size_t i = 0; i < n; i++) {
+        times[i] = (double)i / (double)n;
+        values[i] = sin(2 * M_PI * 3 * times[i]);
+    }
+    toliman_period *period = make(1.5, 0.1, 5460, NULL);
+    assert_ok(toliman_period_push_many(period, times, values, NULL, n));
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, n, &peak));
+    assert_close(peak.period, 1.0 / 3, 1e-14, 0);
+    assert_close(peak.fwhm_error, 0.0998, 0, 2e-4);
+    assert_close(peak.half_width_error, 0.0499, 0, 1e-4);
+    assert_at_most(peak.log10_fap, -16000);
+
+    /* The least residual over frequency, by Newton's method on central differences in 113 bits. */
+    const quad_samples samples = {times, values, NULL, n};
+    __float128 f = 3, h = 1e-9Q, residual = 0;
+    for (int i = 0; i < 3; i++) {
+        const __float128 a = quad_residual(&samples, f - h, 0), c = quad_residual(&samples, f + h, 0);
+        residual = quad_residual(&samples, f, 0);
+        f -= h * (c - a) / 2 / (a - 2 * residual + c);
+    }
+    residual = quad_residual(&samples, f, 0);
+    __float128 mean = 0, variance = 0;
+    for (size_t i = 0; i < n; i++)
+        mean += times[i] / (__float128)n;
+    for (size_t i = 0; i < n; i++)
+        variance += (times[i] - mean) * (times[i] - mean) / (__float128)n;
+    const __float128 m = n - 1, w = (1.5 + 0.1 * 5459) * sqrtq(4 * M_PIq * variance);
+    const __float128 ln_gamma = lgammaq(m / 2) - lgammaq((m - 1) / 2) + logq(2 / m) / 2;
+    const __float128 ln_tau = ln_gamma + logq(w) + (m - 3) / 2 * logq(residual) + logq(m / 2 * (1 - residual)) / 2;
+    const __float128 expected = (ln_tau + log1pq(expq((m - 2) / 2 * logq(residual) - ln_tau))) / M_LN10q;
+    assert_close(peak.log10_residual, (double)log10q(residual), 0, 1e-3);
+    assert_close(peak.log10_fap, (double)expected, 0, 1);
+    toliman_period_destroy(period);
+}
+
+static void fit_recovers_parameters(void **unused) {
+    (void)unused;
+    const size_t n = 1095;
+    uint64_t state = 77;
+    for (size_t i = 0; i < n; i++) {
+        times[i] = 2451545.0 + (double)i;
+        values[i] = 5 + 1e-2 * sin(2 * M_PI * (double)i / 365 + 0.4) + 1e-3 * noise(&state);
+    }
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.time_offset = times[0];
+    options.value_offset = 5;
+    toliman_period *period = make(1.5 / 1095, 1.0 / 10950, 5000, &options);
+    assert_ok(toliman_period_push_many(period, times, values, NULL, n));
+    toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, n, &fit));
+    assert_ok(toliman_period_query_peak(period, &peak));
+    assert_close(fit.amplitude, 1e-2, 0, 4 * fit.amplitude_error);
+    assert_close(fit.frequency, 1.0 / 365, 0, 4 * fit.frequency_error);
+    assert_close(fit.phase, 0.4, 0, 0.05);
+    assert_close(fit.offset, 5, 0, 2e-4);
+    assert_close(fit.amplitude_error, 1e-3 * sqrt(2.0 / (double)n), 0.1, 0);
+    assert_close(fit.frequency_error, sqrt(6.0 / (double)n) / (M_PI * 1095) * 0.1, 0.1, 0);
+    assert_close(peak.frequency, fit.frequency, 0, 0.02 * fit.fwhm);
+    assert_close(peak.fwhm, fit.fwhm, 0.02, 0);
+    toliman_period_destroy(period);
+}
+
+/* Two brown dwarfs around nu Ophiuchi: the inner one at about 530 days. */
+static void nu_ophiuchi(void **unused) {
+    (void)unused;
+    FILE *file = fopen("examples/data/nu_oph_rv.csv", "r");
+    assert_non_null(file);
+    char line[256];
+    size_t n = 0;
+    double floor = 1e300;
+    while (fgets(line, sizeof line, file) != NULL && n < MOST)
+        if (sscanf(line, "%lf,%lf,%lf", &times[n], &values[n], &sigmas[n]) == 3)
+            floor = fmin(floor, sigmas[n++]);
+    fclose(file);
+    assert_int_equal(n, 150);
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.time_offset = times[0];
+    options.sigma_floor = floor;
+    toliman_period *period = make(1e-4, 2e-5, 2500, &options);
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    assert_ok(toliman_period_query_fit(period, times, values, sigmas, n, &peak));
+    assert_close(peak.period, 531.93, 0, 0.05);
+    assert_at_most(peak.log10_fap, -40);
+    toliman_period_destroy(period);
+}
+
+static void defined_where_others_give_nan(void **unused) {
+    (void)unused;
+    double power[64];
+    const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    toliman_period *period = make(0, 0.05, 64, NULL);
+    assert_ok(toliman_period_query_power(period, 0, 64, power)); /* no sample */
+    for (int k = 0; k < 64; k++)
+        assert_true(power[k] == 0);
+    assert_ok(toliman_period_push_many(period, t, same, NULL, 6)); /* constant */
+    assert_ok(toliman_period_query_power(period, 0, 64, power));
+    for (int k = 0; k < 64; k++)
+        assert_true(power[k] == 0);
+    assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
+
+    const double three[3] = {1, -2, 4};
+    assert_ok(toliman_period_reset(period));
+    assert_ok(toliman_period_push_many(period, t, three, NULL, 3)); /* as many parameters as samples */
+    assert_ok(toliman_period_query_power(period, 0, 64, power));
+    assert_true(power[0] == 0); /* f = 0: nothing but the mean */
+    for (int k = 1; k < 64; k++)
+        assert_true(power[k] >= 0 && power[k] <= 1);
+    assert_true(power[7] == 1);
+
+    const double regular[6] = {0, 1, 2, 3, 4, 5}, alternating[6] = {1, -1, 1, -1, 1, -1};
+    assert_ok(toliman_period_reset(period));
+    assert_ok(toliman_period_push_many(period, regular, alternating, NULL, 6));
+    assert_ok(toliman_period_query_power(period, 10, 1, power)); /* f = 1/2: sine vanishes at every sample */
+    assert_close(power[0], 1, 0, 1e-12);
+    assert_ok(toliman_period_query_power(period, 20, 1, power)); /* f = 1: the cosine is the mean */
+    assert_true(power[0] == 0);
+    toliman_period_destroy(period);
+}
+
+static void refusals_name_what_is_wrong(void **unused) {
+    (void)unused;
+    toliman_period *period = NULL;
+    toliman_period_options options;
+    assert_fails(toliman_period_create(-1, 1, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "f0 = -1");
+    assert_fails(toliman_period_create(0, 0, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = 0");
+    assert_fails(toliman_period_create(0, NAN, 1, NULL, &period), TOLIMAN_E_ARGUMENT, "df = nan");
+    assert_fails(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = 0");
+    assert_fails(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = ");
+    assert_fails(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    toliman_period_options_init(&options);
+    options.struct_size = 3;
+    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "struct_size = 3");
+    toliman_period_options_init(&options);
+    options.flags = 64;
+    assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "flags = 0x40");
+    assert_null(period);
+
+    period = make(0.1, 0.1, 10, NULL);
+    assert_fails(toliman_period_push(period, NAN, 1, 1), TOLIMAN_E_ARGUMENT, "t = nan");
+    assert_fails(toliman_period_push(period, 1, INFINITY, 1), TOLIMAN_E_ARGUMENT, "y = inf");
+    assert_fails(toliman_period_push(period, 1, 1, 0), TOLIMAN_E_ARGUMENT, "sigma = 0");
+    assert_fails(toliman_period_push(period, 1, 1, -2), TOLIMAN_E_ARGUMENT, "sigma = -2");
+    assert_fails(toliman_period_push(period, 1, 1e9, 1), TOLIMAN_E_RANGE, "value_bound");
+    assert_fails(toliman_period_push(period, 1, 1, 0.5), TOLIMAN_E_RANGE, "sigma_floor");
+    assert_fails(toliman_period_push(period, 1e300, 1, 1), TOLIMAN_E_RANGE, "cycles");
+    assert_fails(toliman_period_push(NULL, 1, 1, 1), TOLIMAN_E_ARGUMENT, "period is NULL");
+    const double t[3] = {1, 2, 3}, y[3] = {1, NAN, 3};
+    assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
+    assert_int_equal(toliman_period_count(period), 0);
+    double power;
+    assert_fails(toliman_period_query_power(period, 10, 1, &power), TOLIMAN_E_RANGE, "10 frequencies");
+    assert_fails(toliman_period_query_fap(period, 0.5, &power), TOLIMAN_E_ARGUMENT, "log10_residual");
+    toliman_period_destroy(period);
+    toliman_period_destroy(NULL);
+}
+
+static void damaged_state_is_refused(void **unused) {
+    (void)unused;
+    toliman_period *period = make(0.1, 0.1, 10, NULL), *loaded = NULL;
+    for (int i = 0; i < 9; i++)
+        assert_ok(toliman_period_push(period, i, i % 3, 1));
+    size_t size;
+    save_into(period, bytes_a, sizeof bytes_a, &size);
+    assert_fails(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
+    for (size_t cut = 0; cut < size; cut += cut < 100 ? 1 : 97)
+        assert_fails(toliman_period_load(bytes_a, cut, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+    for (size_t i = 0; i < size; i += i < 200 ? 1 : 31) {
+        memcpy(bytes_b, bytes_a, size);
+        bytes_b[i] ^= 0x10;
+        assert_fails(toliman_period_load(bytes_b, size, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+    }
+    assert_null(loaded);
+    assert_fails(toliman_period_load_file("no/such/file", &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_fails(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
+    toliman_period_destroy(period);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(power_matches_113_bits),        cmocka_unit_test(any_order_gives_the_same_bytes),
+        cmocka_unit_test(long_streams_survive_saving),   cmocka_unit_test(pure_signal_row),
+        cmocka_unit_test(fit_recovers_parameters),       cmocka_unit_test(nu_ophiuchi),
+        cmocka_unit_test(defined_where_others_give_nan), cmocka_unit_test(refusals_name_what_is_wrong),
+        cmocka_unit_test(damaged_state_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

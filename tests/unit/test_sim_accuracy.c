@@ -1,0 +1,296 @@
+/* Propagation against sums in long double that know nothing of the library but pupil, spectrum and offsets. */
+#include <complex.h>
+#include <stdio.h>
+
+#include "scene_text.h"
+
+#define PI_L 3.14159265358979323846264338327950288L
+
+static long double complex cis(long double cycles) {
+    cycles -= rintl(cycles);
+    return cosl(2 * PI_L * cycles) + I * sinl(2 * PI_L * cycles);
+}
+
+typedef struct {
+    int n;                   /* pupil samples */
+    long double aperture, p; /* m, rad */
+    double *amplitude, *opd, *wavelength, *weight[2], offset[4];
+    int wavelengths;
+    long double area;
+} reference;
+
+static double *doubles(size_t count) {
+    double *const values = malloc(count * sizeof *values);
+    assert_non_null(values);
+    return values;
+}
+
+static reference reference_of(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec) {
+    const toliman_sim_info info = info_of(sim);
+    reference r = {.n = (int)info.pupil_samples, .aperture = aperture_m, .p = pixel_arcsec * PI_L / 648000};
+    const size_t cells = (size_t)(r.n * r.n);
+    r.wavelengths = info.wavelengths;
+    r.amplitude = doubles(cells);
+    r.opd = doubles(cells);
+    r.wavelength = doubles((size_t)r.wavelengths);
+    r.weight[0] = doubles((size_t)r.wavelengths);
+    r.weight[1] = doubles((size_t)r.wavelengths);
+    assert_ok(toliman_sim_get_pupil(sim, r.amplitude, r.opd));
+    assert_ok(toliman_sim_get_spectrum(sim, (size_t)r.wavelengths, r.wavelength, r.weight[0], r.weight[1]));
+    assert_ok(toliman_sim_get_offsets(sim, r.offset));
+    for (size_t i = 0; i < cells; i++)
+        r.area += r.amplitude[i];
+    return r;
+}
+
+static void release(reference *r) {
+    free(r->amplitude);
+    free(r->opd);
+    free(r->wavelength);
+    free(r->weight[0]);
+    free(r->weight[1]);
+}
+
+/* Adds one star in one wavelength to sum[count_y][count_x], the pixels at u[], v[] (in px from the axis). */
+static void add_star(const reference *r, int star, int w, const double *u, int count_x, const double *v, int count_y,
+                     long double *sum) {
+    const long double lambda = r->wavelength[w], cell = r->aperture / r->n;
+    const double *const offset = r->offset + 2 * star;
+    long double complex *const kernel = malloc(sizeof *kernel * (size_t)(r->n * (count_x + 1)));
+    long double complex *const focal = calloc((size_t)(count_x * count_y), sizeof *focal);
+    long double complex *const row = kernel + r->n * count_x;
+    for (int j = 0; j < count_x; j++)
+        for (int x = 0; x < r->n; x++)
+            kernel[j * r->n + x] = cis(-(x - (r->n - 1) / 2.0L) * cell * u[j] * r->p / lambda);
+    for (int y = 0; y < r->n; y++) {
+        const long double pupil_y = (y - (r->n - 1) / 2.0L) * cell;
+        for (int x = 0; x < r->n; x++) {
+            const double a = r->amplitude[y * r->n + x];
+            const long double pupil_x = (x - (r->n - 1) / 2.0L) * cell;
+            const long double opd = r->opd[y * r->n + x] + (pupil_x * offset[0] + pupil_y * offset[1]) * r->p;
+            row[x] = a != 0 ? a * cis(opd / lambda) : 0;
+        }
+        for (int j = 0; j < count_x; j++) {
+            long double complex along = 0;
+            for (int x = 0; x < r->n; x++)
+                along += row[x] * kernel[j * r->n + x];
+            for (int i = 0; i < count_y; i++)
+                focal[i * count_x + j] += along * cis(-pupil_y * v[i] * r->p / lambda);
+        }
+    }
+    const long double scale = cell * r->p / lambda;
+    for (int i = 0; i < count_x * count_y; i++)
+        sum[i] += r->weight[star][w] * scale * scale / r->area *
+                  (creall(focal[i]) * creall(focal[i]) + cimagl(focal[i]) * cimagl(focal[i]));
+    free(kernel);
+    free(focal);
+}
+
+/* Largest error over some 200 pixels, relative to the peak. */
+static double error_to_peak(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec,
+                            const int *columns, int count_x, const int *rows, int count_y) {
+    const toliman_sim_info info = info_of(sim);
+    reference r = reference_of(sim, aperture_m, pixel_arcsec);
+    double u[32], v[32];
+    long double sum[1024] = {0};
+    for (int j = 0; j < count_x; j++)
+        u[j] = columns[j] - (double)(info.cols - 1) / 2;
+    for (int i = 0; i < count_y; i++)
+        v[i] = rows[i] - (double)(info.rows - 1) / 2;
+    for (int star = 0; star < 2; star++)
+        for (int w = 0; w < r.wavelengths; w++)
+            if (!isnan(r.offset[2 * star]))
+                add_star(&r, star, w, u, count_x, v, count_y, sum);
+    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    long double worst = 0;
+    for (int i = 0; i < count_y; i++)
+        for (int j = 0; j < count_x; j++)
+            worst = fmaxl(worst, fabsl(image[rows[i] * info.cols + columns[j]] - sum[i * count_x + j]));
+    free(image);
+    release(&r);
+    return (double)(worst / info.peak_photons);
+}
+
+static void chapter_against_long_double(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &sim));
+    double offset[4];
+    assert_ok(toliman_sim_get_offsets(sim, offset));
+    int columns[14], rows[14];
+    for (int i = 0; i < 3; i++) { /* both cores, then the frame at large with its corners */
+        columns[i] = (int)(127.5 + offset[0]) + i;
+        rows[i] = (int)(127.5 + offset[1]) + i;
+        columns[3 + i] = (int)(127.5 + offset[2]) + i;
+        rows[3 + i] = (int)(127.5 + offset[3]) + i;
+    }
+    for (int i = 0; i < 8; i++)
+        columns[6 + i] = rows[6 + i] = i < 7 ? 36 * i : 255;
+    const double error = error_to_peak(sim, 0.125L, 0.20, columns, 14, rows, 14);
+    print_message("chapter scene, 196 pixels: error/peak %.2g\n", error);
+    assert_at_most(error, 1e-14);
+    toliman_sim_destroy(sim);
+}
+
+/* Odd and even sides, more rows than columns, pupil with a middle sample. */
+static void odd_sizes_against_long_double(void **state) {
+    (void)state;
+    char *text = replaced(kBinaryScene, "\"pupil_samples\": 96", "\"pupil_samples\": 65");
+    text = replaced_again(text, "[64, 64]", "[47, 32]");
+    toliman_sim *const sim = sim_of(text);
+    int columns[16], rows[16];
+    for (int i = 0; i < 16; i++) {
+        columns[i] = 2 * i + (i > 7);
+        rows[i] = 3 * i + (i == 15);
+    }
+    assert_at_most(error_to_peak(sim, 0.125L, 0.2, columns, 16, rows, 16), 1e-14);
+    toliman_sim_destroy(sim);
+    free(text);
+}
+
+/* sum a_i b_i */
+static long double product(const double *a, const double *b, size_t n) {
+    long double sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += (long double)a[i] * b[i];
+    return sum;
+}
+
+/* A displacement is recovered from two images by least squares on the derivative images. */
+static void shifts_are_recovered(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    const size_t n = 64 * 64;
+    double *const first = image_of(sim, TOLIMAN_IMAGE_SEPARATION), *const second =
+                                                                       image_of(sim, TOLIMAN_IMAGE_CURVATURE);
+    double *const still = doubles(n), *const moved = doubles(n);
+    assert_ok(toliman_sim_propagate(sim, 0, still, 64));
+    for (double d = 1e-6; d > 5e-11; d /= 100) {
+        assert_ok(toliman_sim_propagate(sim, d, moved, 64));
+        for (size_t i = 0; i < n; i++)
+            moved[i] = moved[i] - still[i] - 0.5 * d * d * second[i];
+        const double error = (double)(product(moved, first, n) / product(first, first, n) - d);
+        print_message("shift %g px recovered with error %.2g px\n", d, error);
+        assert_at_most(fabs(error), 1e-15);
+    }
+    free(first);
+    free(second);
+    free(still);
+    free(moved);
+    toliman_sim_destroy(sim);
+}
+
+/* Largest difference of the series from exact propagation, relative to the largest pixel of the signal d I1. */
+static double series_error(const toliman_sim *sim, const double *derivative, double d, size_t side) {
+    double *const exact = doubles(side * side), *const series = doubles(side * side);
+    assert_ok(toliman_sim_propagate(sim, d, exact, side));
+    assert_ok(toliman_sim_expect(sim, d, series, side));
+    double error = 0, signal = 0;
+    for (size_t i = 0; i < side * side; i++) {
+        error = fmax(error, fabs(series[i] - exact[i]));
+        signal = fmax(signal, fabs(d * derivative[i]));
+    }
+    free(exact);
+    free(series);
+    return error / signal;
+}
+
+static void series_is_as_good_as_predicted(void **state) {
+    (void)state;
+    const struct {
+        double displacement, limit;
+        const char *amplitude;
+    } cases[] = {{1e-1, 1.6e-3, "\"amplitude_px\": 1e-1"},
+                 {1e-2, 1.6e-5, "\"amplitude_px\": 1e-2"},
+                 {1e-4, 1.6e-9, "\"amplitude_px\": 1e-4"},
+                 {1e-6, 1e-8, "\"amplitude_px\": 1e-6"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char *text = replaced(kBinaryScene, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.15");
+        text = replaced_again(text, "\"amplitude_px\": 1e-3", cases[i].amplitude);
+        toliman_sim *const sim = sim_of(text);
+        double *const derivative = image_of(sim, TOLIMAN_IMAGE_SEPARATION);
+        const double error = series_error(sim, derivative, cases[i].displacement, 64);
+        print_message("series at %g px: %.2g of the signal, predicted %.2g\n", cases[i].displacement, error,
+                      info_of(sim).truncation);
+        assert_at_most(error, cases[i].limit);
+        if (cases[i].displacement > 1e-3) /* below, rounding is larger than what the series leaves out */
+            assert_close(info_of(sim).truncation, error, 0.2, 0);
+        free(derivative);
+        toliman_sim_destroy(sim);
+        free(text);
+    }
+}
+
+/* All derivative images against differences of propagated ones: along the separation, and of the whole frame. */
+static void derivatives_are_exact(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    const size_t n = 64 * 64;
+    double *const first = image_of(sim, TOLIMAN_IMAGE_SEPARATION), *const second =
+                                                                       image_of(sim, TOLIMAN_IMAGE_CURVATURE);
+    double *const at[5] = {doubles(n), doubles(n), doubles(n), doubles(n), doubles(n)};
+    const double h = 1e-2;
+    for (int i = 0; i < 5; i++)
+        assert_ok(toliman_sim_propagate(sim, (i - 2) * h, at[i], 64));
+    double error_first = 0, error_second = 0, largest_first = 0, largest_second = 0;
+    for (size_t i = 0; i < n; i++) { /* five-point differences, error h^4 */
+        const double d1 = (at[0][i] - 8 * at[1][i] + 8 * at[3][i] - at[4][i]) / (12 * h);
+        const double d2 = (-at[0][i] + 16 * at[1][i] - 30 * at[2][i] + 16 * at[3][i] - at[4][i]) / (12 * h * h);
+        error_first = fmax(error_first, fabs(first[i] - d1));
+        error_second = fmax(error_second, fabs(second[i] - d2));
+        largest_first = fmax(largest_first, fabs(first[i]));
+        largest_second = fmax(largest_second, fabs(second[i]));
+    }
+    assert_at_most(error_first / largest_first, 1e-8);
+    assert_at_most(error_second / largest_second, 1e-8);
+    for (int i = 0; i < 5; i++)
+        free(at[i]);
+    free(first);
+    free(second);
+    toliman_sim_destroy(sim);
+}
+
+/* Common shift images against scenes whose stars stand a little elsewhere. */
+static void shift_images_are_exact(void **state) {
+    (void)state;
+    const char *const place = "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}";
+    const int32_t kinds[2] = {TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_SHIFT_Y};
+    const size_t n = 64 * 64;
+    char *const text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
+    char *const with_a = replaced(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
+    char *const base = replaced(with_a, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
+    for (int axis = 0; axis < 2; axis++) {
+        const double h = 1e-2;
+        double *image[5];
+        for (int i = 0; i < 5; i++) {
+            char offsets[200];
+            const double x = axis == 0 ? (i - 2) * h : 0, y = axis == 1 ? (i - 2) * h : 0;
+            snprintf(offsets, sizeof offsets, "{\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}}",
+                     3.2 + x, -4.1 + y, -6.5 + x, 8.3 + y);
+            toliman_sim *const sim = sim_with(base, place, offsets);
+            image[i] = image_of(sim, i == 2 ? kinds[axis] : TOLIMAN_IMAGE_BOTH);
+            toliman_sim_destroy(sim);
+        }
+        double error = 0, largest = 0;
+        for (size_t i = 0; i < n; i++) {
+            const double d = (image[0][i] - 8 * image[1][i] + 8 * image[3][i] - image[4][i]) / (12 * h);
+            error = fmax(error, fabs(image[2][i] - d));
+            largest = fmax(largest, fabs(d));
+        }
+        assert_at_most(error / largest, 1e-8);
+        for (int i = 0; i < 5; i++)
+            free(image[i]);
+    }
+    free(text);
+    free(with_a);
+    free(base);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(chapter_against_long_double), cmocka_unit_test(odd_sizes_against_long_double),
+        cmocka_unit_test(shifts_are_recovered),        cmocka_unit_test(series_is_as_good_as_predicted),
+        cmocka_unit_test(derivatives_are_exact),       cmocka_unit_test(shift_images_are_exact),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,29 @@
+// The subcommands: each adds itself with its options and leaves what it will do in `action`.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "terminal.hpp"
+
+namespace cli {
+
+struct Context {
+    std::string progress = "auto"; // --progress
+    std::function<void()> action;  // the chosen command, run after parsing
+
+    Progress::Style style() const {
+        return progress == "json"   ? Progress::Style::json
+               : progress == "none" ? Progress::Style::none
+                                    : Progress::Style::automatic;
+    }
+};
+
+void add_run(CLI::App &app, Context &context);
+void add_psf(CLI::App &app, Context &context);
+void add_simulate(CLI::App &app, Context &context);
+void add_train(CLI::App &app, Context &context);
+void add_encode(CLI::App &app, Context &context);
+void add_period(CLI::App &app, Context &context);
+void add_doctor(CLI::App &app, Context &context);
+
+} // namespace cli

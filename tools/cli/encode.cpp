@@ -1,0 +1,131 @@
+// toliman train, toliman encode: weights from a scene, latents from frames.
+#include <cstdio>
+
+#include "command.hpp"
+#include "failure.hpp"
+#include "npy.hpp"
+#include "output.hpp"
+#include "scene.hpp"
+
+namespace cli {
+
+namespace {
+
+struct TrainOptions {
+    std::string scene, out;
+    uint64_t seed = 1;
+    uint32_t steps = 0;
+};
+
+struct EncodeOptions {
+    std::string weights, dtype, shape;
+    std::vector<std::string> files;
+};
+
+constexpr char kTrainDescription[] = R"(Train the autoencoder for a scene and write its weights.
+
+Example:
+  toliman train examples/scenes/chapter.json --out chapter.tlmw
+
+The weights hold all that `encode` needs: layout, preprocessing and reference images. The cosine that is printed is the
+share of the photon limit that the encoder reaches.)";
+
+constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
+
+Examples:
+  toliman encode --weights chapter.tlmw frames.npy
+  toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin)";
+
+void train(const TrainOptions &options, Progress &progress) {
+    OutputFile probe(options.out); // an unwritable place is found before the work, not after it
+    const Scene scene(options.scene, progress);
+    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed);
+    toliman_cae_train_options how;
+    toliman_cae_train_options_init(&how);
+    how.steps = options.steps;
+    how.progress = Progress::callback;
+    how.progress_data = &progress;
+    toliman_cae_training report = {};
+    report.struct_size = sizeof report;
+    toliman::check(toliman_cae_train(cae.get(), &how, &report));
+    toliman::check(toliman_cae_save_file(cae.get(), options.out.c_str()));
+    progress.clear();
+    std::fprintf(stderr, "%s: %u steps, loss %.4f, cosine %.4f, Cramer-Rao bound %.4g px\n", options.out.c_str(),
+                 report.steps, report.loss, report.cosine, scene.info.crb_projected_px);
+}
+
+void shape_of(const std::string &text, size_t &rows, size_t &cols) {
+    rows = cols = 0;
+    if (text.empty())
+        return;
+    char rest = '\0';
+    if (std::sscanf(text.c_str(), "%zux%zu%c", &rows, &cols, &rest) != 2 || rows == 0 || cols == 0 || rows > 65536 ||
+        cols > 65536)
+        throw Failure(kExitUsage, "--shape " + text + ": must be ROWSxCOLS, e.g. 256x256");
+}
+
+void encode(const EncodeOptions &options, Progress &progress) {
+    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.weights.c_str());
+    toliman_cae_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_cae_get_info(cae.get(), &info));
+    size_t rows, cols;
+    shape_of(options.shape, rows, cols);
+    print_stdout("file,frame,latent_px\n");
+    for (const std::string &path : options.files) {
+        FrameFile frames(path, options.dtype, rows, cols);
+        if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
+            throw Failure(kExitInput, path + ": frames of " + std::to_string(frames.rows()) + "x" +
+                                          std::to_string(frames.cols()) + ", the weights take " +
+                                          std::to_string(info.rows) + "x" + std::to_string(info.cols));
+        std::vector<double> image(frames.rows() * frames.cols());
+        for (size_t k = 0; k < frames.count(); k++) {
+            frames.read(image.data());
+            double latent;
+            const toliman_status status = toliman_cae_encode(cae.get(), image.data(), frames.cols(), &latent);
+            if (status != TOLIMAN_OK)
+                throw Failure(kExitInput, path + ": frame " + std::to_string(k) + ": " + toliman_last_error());
+            char line[64];
+            std::snprintf(line, sizeof line, ",%zu,%.17g\n", k, latent);
+            print_stdout(path + line);
+            progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
+            stop_if_asked();
+        }
+    }
+}
+
+} // namespace
+
+void add_train(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("train", kTrainDescription);
+    auto options = std::make_shared<TrainOptions>();
+    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    command->add_option("--out", options->out, "the weights file to write (.tlmw)")->required();
+    command->add_option("--seed", options->seed, "seed of the initial weights, default 1");
+    command->add_option("--steps", options->steps, "Adam steps, default 600")->check(CLI::Range(1u, 1000000u));
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            train(*options, progress);
+        };
+    });
+}
+
+void add_encode(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("encode", kEncodeDescription);
+    auto options = std::make_shared<EncodeOptions>();
+    command->add_option("--weights", options->weights, "weights file of `toliman train`")->required();
+    command->add_option("--dtype", options->dtype, "of headerless files: u16le or u32le")
+        ->check(CLI::IsMember({"u16le", "u32le"}));
+    command->add_option("--shape", options->shape, "of headerless files: ROWSxCOLS");
+    command->add_option("FRAMES", options->files, ".npy files, or headerless ones with --dtype and --shape")
+        ->required();
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            encode(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

@@ -1,0 +1,39 @@
+// The chapter's experiment, end to end: scene -> frames -> latent -> period, with every control beside it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "periodogram.hpp"
+#include "scene.hpp"
+#include "terminal.hpp"
+
+namespace cli {
+
+// One series of estimates and what its periodogram says.
+struct Outcome {
+    double sigma_px = 0; // over frames without signal
+    toliman_period_peak peak = {};
+};
+
+struct Timings {
+    double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, total = 0;
+};
+
+struct Experiment {
+    uint64_t seed = 0;
+    FrequencyGrid grid = {};
+    toliman_cae_training training = {};
+    double decoder_cosine = 0, decoder_gain = 0;  // of (decode(z) - decode(0))/z against the whitened derivative
+    double mmse = 0, mssim = 0, photon_floor = 0; // means over the validation frames
+    size_t control_frames = 0, validation_frames = 0;
+    Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
+    std::vector<double> latents, estimates;         // of the frames with signal
+    std::vector<double> power;                      // of the latents
+    Timings timings;
+};
+
+// Everything is fresh: training sees no frame at all, and the control frames have numbers beyond the cadence.
+Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
+                          Progress &progress);
+
+} // namespace cli

@@ -1,0 +1,28 @@
+#include "failure.hpp"
+
+namespace cli {
+
+ExitCode exit_code(toliman_status status) noexcept {
+    switch (status) {
+    case TOLIMAN_OK:
+        return kExitOk;
+    case TOLIMAN_E_ARGUMENT:
+    case TOLIMAN_E_SCENE:
+    case TOLIMAN_E_UNSUPPORTED:
+    case TOLIMAN_E_RANGE:
+    case TOLIMAN_E_MISMATCH:
+    case TOLIMAN_E_STATE:
+        return kExitUsage;
+    case TOLIMAN_E_NOT_FOUND:
+    case TOLIMAN_E_FORMAT:
+        return kExitInput;
+    case TOLIMAN_E_WRITE:
+        return kExitOutput;
+    case TOLIMAN_E_CANCELLED:
+        return kExitInterrupted;
+    default:
+        return kExitInternal;
+    }
+}
+
+} // namespace cli

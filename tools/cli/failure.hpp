@@ -1,0 +1,32 @@
+// How the program ends: exit codes of the documentation and one clear line on stderr.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+#include <toliman/toliman.hpp>
+
+namespace cli {
+
+enum ExitCode {
+    kExitOk = 0,
+    kExitInternal = 1,
+    kExitUsage = 2,  // options or scene content
+    kExitInput = 3,  // an input file missing or malformed
+    kExitOutput = 6, // an output cannot be written
+    kExitInterrupted = 130,
+    kExitTerminated = 143,
+};
+
+class Failure : public std::runtime_error {
+  public:
+    Failure(ExitCode code, const std::string &text) : std::runtime_error(text), code_(code) {}
+    ExitCode code() const noexcept { return code_; }
+
+  private:
+    ExitCode code_;
+};
+
+// Exit code of a failed library call.
+ExitCode exit_code(toliman_status status) noexcept;
+
+} // namespace cli

@@ -1,0 +1,32 @@
+#include "json.hpp"
+
+#include <cmath>
+
+namespace cli {
+
+Json &Json::set(const char *name, double value) {
+    if (std::isfinite(value))
+        cJSON_AddNumberToObject(object_.get(), name, value);
+    else
+        cJSON_AddNullToObject(object_.get(), name);
+    return *this;
+}
+
+Json &Json::set(const char *name, const std::string &value) {
+    cJSON_AddStringToObject(object_.get(), name, value.c_str());
+    return *this;
+}
+
+Json &Json::set(const char *name, Json &&value) {
+    cJSON_AddItemToObject(object_.get(), name, value.object_.release());
+    return *this;
+}
+
+std::string Json::text() const {
+    char *printed = cJSON_Print(object_.get());
+    std::string text = printed != nullptr ? std::string(printed) + "\n" : "";
+    cJSON_free(printed);
+    return text;
+}
+
+} // namespace cli

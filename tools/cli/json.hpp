@@ -1,0 +1,24 @@
+// JSON results: owned cJSON objects; numbers that are not finite become null.
+#pragma once
+#include <cjson/cJSON.h>
+#include <memory>
+#include <string>
+
+namespace cli {
+
+class Json {
+  public:
+    Json() : object_(cJSON_CreateObject()) {}
+    Json &set(const char *name, double value);
+    Json &set(const char *name, const std::string &value);
+    Json &set(const char *name, Json &&value); // nested
+    std::string text() const;                  // indented, with a line end
+
+  private:
+    struct Delete {
+        void operator()(cJSON *item) const noexcept { cJSON_Delete(item); }
+    };
+    std::unique_ptr<cJSON, Delete> object_;
+};
+
+} // namespace cli

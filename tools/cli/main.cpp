@@ -1,0 +1,92 @@
+// toliman: the command line of libtoliman.
+#include <cstdio>
+#include <cstdlib>
+#include <unistd.h>
+
+#include "command.hpp"
+#include "failure.hpp"
+#include "help.hpp"
+#include "suggest.hpp"
+
+namespace {
+
+using namespace cli;
+
+constexpr char kDescription[] = R"(Period of a planet from frames of the TOLIMAN space telescope.
+
+Examples:
+  toliman run chapter.json                    simulate, train, encode fresh noise, find the period
+  toliman period rv.csv                       period of a series t,y[,sigma]
+  toliman psf chapter.json --out psf.npy      the expected image
+  toliman train chapter.json --out w.tlmw     weights for `encode`
+  toliman simulate chapter.json --frames 0:100 --out frames.npy
+  toliman encode --weights w.tlmw frames.npy  one separation in pixels a frame, as CSV
+  toliman doctor                              what this machine offers
+
+Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
+3 an input file missing or malformed, 6 output cannot be written, 130/143 stopped by a signal.)";
+
+// OpenBLAS chooses kernels and threads once, when it is loaded: set both and start again. The environment wins.
+void restart_with_fast_blas(char **argv) {
+    toliman_machine machine = {};
+    machine.struct_size = sizeof machine;
+    toliman::check(toliman_get_machine(&machine));
+    bool changed = false;
+    if (machine.blas_is_slow != 0 && std::getenv("OPENBLAS_CORETYPE") == nullptr)
+        changed = ::setenv("OPENBLAS_CORETYPE", machine.blas_better, 1) == 0;
+    if (machine.blas_threads != 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr)
+        changed = ::setenv("OPENBLAS_NUM_THREADS", "1", 1) == 0 || changed;
+    if (changed)
+        ::execv("/proc/self/exe", argv); // on failure go on as we are: slower, not wrong
+}
+
+int complain(int code, const char *text) {
+    std::fprintf(stderr, "toliman: %s\n", text);
+    return code;
+}
+
+int parse_and_run(int argc, char **argv) {
+    Context context;
+    CLI::App app(kDescription, "toliman");
+    app.set_version_flag("--version", std::string("toliman ") + toliman_version());
+    app.add_option("--progress", context.progress, "bar on a terminal (auto), JSON lines (json) or nothing (none)")
+        ->check(CLI::IsMember({"auto", "json", "none"}));
+    app.require_subcommand(1);
+    app.formatter(std::make_shared<HelpFormatter>());
+    app.fallthrough();
+    add_run(app, context);
+    add_psf(app, context);
+    add_simulate(app, context);
+    add_train(app, context);
+    add_encode(app, context);
+    add_period(app, context);
+    add_doctor(app, context);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success &success) { // --help, --version
+        return app.exit(success);
+    } catch (const CLI::ParseError &error) {
+        return complain(kExitUsage, (error.what() + suggestion(app, argc, argv)).c_str());
+    }
+    watch_signals();
+    context.action();
+    return kExitOk;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        restart_with_fast_blas(argv);
+        return parse_and_run(argc, argv);
+    } catch (const Failure &failure) {
+        return complain(failure.code(), failure.what());
+    } catch (const toliman::error &error) {
+        const bool terminated = error.status() == TOLIMAN_E_CANCELLED && stop_signal() == 15;
+        return complain(terminated ? kExitTerminated : exit_code(error.status()), error.what());
+    } catch (const std::bad_alloc &) {
+        return complain(kExitInternal, "out of memory");
+    } catch (const std::exception &error) {
+        return complain(kExitInternal, error.what());
+    }
+}

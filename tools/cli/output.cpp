@@ -1,0 +1,75 @@
+#include "output.hpp"
+
+#include <cerrno>
+#include <cstdarg>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "failure.hpp"
+
+namespace cli {
+
+OutputFile::OutputFile(const std::string &path)
+    : path_(path), temporary_(path + "." + std::to_string(::getpid()) + ".tmp"), file_(nullptr) {
+    const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor >= 0)
+        file_ = ::fdopen(descriptor, "wb");
+    if (file_ == nullptr)
+        fail();
+}
+
+OutputFile::~OutputFile() {
+    if (file_ != nullptr) {
+        std::fclose(file_);
+        ::unlink(temporary_.c_str());
+    }
+}
+
+void OutputFile::fail() const {
+    throw Failure(kExitOutput, path_ + ": cannot be written: " + std::strerror(errno));
+}
+
+void OutputFile::write(const void *data, size_t size) {
+    if (std::fwrite(data, 1, size, file_) != size)
+        fail();
+}
+
+void OutputFile::print(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    const int written = std::vfprintf(file_, format, arguments);
+    va_end(arguments);
+    if (written < 0)
+        fail();
+}
+
+void OutputFile::commit() {
+    if (std::fflush(file_) != 0 || ::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0)
+        fail();
+    std::fclose(file_);
+    file_ = nullptr;
+}
+
+OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {
+    if (!made_ && errno != EEXIST)
+        throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
+    if (::access(path.c_str(), W_OK | X_OK) != 0)
+        throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
+        throw Failure(kExitOutput, path + ": is not a folder");
+}
+
+OutputFolder::~OutputFolder() {
+    if (made_)
+        ::rmdir(path_.c_str());
+}
+
+void print_stdout(const std::string &text) {
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+        throw Failure(kExitOutput, std::string("standard output: ") + std::strerror(errno));
+}
+
+} // namespace cli

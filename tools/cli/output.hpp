@@ -1,0 +1,43 @@
+// Files that appear whole or not at all.
+#pragma once
+#include <cstdio>
+#include <string>
+
+namespace cli {
+
+// Written beside `path` under a temporary name; commit() renames it, destruction without commit removes it.
+class OutputFile {
+  public:
+    explicit OutputFile(const std::string &path);
+    ~OutputFile();
+    OutputFile(const OutputFile &) = delete;
+    OutputFile &operator=(const OutputFile &) = delete;
+    void write(const void *data, size_t size);
+    void print(const char *format, ...) __attribute__((format(printf, 2, 3)));
+    void commit();
+
+  private:
+    [[noreturn]] void fail() const;
+    std::string path_, temporary_;
+    std::FILE *file_;
+};
+
+// A folder for results, made if it is not there; a folder that was made is removed again unless kept.
+class OutputFolder {
+  public:
+    explicit OutputFolder(const std::string &path);
+    ~OutputFolder();
+    OutputFolder(const OutputFolder &) = delete;
+    OutputFolder &operator=(const OutputFolder &) = delete;
+    std::string file(const char *name) const { return path_ + "/" + name; }
+    void keep() noexcept { made_ = false; }
+
+  private:
+    std::string path_;
+    bool made_;
+};
+
+// Data on stdout; a closed pipe or full disk is exit code 6.
+void print_stdout(const std::string &text);
+
+} // namespace cli

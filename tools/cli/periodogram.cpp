@@ -1,0 +1,65 @@
+#include "periodogram.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "failure.hpp"
+
+namespace cli {
+
+namespace {
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+} // namespace
+
+FrequencyGrid default_grid(const std::vector<double> &times) {
+    std::vector<double> sorted = times, steps;
+    std::sort(sorted.begin(), sorted.end());
+    for (size_t i = 1; i < sorted.size(); i++)
+        if (sorted[i] > sorted[i - 1])
+            steps.push_back(sorted[i] - sorted[i - 1]);
+    if (steps.size() < 4)
+        throw Failure(kExitInput, "a periodogram needs at least five different times, there are " +
+                                      std::to_string(sorted.empty() ? 0 : steps.size() + 1));
+    const double step = median(steps), span = sorted.back() - sorted.front() + step;
+    const double f0 = 1.5 / span, df = 0.1 / span;
+    return {f0, df, std::max<int64_t>(1, static_cast<int64_t>(std::floor((0.5 / step - f0) / df * (1 + 1e-12))) + 1)};
+}
+
+Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fixed_mean) {
+    using namespace toliman;
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    const auto [least, greatest] = std::minmax_element(series.y.begin(), series.y.end());
+    const double spread = *greatest - *least;
+    options.flags = fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
+    options.time_offset = *std::min_element(series.t.begin(), series.t.end());
+    options.value_offset = median(series.y);
+    options.value_bound = std::clamp(std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))), 1e-99, 1e99);
+    const double *sigma = nullptr;
+    if (!series.sigma.empty()) {
+        options.sigma_floor = *std::min_element(series.sigma.begin(), series.sigma.end());
+        sigma = series.sigma.data();
+    }
+    Periodogram result = {make<periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options), {}};
+    for (size_t i = 0; i < series.t.size(); i++)
+        check(toliman_period_push(result.handle.get(), series.t[i], series.y[i],
+                                  sigma != nullptr ? sigma[i] : options.sigma_floor));
+    result.peak.struct_size = sizeof result.peak;
+    check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigma, series.t.size(),
+                                   &result.peak));
+    return result;
+}
+
+std::vector<double> power_of(const Periodogram &periodogram, int64_t nf) {
+    std::vector<double> power(static_cast<size_t>(nf));
+    toliman::check(toliman_period_query_power(periodogram.handle.get(), 0, power.size(), power.data()));
+    return power;
+}
+
+} // namespace cli

@@ -1,0 +1,148 @@
+// toliman run: the whole job, and its results on paper.
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "command.hpp"
+#include "experiment.hpp"
+#include "json.hpp"
+#include "output.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    std::string scene, folder;
+    uint64_t seed = 0;
+    bool seed_given = false, as_json = false;
+};
+
+constexpr char kDescription[] = R"(Simulate a scene, train the autoencoder, encode fresh frames, find the period.
+
+Examples:
+  toliman run examples/scenes/chapter.json
+  toliman run examples/scenes/mission.json --seed 7 --out mission7 --json
+
+Writes result.json (schema toliman-run/1), series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside
+the network stand the template estimator, the untrained network, frames without signal and the Cramer-Rao bound.)";
+
+Json result_json(const Scene &scene, const Experiment &experiment) {
+    const toliman_sim_info &info = scene.info;
+    const toliman_period_peak &peak = experiment.latent.peak;
+    Json json, of_template, no_signal, untrained, grid, timings, decoder;
+    of_template.set("sigma_px", experiment.estimate.sigma_px).set("period_days", experiment.estimate.peak.period);
+    of_template.set("log10_fap", experiment.estimate.peak.log10_fap);
+    no_signal.set("log10_fap", experiment.no_signal.peak.log10_fap);
+    no_signal.set("frames", static_cast<double>(experiment.control_frames));
+    untrained.set("log10_fap", experiment.untrained.peak.log10_fap).set("sigma_px", experiment.untrained.sigma_px);
+    decoder.set("cosine", experiment.decoder_cosine).set("gain", experiment.decoder_gain);
+    grid.set("f0", experiment.grid.f0).set("df", experiment.grid.df).set("nf", static_cast<double>(experiment.grid.nf));
+    const Timings &spent = experiment.timings;
+    timings.set("setup_s", spent.setup).set("simulate_s", spent.simulate).set("train_s", spent.train);
+    timings.set("encode_s", spent.encode).set("period_s", spent.period).set("controls_s", spent.controls);
+    timings.set("total_s", spent.total);
+
+    json.set("schema", "toliman-run/1").set("version", toliman_version());
+    json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", static_cast<double>(experiment.seed));
+    json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
+    json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
+    json.set("crb_flux_shift_px", info.crb_flux_shift_px).set("crb_projected_px", info.crb_projected_px);
+    json.set("latent_sigma_px", experiment.latent.sigma_px);
+    json.set("efficiency", info.crb_projected_px / experiment.latent.sigma_px);
+    json.set("cosine", experiment.training.cosine).set("period_days", peak.period);
+    json.set("period_half_width_days", peak.half_width_error).set("period_fwhm_days", peak.fwhm_error);
+    json.set("period_error_days", peak.frequency_error * peak.period * peak.period);
+    json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
+    json.set("mmse", experiment.mmse).set("photon_floor", experiment.photon_floor).set("mssim", experiment.mssim);
+    json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
+    json.set("no_signal", std::move(no_signal)).set("untrained", std::move(untrained));
+    json.set("grid", std::move(grid)).set("timings", std::move(timings));
+    return json;
+}
+
+void write_series(OutputFile &out, const Cadence &cadence, const Experiment &experiment) {
+    out.print("# separation series: t in days, the rest in pixels\nframe,t,true,latent,template\n");
+    for (size_t k = 0; k < cadence.times.size(); k++)
+        out.print("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k], experiment.latents[k],
+                  experiment.estimates[k]);
+}
+
+void write_periodogram(OutputFile &out, const Experiment &experiment) {
+    out.print("# Lomb-Scargle power of the latents: frequency in 1/day\nfrequency,power\n");
+    for (size_t k = 0; k < experiment.power.size(); k++)
+        out.print("%.17g,%.17g\n", experiment.grid.f0 + experiment.grid.df * static_cast<double>(k),
+                  experiment.power[k]);
+}
+
+void print_summary(const Scene &scene, const Experiment &experiment, const std::string &folder) {
+    const toliman_sim_info &info = scene.info;
+    const toliman_period_peak &peak = experiment.latent.peak;
+    std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
+                static_cast<long long>(info.frames), static_cast<long long>(info.rows),
+                static_cast<long long>(info.cols), static_cast<unsigned long long>(experiment.seed));
+    if (info.amplitude_px != 0)
+        std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
+    std::printf("period found  %.2f +- %.2f days, log10 FAP %.1f\n", peak.period,
+                peak.frequency_error * peak.period * peak.period, peak.log10_fap);
+    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency %.3f\n", experiment.latent.sigma_px,
+                info.crb_projected_px, info.crb_projected_px / experiment.latent.sigma_px);
+    std::printf("template      sigma %.3g px, period %.2f days, log10 FAP %.1f\n", experiment.estimate.sigma_px,
+                experiment.estimate.peak.period, experiment.estimate.peak.log10_fap);
+    std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", experiment.untrained.peak.log10_fap,
+                experiment.no_signal.peak.log10_fap);
+    std::printf("pictures      MMSE %.4g (photon floor %.4g), 1 - MSSIM %.2g\n", experiment.mmse,
+                experiment.photon_floor, 1 - experiment.mssim);
+    const Timings &spent = experiment.timings;
+    std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
+                spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);
+    std::printf("results       %s/result.json, series.csv, periodogram.csv\n", folder.c_str());
+    print_stdout("");
+}
+
+void run(const Options &options, Progress &progress) {
+    const auto start = std::chrono::steady_clock::now();
+    const Scene scene(options.scene, progress);
+    const Cadence cadence(scene);
+    const std::string name = toliman_sim_get_name(scene.sim.get());
+    const std::string path = options.folder.empty() ? name + ".run" : options.folder;
+    OutputFolder folder(path);
+    OutputFile result(folder.file("result.json")), series(folder.file("series.csv"));
+    OutputFile periodogram(folder.file("periodogram.csv"));
+    const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const Experiment experiment =
+        run_experiment(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
+    const std::string json = result_json(scene, experiment).text();
+    result.write(json.data(), json.size());
+    write_series(series, cadence, experiment);
+    write_periodogram(periodogram, experiment);
+    series.commit();
+    periodogram.commit();
+    result.commit(); // last: whoever finds a result.json finds all of it
+    folder.keep();
+    progress.clear();
+    if (options.as_json)
+        print_stdout(json);
+    else
+        print_summary(scene, experiment, path);
+}
+
+} // namespace
+
+void add_run(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("run", kDescription);
+    auto options = std::make_shared<Options>();
+    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    command->add_option("--out", options->folder, "folder for the results, default ./<scene name>.run");
+    CLI::Option *seed = command->add_option("--seed", options->seed, "seed of noise and weights, default the scene's");
+    command->add_flag("--json", options->as_json, "result as JSON on stdout");
+    command->callback([&context, options, seed] {
+        options->seed_given = seed->count() > 0;
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            run(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

@@ -1,0 +1,50 @@
+#include "scene.hpp"
+
+#include <charconv>
+
+#include "failure.hpp"
+
+namespace cli {
+
+namespace {
+
+toliman::simulator open_scene(const std::string &path, Progress &progress) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.progress = Progress::callback;
+    options.log = Progress::log;
+    options.progress_data = options.log_data = &progress;
+    return toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options);
+}
+
+int64_t bound_of(const std::string &text, int64_t absent, const std::string &whole) {
+    if (text.empty())
+        return absent;
+    int64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+        throw Failure(kExitUsage, "--frames " + whole + ": must be FIRST:END, e.g. 0:100");
+    return value;
+}
+
+} // namespace
+
+Scene::Scene(const std::string &path, Progress &progress) : sim(open_scene(path, progress)) {
+    info.struct_size = sizeof info;
+    toliman::check(toliman_sim_get_info(sim.get(), &info));
+}
+
+Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
+    toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));
+}
+
+FrameRange::FrameRange(const std::string &text, int64_t frames) {
+    const size_t colon = text.find(':');
+    first = bound_of(text.substr(0, colon), 0, text);
+    end = colon == std::string::npos ? (text.empty() ? frames : first + 1)
+                                     : bound_of(text.substr(colon + 1), frames, text);
+    if (first < 0 || end <= first || end > frames)
+        throw Failure(kExitUsage, "--frames " + text + ": must lie within 0:" + std::to_string(frames));
+}
+
+} // namespace cli

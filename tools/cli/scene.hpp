@@ -1,0 +1,32 @@
+// The simulator of a scene file, with progress and remarks on stderr.
+#pragma once
+#include <string>
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+#include "terminal.hpp"
+
+namespace cli {
+
+struct Scene {
+    Scene(const std::string &path, Progress &progress);
+
+    toliman::simulator sim;
+    toliman_sim_info info = {};
+    size_t pixels() const noexcept { return static_cast<size_t>(info.rows) * static_cast<size_t>(info.cols); }
+};
+
+// Times (days) and true displacements (px) of the whole cadence.
+struct Cadence {
+    explicit Cadence(const Scene &scene);
+    std::vector<double> times, displacements;
+};
+
+// "10:20" is frames 10 ... 19, "10" that one, ":" or "" all; within [0, frames].
+struct FrameRange {
+    FrameRange(const std::string &text, int64_t frames);
+    int64_t first, end;
+};
+
+} // namespace cli

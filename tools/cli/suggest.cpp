@@ -1,0 +1,60 @@
+#include "suggest.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace cli {
+
+namespace {
+
+size_t distance(const std::string &a, const std::string &b) {
+    std::vector<size_t> row(b.size() + 1);
+    for (size_t j = 0; j <= b.size(); j++)
+        row[j] = j;
+    for (size_t i = 1; i <= a.size(); i++) {
+        size_t diagonal = row[0];
+        row[0] = i;
+        for (size_t j = 1; j <= b.size(); j++) {
+            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+void add_options(const CLI::App &app, std::vector<std::string> &names) {
+    for (const CLI::Option *option : app.get_options())
+        for (const std::string &name : option->get_lnames())
+            names.push_back("--" + name);
+}
+
+} // namespace
+
+std::string suggestion(const CLI::App &app, int argc, char **argv) {
+    std::vector<std::string> commands, options;
+    add_options(app, options);
+    const CLI::App *chosen = nullptr;
+    for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; })) {
+        commands.push_back(command->get_name());
+        if (argc > 1 && command->get_name() == argv[1])
+            chosen = command;
+    }
+    if (chosen != nullptr)
+        add_options(*chosen, options);
+    for (int i = 1; i < argc; i++) {
+        const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+        const bool is_option = word.rfind("--", 0) == 0;
+        if (!is_option && (i > 1 || chosen != nullptr))
+            continue;
+        const std::vector<std::string> &names = is_option ? options : commands;
+        if (std::find(names.begin(), names.end(), word) != names.end())
+            continue;
+        for (const std::string &name : names)
+            if (distance(word, name) <= 2)
+                return " (did you mean " + name + "?)";
+    }
+    return "";
+}
+
+} // namespace cli

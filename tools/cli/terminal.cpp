@@ -1,0 +1,91 @@
+#include "terminal.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <unistd.h>
+
+#include "failure.hpp"
+
+namespace cli {
+
+namespace {
+
+volatile std::sig_atomic_t asked = 0;
+
+extern "C" void take_note(int signal) {
+    asked = signal;
+}
+
+} // namespace
+
+void watch_signals() {
+    struct sigaction action = {};
+    action.sa_handler = take_note;
+    ::sigaction(SIGINT, &action, nullptr);
+    ::sigaction(SIGTERM, &action, nullptr);
+    ::signal(SIGPIPE, SIG_IGN); // a closed pipe is then a write error with a message
+}
+
+int stop_signal() noexcept {
+    return asked;
+}
+
+void stop_if_asked() {
+    if (asked != 0)
+        throw Failure(asked == SIGTERM ? kExitTerminated : kExitInterrupted, "stopped by a signal");
+}
+
+Progress::Progress(Style style) : style_(style) {
+    if (style_ == Style::automatic && ::isatty(STDERR_FILENO) == 0)
+        style_ = Style::none;
+}
+
+Progress::~Progress() {
+    clear();
+}
+
+void Progress::show(const char *stage, double fraction) {
+    using std::chrono::steady_clock;
+    if (style_ == Style::none)
+        return;
+    const auto now = steady_clock::now();
+    if (stage_ != stage) {
+        stage_ = stage;
+        stage_start_ = now;
+    } else if (fraction < 1 && now - last_ < std::chrono::milliseconds(100)) {
+        return;
+    }
+    last_ = now;
+    const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
+    const double left = fraction > 0.02 ? elapsed * (1 - fraction) / fraction : 0;
+    if (style_ == Style::json) {
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%.1f}\n", stage, fraction, left);
+        return;
+    }
+    constexpr int width = 32;
+    char bar[width + 1];
+    for (int i = 0; i < width; i++)
+        bar[i] = i < static_cast<int>(fraction * width + 0.5) ? '#' : '.';
+    bar[width] = '\0';
+    std::fprintf(stderr, "\r\033[K%-10s [%s] %3.0f %%  %.0f s left", stage, bar, 100 * fraction, left);
+    std::fflush(stderr);
+    drawn_ = true;
+}
+
+void Progress::clear() {
+    if (drawn_)
+        std::fprintf(stderr, "\r\033[K");
+    drawn_ = false;
+}
+
+int32_t Progress::callback(const char *stage, double fraction, void *user_data) {
+    static_cast<Progress *>(user_data)->show(stage, fraction);
+    return asked != 0 ? 1 : 0;
+}
+
+void Progress::log(int32_t level, const char *text, void *user_data) {
+    static_cast<Progress *>(user_data)->clear();
+    std::fprintf(stderr, "toliman: %s%s\n", level == TOLIMAN_LOG_WARNING ? "warning: " : "", text);
+}
+
+} // namespace cli

@@ -1,0 +1,37 @@
+// Progress on stderr, and signals turned into a clean stop.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace cli {
+
+// Installs handlers for SIGINT and SIGTERM that only take note.
+void watch_signals();
+// The signal that asked to stop, 0 if none.
+int stop_signal() noexcept;
+// Throws Failure with exit code 130 or 143 once a signal has asked to stop.
+void stop_if_asked();
+
+// A bar on a terminal, a JSON line a step with --progress=json, else nothing. Drawn at most ten times a second.
+class Progress {
+  public:
+    enum class Style { automatic, json, none };
+    explicit Progress(Style style);
+    ~Progress();
+    void show(const char *stage, double fraction);
+    // Ends the bar's line, so that what follows on stderr starts at its beginning.
+    void clear();
+
+    // For the library: user_data is the Progress.
+    static int32_t callback(const char *stage, double fraction, void *user_data);
+    static void log(int32_t level, const char *text, void *user_data);
+
+  private:
+    Style style_;
+    bool drawn_ = false;
+    std::string stage_;
+    std::chrono::steady_clock::time_point stage_start_, last_;
+};
+
+} // namespace cli
