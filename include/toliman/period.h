@@ -24,11 +24,11 @@ typedef struct toliman_period toliman_period;
 /* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags;       /* TOLIMAN_PERIOD_..., default 0 */
-    double time_offset;   /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
-    double value_offset;  /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
-    double value_bound;   /* largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it */
-    double sigma_floor;   /* smallest sigma to come; default 1. Weights (sigma_floor/sigma)^2 are kept to 2^-50 */
+    uint32_t flags;      /* TOLIMAN_PERIOD_..., default 0 */
+    double time_offset;  /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
+    double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
+    double value_bound;  /* largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it */
+    double sigma_floor;  /* smallest sigma to come; default 1. Weights (sigma_floor/sigma)^2 are kept to 2^-50 */
 } toliman_period_options;
 
 /* Fills *options with the defaults. Since 0.1. */
@@ -43,8 +43,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, d
 /* Ends a periodogram; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT;
 
-/* Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma is
- * beyond what the options promised, or f t exceeds 2^50 cycles; the sums are then unchanged. Unweighted data: give 1
+/* Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma
+ * is beyond what the options promised, or f t exceeds 2^50 cycles; the sums are then unchanged. Unweighted data: give 1
  * (or sigma_floor) everywhere. Duplicate times are allowed. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;

@@ -54,19 +54,19 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Facts of a ready scene. Since 0.1. */
 typedef struct toliman_sim_info {
-    uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
-    int32_t wavelengths;   /* samples of the spectrum */
-    int64_t rows, cols;    /* of a frame */
-    int64_t frames;        /* of the cadence */
-    int64_t pupil_samples; /* N of the N x N pupil */
-    uint64_t seed;         /* noise.seed of the scene */
-    double amplitude_px;   /* of the signal; 0 without one */
-    double period_days;    /* of the signal; 0 without one */
-    double separation_px;  /* 0 for a single star */
-    double flux_ratio;     /* photons of A over photons of B; 0 for a single star */
-    double peak_photons;   /* brightest pixel of the mean frame */
-    double total_photons;  /* in the frame */
-    double crb_px;         /* Cramer-Rao bound of the separation a frame, all else known */
+    uint32_t struct_size;     /* in: sizeof(toliman_sim_info) */
+    int32_t wavelengths;      /* samples of the spectrum */
+    int64_t rows, cols;       /* of a frame */
+    int64_t frames;           /* of the cadence */
+    int64_t pupil_samples;    /* N of the N x N pupil */
+    uint64_t seed;            /* noise.seed of the scene */
+    double amplitude_px;      /* of the signal; 0 without one */
+    double period_days;       /* of the signal; 0 without one */
+    double separation_px;     /* 0 for a single star */
+    double flux_ratio;        /* photons of A over photons of B; 0 for a single star */
+    double peak_photons;      /* brightest pixel of the mean frame */
+    double total_photons;     /* in the frame */
+    double crb_px;            /* Cramer-Rao bound of the separation a frame, all else known */
     double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
     double crb_projected_px;  /* the same with exactly preprocess.project unknown; the yardstick of efficiency */
     double truncation;        /* predicted relative error of the signal by the order-2 series */
@@ -96,8 +96,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_IMAGE_SHIFT_Y 6    /* d/d common shift towards higher rows, per px */
 #define TOLIMAN_IMAGE_VARIANCE 7   /* variance of the counts, photons^2 */
 /* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind,
-                                                                    double *image, size_t stride) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
+                                                                    size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Pupil of the scene, each [N][N]: amplitude in 0..1 (grey edges) and OPD of the mask in m. Either may be NULL.
  * Since 0.1. */
@@ -133,7 +133,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Frames first ... first + count - 1 of the cadence with the scene's own signal (displacements NULL), or any frame
- * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into images[count][rows][cols]. Since 0.1. */
+ * numbers from 0 with the given displacements[count], computed on `threads` workers (0 = one a processor) into
+ * images[count][rows][cols]. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,

@@ -9,11 +9,17 @@
 namespace toliman::blas {
 
 namespace {
-CBLAS_TRANSPOSE flag(bool transpose) noexcept { return transpose ? CblasTrans : CblasNoTrans; }
-blasint length(size_t n) noexcept { return static_cast<blasint>(n); }
+CBLAS_TRANSPOSE flag(bool transpose) noexcept {
+    return transpose ? CblasTrans : CblasNoTrans;
+}
+blasint length(size_t n) noexcept {
+    return static_cast<blasint>(n);
+}
 } // namespace
 
-Facts facts() noexcept { return {openblas_get_corename(), openblas_get_config(), openblas_get_num_threads()}; }
+Facts facts() noexcept {
+    return {openblas_get_corename(), openblas_get_config(), openblas_get_num_threads()};
+}
 
 void zgemm(bool transpose_a, bool transpose_b, size_t m, size_t n, size_t k, const std::complex<double> *a, size_t lda,
            const std::complex<double> *b, size_t ldb, std::complex<double> *c, size_t ldc) {

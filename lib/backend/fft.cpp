@@ -4,6 +4,8 @@
 
 namespace toliman::fft {
 
-const char *version() noexcept { return fftw_version; }
+const char *version() noexcept {
+    return fftw_version;
+}
 
 } // namespace toliman::fft

@@ -22,8 +22,12 @@ void fail(Status status, const char *format, ...) {
     throw Error(status, text);
 }
 
-void set_last_error(const char *text) noexcept { std::snprintf(last_text, sizeof last_text, "%s", text); }
+void set_last_error(const char *text) noexcept {
+    std::snprintf(last_text, sizeof last_text, "%s", text);
+}
 
-const char *last_error() noexcept { return last_text; }
+const char *last_error() noexcept {
+    return last_text;
+}
 
 } // namespace toliman

@@ -12,7 +12,7 @@ namespace {
 
 volatile std::sig_atomic_t asked = 0;
 
-extern "C" void take_note(int signal) {
+void take_note(int signal) {
     asked = signal;
 }
 

@@ -1,0 +1,42 @@
+"""Runs the program the way a user does. TOLIMAN is the program, CMake sets it for the tests."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENES = ROOT / "examples" / "scenes"
+PROGRAM = os.environ.get("TOLIMAN", str(ROOT / "build" / "bin" / "toliman"))
+
+
+class ProgramTest(unittest.TestCase):
+    """Each test runs in a fresh empty folder, self.folder."""
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name)
+
+    def run_program(self, *arguments, **options):
+        return subprocess.run(
+            [PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=250, **options
+        )
+
+    def succeed(self, *arguments, **options):
+        """Standard output of a run that must end well and say nothing on stderr but results of `train`."""
+        done = self.run_program(*arguments, **options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def refuse(self, code, *texts, arguments, left=()):
+        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind."""
+        before = sorted(p.name for p in self.folder.iterdir())
+        done = self.run_program(*arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith("toliman: "), done.stderr)
+        for text in texts:
+            self.assertIn(text, done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), sorted(before + list(left)))

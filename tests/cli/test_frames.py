@@ -1,0 +1,172 @@
+"""psf, simulate, train, encode: files in, files out, and what is refused."""
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+import numpy
+from program import PROGRAM, SCENES, ProgramTest
+
+CHAPTER = SCENES / "chapter.json"
+
+
+class Images(ProgramTest):
+    def test_psf_of_each_star(self):
+        for star in ("A", "B", "both"):
+            self.succeed("psf", CHAPTER, "--out", f"{star}.npy", "--star", star)
+        a, b, both = (numpy.load(self.folder / f"{star}.npy") for star in ("A", "B", "both"))
+        self.assertEqual((both.shape, both.dtype), ((256, 256), numpy.float64))
+        self.assertLess(abs(a + b - both).max() / both.max(), 1e-15)
+        self.assertAlmostEqual(both.max() / 1e9, 1, delta=1e-12)
+
+    def test_frames_by_random_access(self):
+        self.succeed("simulate", CHAPTER, "--frames", "0:6", "--out", "six.npy")
+        self.succeed("simulate", CHAPTER, "--frames", "4:6", "--out", "two.npy")
+        self.succeed("simulate", CHAPTER, "--frames", "0:6", "--out", "six.bin")
+        self.succeed("simulate", CHAPTER, "--frames", "4", "--seed", "9", "--out", "other.npy")
+        six, two, other = (numpy.load(self.folder / f"{name}.npy") for name in ("six", "two", "other"))
+        self.assertEqual(six.shape, (6, 256, 256))
+        self.assertTrue((six[4:] == two).all())
+        self.assertTrue((numpy.fromfile(self.folder / "six.bin", "<u4").reshape(six.shape) == six).all())
+        self.assertGreater((other != six[4]).mean(), 0.9)
+
+
+class Weights(ProgramTest):
+    def test_train_and_encode_every_input(self):
+        self.succeed("train", CHAPTER, "--steps", "40", "--out", "w.tlmw")
+        self.succeed("simulate", CHAPTER, "--frames", "0:4", "--out", "f.npy")
+        self.succeed("simulate", CHAPTER, "--frames", "0:4", "--out", "f.bin")
+        from_npy = self.succeed("encode", "--weights", "w.tlmw", "f.npy").splitlines()
+        from_bin = self.succeed(
+            "encode", "--weights", "w.tlmw", "--dtype", "u32le", "--shape", "256x256", "f.bin"
+        ).splitlines()
+        self.assertEqual(from_npy[0], "file,frame,latent_px")
+        self.assertEqual(len(from_npy), 5)
+        self.assertEqual([line.split(",")[1:] for line in from_npy], [line.split(",")[1:] for line in from_bin])
+
+    def test_damaged_weights(self):
+        self.succeed("train", CHAPTER, "--steps", "1", "--out", "w.tlmw")
+        blob = bytearray((self.folder / "w.tlmw").read_bytes())
+        numpy.save(self.folder / "f.npy", numpy.ones((1, 256, 256)))
+        flipped = bytearray(blob)
+        flipped[len(blob) // 2] ^= 1
+        for name, content in (("short", blob[:-9]), ("flipped", flipped), ("empty", b""), ("long", blob + b"x")):
+            (self.folder / name).write_bytes(content)
+            with self.subTest(name):
+                self.refuse(3, "weights", arguments=("encode", "--weights", name, "f.npy"))
+        self.refuse(3, "none.tlmw", "No such file", arguments=("encode", "--weights", "none.tlmw", "f.npy"))
+
+    def test_bad_frames(self):
+        self.succeed("train", CHAPTER, "--steps", "1", "--out", "w.tlmw")
+        frames = numpy.ones((2, 256, 256))
+        frames[1, 3, 4] = numpy.nan
+        numpy.save(self.folder / "nan.npy", frames)
+        numpy.save(self.folder / "small.npy", numpy.ones((1, 64, 64)))
+        numpy.save(self.folder / "text.npy", numpy.array(["a"]))
+        numpy.save(self.folder / "order.npy", numpy.asfortranarray(numpy.ones((1, 256, 256))))
+        (self.folder / "cut.npy").write_bytes((self.folder / "nan.npy").read_bytes()[:-5])
+        (self.folder / "odd.bin").write_bytes(b"123")
+        for name, *texts in (
+            ("small.npy", "64x64", "256x256"),
+            ("text.npy", "little-endian"),
+            ("order.npy", "Fortran order"),
+            ("cut.npy", "bytes"),
+            ("missing.npy", "No such file"),
+        ):
+            with self.subTest(name):
+                done = self.run_program("encode", "--weights", "w.tlmw", name)
+                self.assertEqual(done.returncode, 3)
+                self.assertIn(name, done.stderr)
+                for text in texts:
+                    self.assertIn(text, done.stderr)
+        done = self.run_program("encode", "--weights", "w.tlmw", "nan.npy")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("nan.npy: frame 1", done.stderr)
+        self.assertEqual(done.stdout.count("\n"), 2)  # header and the good frame
+        done = self.run_program("encode", "--weights", "w.tlmw", "odd.bin")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--dtype", done.stderr)
+
+
+class Refusals(ProgramTest):
+    def scene(self, change):
+        scene = json.loads(CHAPTER.read_text())
+        change(scene)
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+
+    def test_scene_content(self):
+        numpy.save(self.folder / "small.npy", numpy.zeros((64, 64)))
+        mask = {"kind": "file", "quantity": "opd_m"}
+        cases = (
+            (2, lambda s: s["telescope"].update(apertur_m=1), ("telescope.apertur_m", "aperture_m")),
+            (2, lambda s: s["telescope"].update(aperture_m=-0.125), ("telescope.aperture_m = -0.125", "(0, 100] m")),
+            (2, lambda s: s["telescope"].update(aperture_m="wide"), ("telescope.aperture_m", "number")),
+            (2, lambda s: s["detector"].update(shape=[-256, 256]), ("detector.shape", "-256")),
+            (2, lambda s: s["telescope"].update(aberrations={"zernike_rms_nm": {"4": 5}}), ("not supported yet",)),
+            (3, lambda s: s["telescope"].update(mask={**mask, "file": "none.npy"}), ("none.npy",)),
+            (3, lambda s: s["telescope"].update(mask={**mask, "file": "small.npy"}), ("small.npy", "256")),
+        )
+        for code, change, texts in cases:
+            with self.subTest(texts=texts):
+                self.scene(change)
+                self.refuse(code, *texts, arguments=("run", "scene.json"))
+
+    def test_scene_that_is_no_scene(self):
+        self.refuse(3, "none.json", "No such file", arguments=("run", "none.json"))
+        (self.folder / "scene.json").write_text('{"schema": ')
+        self.refuse(3, "scene.json", "line", arguments=("run", "scene.json"))
+        (self.folder / "scene.json").write_text(CHAPTER.read_text().replace("0.125", "1e999"))
+        self.refuse(3, "scene.json", "1e999", arguments=("run", "scene.json"))
+
+    def test_unwritable_outputs(self):
+        (self.folder / "file").write_text("")
+        self.refuse(6, "no/w.tlmw", arguments=("train", CHAPTER, "--out", "no/w.tlmw"))
+        self.refuse(6, "file/x.npy", arguments=("psf", CHAPTER, "--out", "file/x.npy"))
+        self.refuse(6, "file/run", arguments=("run", CHAPTER, "--out", "file/run"))
+        self.refuse(6, "file", arguments=("run", CHAPTER, "--out", "file"))
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([PROGRAM, "doctor", "--json"], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertIn("standard output", done.stderr)
+
+    def test_mistyped_commands_and_options(self):
+        self.refuse(2, "did you mean period?", arguments=("perod",))
+        self.refuse(2, "did you mean --frames?", arguments=("simulate", CHAPTER, "--frame", "0:2", "--out", "f.npy"))
+        self.refuse(2, "--out f.png", ".npy or .bin", arguments=("simulate", CHAPTER, "--out", "f.png"))
+        self.refuse(2, "--frames 5:2", "0:1095", arguments=("simulate", CHAPTER, "--frames", "5:2", "--out", "f.npy"))
+        self.refuse(2, "--frames 0:9999", arguments=("simulate", CHAPTER, "--frames", "0:9999", "--out", "f.npy"))
+        self.refuse(2, "--frames 1.5", arguments=("simulate", CHAPTER, "--frames", "1.5", "--out", "f.npy"))
+
+    def test_interrupted_run_leaves_nothing(self):
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            with subprocess.Popen([PROGRAM, "run", CHAPTER], cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
+                for _ in range(500):  # wait for its folder: then it is at work
+                    if os.listdir(self.folder):
+                        break
+                    time.sleep(0.02)
+                run.send_signal(number)
+                self.assertEqual(run.wait(60), code)
+            self.assertEqual(os.listdir(self.folder), [])
+
+
+class Help(ProgramTest):
+    def test_help_begins_with_examples(self):
+        for command in ([], ["run"], ["psf"], ["simulate"], ["train"], ["encode"], ["period"]):
+            out = self.succeed(*command, "--help")
+            self.assertLess(out.index("Example"), out.index("Options:"))
+        overview = self.succeed("--help")
+        self.assertLess(max(map(len, overview.splitlines())), 121)
+        self.assertIn("toliman 0.", self.succeed("--version"))
+
+    def test_doctor(self):
+        facts = json.loads(self.succeed("doctor", "--json"))
+        self.assertGreater(facts["blas_gflops"], 0)
+        self.assertIn(facts["isa"], ("baseline", "avx2", "avx512"))
+        self.assertEqual(facts["blas_is_slow"], 0)
+        self.assertIn("OpenBLAS", self.succeed("doctor"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,127 @@
+"""toliman period against astropy and against 45-digit arithmetic."""
+import json
+import math
+import unittest
+
+import mpmath
+import numpy
+from astropy.timeseries import LombScargle
+from program import ROOT, ProgramTest
+
+DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
+GRID = ("--f0", 1e-4, "--df", 2e-5, "--nf", 2500)
+
+
+class RealVelocities(ProgramTest):
+    def check_against_astropy(self, fit_mean):
+        flags = [] if fit_mean else ["--fixed-mean"]
+        out = self.succeed("period", DATA, *GRID, *flags, "--json", "--power", "power.npy")
+        result = json.loads(out)
+        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
+        frequency = 1e-4 + 2e-5 * numpy.arange(2500)
+        peer = LombScargle(t - t[0], y, sigma, fit_mean=fit_mean)
+        power = peer.power(frequency, method="slow")
+        self.assertLess(abs(numpy.load(self.folder / "power.npy") - power).max(), 1e-9)
+        self.assertEqual(result["n"], t.size)
+        self.assertEqual(result["grid"], {"f0": 1e-4, "df": 2e-5, "nf": 2500})
+        peak = result["peak"]
+        self.assertAlmostEqual(peak["power"], float(peer.power(peak["frequency"], method="slow")), delta=1e-9)
+        for nudge in (-1e-7, 1e-7):  # it is the top
+            self.assertGreater(peak["power"], float(peer.power(peak["frequency"] + nudge, method="slow")))
+        fap = peer.false_alarm_probability(peak["power"], method="baluev", maximum_frequency=frequency[-1])
+        self.assertAlmostEqual(result["log10_fap"], math.log10(fap), delta=1e-9)
+        return result
+
+    def test_floating_mean(self):
+        result = self.check_against_astropy(True)
+        self.assertAlmostEqual(result["peak"]["period"], 532, delta=1)
+        self.assertLess(result["log10_fap"], -40)
+
+    def test_fixed_mean(self):
+        self.check_against_astropy(False)
+
+    def test_summary_for_people(self):
+        out = self.succeed("period", DATA)
+        self.assertIn("period      531.9", out)
+        self.assertIn("log10 FAP", out)
+
+
+class PureSignal(ProgramTest):
+    """The first row of the chapter's table: 0.33 +- 0.05, FAP 0."""
+
+    def test_row(self):
+        n = 1095
+        t = numpy.arange(n) / n
+        y = numpy.sin(2 * numpy.pi * 3 * t)
+        numpy.savetxt(self.folder / "signal.csv", numpy.column_stack([t, y]), delimiter=",", fmt="%.17g")
+        result = json.loads(self.succeed("period", "signal.csv", "--json"))
+        self.assertAlmostEqual(result["peak"]["period"], 1 / 3, delta=1e-12)
+        self.assertAlmostEqual(result["peak"]["half_width_error"], 0.0499, delta=1e-4)
+        self.assertLess(result["log10_fap"], -16000)
+        grid = result["grid"]
+        highest = grid["f0"] + grid["df"] * (grid["nf"] - 1)
+        self.assertAlmostEqual(result["log10_fap"], self.fap_in_45_digits(t, y, highest), delta=1)
+
+    @staticmethod
+    def fap_in_45_digits(t, y, highest):
+        with mpmath.workdps(45):
+            t, y = [mpmath.mpf(float(v)) for v in t], [mpmath.mpf(float(v)) for v in y]
+            n = len(t)
+
+            def residual(f):
+                rows = [(mpmath.mpf(1), mpmath.cos(2 * mpmath.pi * f * u), mpmath.sin(2 * mpmath.pi * f * u)) for u in t]
+                matrix = mpmath.matrix(3, 3)
+                right = mpmath.matrix(3, 1)
+                for row, value in zip(rows, y):
+                    for i in range(3):
+                        right[i] += row[i] * value
+                        for j in range(3):
+                            matrix[i, j] += row[i] * row[j]
+                x = mpmath.lu_solve(matrix, right)
+                return sum((v - sum(r * c for r, c in zip(row, x))) ** 2 for row, v in zip(rows, y))
+
+            f, h = mpmath.mpf(3), mpmath.mpf(10) ** -12
+            for _ in range(2):  # Newton on central differences
+                left, middle, right = residual(f - h), residual(f), residual(f + h)
+                f -= h * (right - left) / 2 / (left - 2 * middle + right)
+            mean = sum(y) / n
+            ratio = residual(f) / sum((v - mean) ** 2 for v in y)
+            centre = sum(t) / n
+            width = mpmath.mpf(highest) * mpmath.sqrt(4 * mpmath.pi * sum((u - centre) ** 2 for u in t) / n)
+            free = mpmath.mpf(n - 1)
+            gamma = mpmath.sqrt(2 / free) * mpmath.gamma(free / 2) / mpmath.gamma((free - 1) / 2)
+            tau = gamma * width * ratio ** ((free - 3) / 2) * mpmath.sqrt(free / 2 * (1 - ratio))
+            return float(mpmath.log10(tau + ratio ** ((free - 2) / 2)))
+
+
+class BadSeries(ProgramTest):
+    def test_malformed_files(self):
+        for text, *expected in (
+            ("t,y\n1,2\n2,three\n", "bad.csv:3: y", "three", "finite number"),
+            ("t,y\n1,2\n2,nan\n", "bad.csv:3: y", "nan", "finite number"),
+            ("t,y,sigma\n1,2,1\n2,3,0\n", "bad.csv:3: sigma = 0", "above 0"),
+            ("t,y,sigma\n1,2,1\n2,3,-1\n", "bad.csv:3: sigma = -1", "above 0"),
+            ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "t,y,sigma"),
+            ("1,2,3,4\n", "bad.csv:1: has 4 columns", "t,y or t,y,sigma"),
+            ("1,1e999\n", "bad.csv:1: y", "finite number"),
+            ("", "bad.csv: holds no samples"),
+            ("t,y\n1,2\n2,3\n", "five different times"),
+        ):
+            with self.subTest(text=text):
+                (self.folder / "bad.csv").write_text(text)
+                self.refuse(3, *expected, arguments=("period", "bad.csv"))
+
+    def test_constant_values(self):
+        (self.folder / "flat.csv").write_text("".join(f"{k},7.1\n" for k in range(20)))
+        self.refuse(2, "not all equal", arguments=("period", "flat.csv", "--power", "p.npy"))
+
+    def test_missing_file_and_bad_options(self):
+        self.refuse(3, "none.csv", "No such file", arguments=("period", "none.csv"))
+        self.refuse(2, "all three or none", arguments=("period", DATA, "--f0", 1))
+        self.refuse(2, "df = -1", arguments=("period", DATA, "--f0", 1, "--df", -1, "--nf", 5))
+        self.refuse(2, "--nf", arguments=("period", DATA, "--nf", "many"))
+        self.refuse(6, "no/power.npy", "cannot be written", arguments=("period", DATA, "--power", "no/power.npy"))
+
+
+if __name__ == "__main__":
+    unittest.main()
