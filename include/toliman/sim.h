@@ -138,9 +138,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a processor).
- * With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE outside it; with
- * displacements[count] they may have any numbers from 0. Since 0.1. */
+/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
+ * processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
+ * outside it; with displacements[count] they may have any numbers from 0. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,
