@@ -49,7 +49,9 @@ Json result_json(const Scene &scene, const Experiment &experiment) {
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
     json.set("crb_flux_shift_px", info.crb_flux_shift_px).set("crb_projected_px", info.crb_projected_px);
     json.set("latent_sigma_px", experiment.latent.sigma_px);
-    json.set("efficiency", info.crb_projected_px / experiment.latent.sigma_px);
+    const double efficiency = info.crb_projected_px / experiment.latent.sigma_px;
+    json.set("efficiency", efficiency);
+    json.set("efficiency_error", efficiency / std::sqrt(2 * static_cast<double>(experiment.control_frames)));
     json.set("cosine", experiment.training.cosine).set("period_days", peak.period);
     json.set("period_half_width_days", peak.half_width_error).set("period_fwhm_days", peak.fwhm_error);
     json.set("period_error_days", peak.frequency_error * peak.period * peak.period);
