@@ -110,7 +110,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const tolima
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
 /* Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
- * `wavelengths` of the info. Any array may be NULL. Since 0.1. */
+ * `wavelengths` of the info. The weights of a star that is not there are 0. Any array may be NULL. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
                                                                        double *wavelength_m, double *weight_a,
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;
@@ -138,9 +138,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a processor).
- * With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE outside it; with
- * displacements[count] they may have any numbers from 0. Since 0.1. */
+/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
+ * processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
+ * outside it; with displacements[count] they may have any numbers from 0. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,
