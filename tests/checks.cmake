@@ -15,5 +15,5 @@ endforeach()
 
 add_test(NAME header/checks COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_checks.py)
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
-add_test(NAME deps/packages COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_deps.py)
+add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_deps.py)
 set_tests_properties(check/format header/checks PROPERTIES SKIP_RETURN_CODE 77)

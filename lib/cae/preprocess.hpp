@@ -17,7 +17,7 @@ struct Preprocess {
     size_t rows = 0, cols = 0;         // of a frame
     size_t crop_row = 0, crop_col = 0; // first of the 256x256 crop
     size_t projected = 0;              // nuisance images
-    double input_scale = 0.01;         // keeps the network's ELUs in their linear part
+    double input_scale = 1e-3;         // keeps the network's ELUs in their linear part
     double crb_px = 0;
     uint64_t scene_digest = 0;
     Buffer<double> reference;     // expected counts

@@ -8,7 +8,7 @@ namespace {
 #define TOLIMAN_LANES(N)                                                                                               \
     struct Lanes##N {                                                                                                  \
         typedef float Vector __attribute__((vector_size(4 * N), aligned(4), may_alias));                               \
-        static constexpr size_t count = N;                                                                             \
+        [[maybe_unused]] static constexpr size_t count = N;                                                            \
     }
 TOLIMAN_LANES(4);
 #if defined(__AVX512F__)

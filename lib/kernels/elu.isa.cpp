@@ -19,9 +19,9 @@ inline float expm1_negative(float x) noexcept {
     q = q * f + 4.1665795894e-2f;
     q = q * f + 1.6666665459e-1f;
     q = q * f + 5.0000001201e-1f;
-    int32_t bits;
+    uint32_t bits;
     __builtin_memcpy(&bits, &shifted, sizeof bits);
-    bits = (bits << 23) + 0x3f800000;
+    bits = (bits << 23) + 0x3f800000u;
     float power;
     __builtin_memcpy(&power, &bits, sizeof power);
     return power * (f + f * f * q) + (power - 1.0f);

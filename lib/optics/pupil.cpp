@@ -87,7 +87,7 @@ void read_mask_file(const Scene &scene, Pupil &pupil) {
     const size_t n = pupil.samples;
     const NpyImage image = parse_npy(file::read(mask.file, n * n * sizeof(double) + 65536), mask.file);
     if (image.rows != n || image.cols != n)
-        fail(Status::scene, "%s: telescope.mask.file: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
+        fail(Status::format, "%s: telescope.mask.file: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
              scene.source.c_str(), mask.file.c_str(), image.rows, image.cols, n, n);
     for (size_t i = 0; i < n * n; i++) {
         if (!(std::fabs(image.values[i]) < 1e6))

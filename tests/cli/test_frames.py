@@ -118,7 +118,7 @@ class Refusals(ProgramTest):
         (self.folder / "scene.json").write_text('{"schema": ')
         self.refuse(3, "scene.json", "line", arguments=("run", "scene.json"))
         (self.folder / "scene.json").write_text(CHAPTER.read_text().replace("0.125", "1e999"))
-        self.refuse(3, "scene.json", "1e999", arguments=("run", "scene.json"))
+        self.refuse(3, "scene.json: line 5", "range of double", arguments=("run", "scene.json"))
 
     def test_unwritable_outputs(self):
         (self.folder / "file").write_text("")

@@ -72,7 +72,8 @@ static long double slow_up(const size_t *s, const float *image, const float *ker
 
 static void test_down(void **unused) {
     (void)unused;
-    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+    for (size_t shape = 0; shape < kShapes; shape++) {
+        const size_t *s = kShape[shape];
         float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[COARSE]), *out = malloc(coarse_size(s) * sizeof *out);
         for (int isa = 0; isa < shim_conv_isas(); isa++) {
@@ -89,7 +90,8 @@ static void test_down(void **unused) {
 
 static void test_up(void **unused) {
     (void)unused;
-    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+    for (size_t shape = 0; shape < kShapes; shape++) {
+        const size_t *s = kShape[shape];
         float *image = random_floats(coarse_size(s)), *kernel = random_floats(weights(s));
         float *bias = random_floats(s[FINE]), *out = malloc(fine_size(s) * sizeof *out);
         for (int isa = 0; isa < shim_conv_isas(); isa++) {
@@ -121,7 +123,8 @@ static long double slow_gradient(const size_t *s, const float *fine, const float
 
 static void test_weight_gradient(void **unused) {
     (void)unused;
-    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+    for (size_t shape = 0; shape < kShapes; shape++) {
+        const size_t *s = kShape[shape];
         float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
         float *kernel = calloc(weights(s), sizeof *kernel), *gradient = malloc(weights(s) * sizeof *gradient);
         const size_t step = weights(s) > 2000 ? 31 : 1;
@@ -139,7 +142,8 @@ static void test_same_bits_with_fused_multiply_add(void **unused) {
     (void)unused;
     if (shim_conv_isas() < 3)
         skip();
-    for (const size_t *s = kShape[0]; s < kShape[kShapes]; s += 4) {
+    for (size_t shape = 0; shape < kShapes; shape++) {
+        const size_t *s = kShape[shape];
         const size_t all = coarse_size(s) + fine_size(s) + weights(s);
         float *fine = random_floats(fine_size(s)), *coarse = random_floats(coarse_size(s));
         float *kernel = random_floats(weights(s)), *bias = random_floats(64), *out[3];

@@ -79,7 +79,7 @@ static void test_info(void **unused) {
     assert_true(info.trained == 0 && info.cosine == 0 && info.projected == 0);
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
     assert_true(info.crb_px == facts.crb_projected_px);
-    assert_true(info.input_scale == 0.01);
+    assert_true(info.input_scale == 1e-3);
     assert_ok(toliman_cae_get_info(trained, &info));
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }

@@ -277,7 +277,7 @@ static void masks_are_refused(void **state) {
     unlink(path_of("mask.npy"));
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_NOT_FOUND, "mask.npy: No such file");
     write_npy("mask.npy", "<f8", "(48, 96)", data, sizeof data / 2);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_SCENE, "is 48 x 96: must be 96 x 96, the pupil_samples");
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "is 48 x 96: must be 96 x 96, the pupil_samples");
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data - 8);
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "73720 bytes of data: 96 x 96 of <f8 need 73728");
     write_npy("mask.npy", "<f8", "(9216,)", data, sizeof data);
