@@ -110,7 +110,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const tolima
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
 /* Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
- * `wavelengths` of the info. Any array may be NULL. Since 0.1. */
+ * `wavelengths` of the info. The weights of a star that is not there are 0. Any array may be NULL. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
                                                                        double *wavelength_m, double *weight_a,
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;

@@ -65,7 +65,6 @@ Images make_images(const Scene &scene, const Pupil &pupil, Light &light, unsigne
     images.both = sum(star[0].image, star[1].image);
     images.shift_x = sum(star[0].dx, star[1].dx);
     images.shift_y = sum(star[0].dy, star[1].dy);
-    // The image of a star moves with it: its derivative by the star's place is the same as by the detector's frame.
     images.separation.resize(moving.image.size());
     for (size_t i = 0; i < images.separation.size(); i++)
         images.separation[i] = light.axis[0] * moving.dx[i] + light.axis[1] * moving.dy[i];

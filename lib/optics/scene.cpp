@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "base/hash.hpp"
 #include "optics/scene_groups.hpp"
@@ -10,6 +11,7 @@ namespace toliman::optics {
 
 namespace {
 
+constexpr Nuisance kNuisances[] = {Nuisance::flux_a, Nuisance::flux_b, Nuisance::shift_x, Nuisance::shift_y};
 constexpr double kLargestWhole = 9007199254740992.0; // 2^53: JSON numbers are doubles
 
 Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
@@ -76,19 +78,16 @@ std::vector<Nuisance> read_projected(const Reader &scene, size_t stars) {
         for (const char *later : {"roll", "scale", "focus", "background"})
             if (name == later)
                 reader.refuse(Status::unsupported, "project", ": \"%s\": not supported yet", later);
-        Nuisance found = Nuisance::flux_a;
-        while (name != name_of(found)) {
-            if (found == Nuisance::shift_y)
-                reader.refuse(Status::scene, "project",
-                              ": \"%.40s\": must be one of \"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"",
-                              name.c_str());
-            found = static_cast<Nuisance>(static_cast<int>(found) + 1);
-        }
-        if (found == Nuisance::flux_b && stars < 2)
+        const Nuisance *found = std::find_if(std::begin(kNuisances), std::end(kNuisances),
+                                             [&](Nuisance nuisance) { return name == name_of(nuisance); });
+        if (found == std::end(kNuisances))
+            reader.refuse(Status::scene, "project",
+                          ": \"%.40s\": must be one of \"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"", name.c_str());
+        if (*found == Nuisance::flux_b && stars < 2)
             reader.refuse(Status::scene, "project", ": \"flux_b\": the scene has star A only");
-        if (std::count(projected.begin(), projected.end(), found) != 0)
+        if (std::count(projected.begin(), projected.end(), *found) != 0)
             reader.refuse(Status::scene, "project", ": \"%s\" stands twice", name.c_str());
-        projected.push_back(found);
+        projected.push_back(*found);
     }
     return projected;
 }

@@ -86,7 +86,7 @@ struct Noise {
     uint64_t seed = 0;
 };
 
-// What an estimator can be made blind to, in the order of their names in the scene.
+// What an estimator can be made blind to, and its name in the scene.
 enum class Nuisance { flux_a, flux_b, shift_x, shift_y };
 const char *name_of(Nuisance nuisance) noexcept;
 

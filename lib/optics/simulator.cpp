@@ -29,8 +29,9 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
       images_(make_images(scene_, pupil_, light_, workers_, settings.progress)), bounds_(bound(scene_, images_)) {
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
-        min_displacement_ = std::min(min_displacement_, displacement_px(k));
-        max_displacement_ = std::max(max_displacement_, displacement_px(k));
+        const double displacement = displacement_px(k);
+        min_displacement_ = std::min(min_displacement_, displacement);
+        max_displacement_ = std::max(max_displacement_, displacement);
     }
     truncation_ = predict_truncation();
     if (truncation_ > scene_.accuracy)

@@ -52,6 +52,9 @@ static void counts_have_the_right_mean_and_variance(void **state) {
     sim = sim_with(kBinaryScene, "\"read_e\": 2.5, ", "");
     check_statistics(sim, 0, 1);
     toliman_sim_destroy(sim);
+    sim = sim_with(kBinaryScene, "1e5", "10"); /* so little light that read noise rules */
+    check_statistics(sim, 2.5, 0);
+    toliman_sim_destroy(sim);
 }
 
 /* A stage that the scene does not name does not exist. */
