@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps format docs clean help
+.PHONY: all deps demo check check-deps format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -18,6 +18,9 @@ check: check-deps ## build and run every test
 
 format: ## lay out the sources as .clang-format says
 	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i
+
+lint: check-deps $(BUILD)/build.ninja ## clang-tidy over the library and the program
+	@git ls-files 'lib/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
 
 clean: ## remove what was built
 	rm -rf $(BUILD) $(BUILD).log

@@ -7,7 +7,7 @@ namespace {
 // Vectors run over channels and may stand at any address.
 #define TOLIMAN_LANES(N)                                                                                               \
     struct Lanes##N {                                                                                                  \
-        typedef float Vector __attribute__((vector_size(4 * N), aligned(4), may_alias));                               \
+        typedef float Vector __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
         [[maybe_unused]] static constexpr size_t count = N;                                                            \
     }
 TOLIMAN_LANES(4);

@@ -24,7 +24,7 @@ class Rng {
             words_ = r123::Philox4x32()(counter, key_);
             block_++;
         }
-        const size_t first = 2 * half_;
+        const size_t first = size_t{2} * half_;
         half_ = 1 - half_;
         return words_[first] | static_cast<uint64_t>(words_[first + 1]) << 32;
     }

@@ -55,7 +55,7 @@ void read_offsets(const Reader &binary, size_t stars, Binary &result) {
         std::copy(offset.begin(), offset.end(), result.offsets_px + 2 * star);
     }
     const double *offset = result.offsets_px;
-    if (stars == 2 && offset[0] == offset[2] && offset[1] == offset[3])
+    if (stars == 2 && std::equal(offset, offset + 2, offset + 2))
         binary.refuse(Status::scene, "offsets_px", ": both stars stand at (%g, %g): the separation has no direction",
                       offset[0], offset[1]);
 }

@@ -13,7 +13,7 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr size_t kLargestScene = 256 * 1024;
+constexpr size_t kLargestScene = size_t{256} * 1024;
 
 std::string folder_of(const std::string &path) {
     const size_t slash = path.rfind('/');

@@ -18,10 +18,10 @@ double ln_gamma_ratio(double n) noexcept {
         return 0.5 * std::log1p(-1 / n) +
                std::log1p(r * (-1.0 / 8 + r * (1.0 / 128 + r * (5.0 / 1024 - r * 21 / 32768))));
     }
-    const bool even = std::fmod(n, 2.0) == 0;
-    double ratio = even ? 1 / std::sqrt(kPi) : std::sqrt(kPi) / 2; // at n = 2, 3
-    for (double m = even ? 2 : 3; m < n; m += 2)
-        ratio *= m / (m - 1);
+    const int whole = static_cast<int>(n), start = 2 + whole % 2;
+    double ratio = start == 2 ? 1 / std::sqrt(kPi) : std::sqrt(kPi) / 2; // at n = 2, 3
+    for (int m = start; m < whole; m += 2)
+        ratio *= static_cast<double>(m) / (m - 1);
     return std::log(std::sqrt(2 / n) * ratio);
 }
 

@@ -106,7 +106,7 @@ void FrameFile::open_npy() {
         malformed("is not a .npy file");
     if (prefix[6] != 1)
         malformed(".npy version " + std::to_string(prefix[6]) + ": version 1 is read");
-    const size_t length = static_cast<size_t>(prefix[8]) + 256u * prefix[9];
+    const size_t length = static_cast<size_t>(prefix[8]) + size_t{256} * prefix[9];
     std::string header(length, ' ');
     if (std::fread(header.data(), 1, length, file_) != length)
         malformed("its .npy header is truncated");

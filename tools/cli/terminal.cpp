@@ -1,5 +1,6 @@
 #include "terminal.hpp"
 
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <unistd.h>
@@ -65,7 +66,7 @@ void Progress::show(const char *stage, double fraction) {
     constexpr int width = 32;
     char bar[width + 1];
     for (int i = 0; i < width; i++)
-        bar[i] = i < static_cast<int>(fraction * width + 0.5) ? '#' : '.';
+        bar[i] = i < std::lround(fraction * width) ? '#' : '.';
     bar[width] = '\0';
     std::fprintf(stderr, "\r\033[K%-10s [%s] %3.0f %%  %.0f s left", stage, bar, 100 * fraction, left);
     std::fflush(stderr);
