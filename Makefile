@@ -12,7 +12,7 @@ demo: all ## build everything and find a planet in 1095 simulated frames
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 
 check: check-deps ## build and run every test
-	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >$(BUILD).log || { cat $(BUILD).log; exit 1; }
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
 
@@ -23,7 +23,7 @@ lint: check-deps $(BUILD)/build.ninja ## clang-tidy over the library and the pro
 	@git ls-files 'lib/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
 
 clean: ## remove what was built
-	rm -rf $(BUILD) $(BUILD).log
+	rm -rf $(BUILD)
 
 help: ## say what can be made
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -35,4 +35,4 @@ check-deps:
 	@tools/deps/install check
 
 $(BUILD)/build.ninja:
-	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=OFF
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=OFF >/dev/null
