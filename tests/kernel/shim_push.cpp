@@ -1,0 +1,37 @@
+// C border of the periodogram's push kernel, each instruction set by number.
+#include "kernels/push.hpp"
+
+using namespace toliman::kernels;
+
+namespace {
+const PushKernels *const tables[] = {
+    &push_baseline,
+#if defined(__x86_64__)
+    &push_avx2,
+    &push_avx512,
+#endif
+};
+} // namespace
+
+extern "C" {
+
+int shim_push_isas(void) {
+    return static_cast<int>(host_isa()) + 1;
+}
+
+// sample = {t_high, t_low, weight, value_high, value_low}; lo is [8][blocks * 64].
+void shim_push(int isa, double f0, double df, size_t blocks, const double *sample, double *anchors, int64_t *lo) {
+    int64_t *rows[kSums];
+    for (size_t i = 0; i < kSums; i++)
+        rows[i] = lo + i * blocks * kBlock;
+    tables[isa]->push(f0, df, blocks, {sample[0], sample[1], sample[2], sample[3], sample[4]}, anchors, rows);
+}
+
+void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n) {
+    tables[isa]->fold(lo, hi, n);
+}
+
+void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine) {
+    tables[isa]->cis(f_high, f_low, t_high, t_low, cosine, sine);
+}
+}

@@ -1,0 +1,98 @@
+/* The push kernel: cosine and sine against 113 bits, terms against their definition, equal bits on all instruction
+ * sets. */
+#include <quadmath.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_push_isas(void);
+void shim_push(int isa, double f0, double df, size_t blocks, const double *sample, double *anchors, int64_t *lo);
+void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
+void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine);
+
+enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8 };
+
+static double uniform(uint64_t *state) {
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
+}
+
+/* f t far above one cycle: the product must be reduced before any of its digits are lost. */
+static void cosine_and_sine(void **unused) {
+    (void)unused;
+    uint64_t state = 3;
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        const double f = pow(10, -4 + 4 * uniform(&state)), f_low = f * 0x1p-54 * uniform(&state);
+        const double t = pow(10, -3 + 11 * uniform(&state)) * (i % 2 ? 1 : -1), t_low = t * 0x1p-54 * uniform(&state);
+        double c, s;
+        shim_cis(0, f, f_low, t, t_low, &c, &s);
+        const __float128 cycles = ((__float128)f + f_low) * ((__float128)t + t_low);
+        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
+        worst = fmax(worst, fabs((double)(c - cosq(angle))));
+        worst = fmax(worst, fabs((double)(s - sinq(angle))));
+        for (int isa = 1; isa < shim_push_isas(); isa++) {
+            double c2, s2;
+            shim_cis(isa, f, f_low, t, t_low, &c2, &s2);
+            assert_memory_equal(&c, &c2, sizeof c);
+            assert_memory_equal(&s, &s2, sizeof s);
+        }
+    }
+    assert_at_most(worst, 2e-16);
+}
+
+static void terms_follow_their_definition(void **unused) {
+    (void)unused;
+    const double f0 = 0.013, df = 0.00171, unit = 0x1p50;
+    const double sample[5] = {777.123, 1e-14, 0.37, -0.61, 1.3e-18};
+    double anchors[2 * BLOCKS];
+    static int64_t lo[SUMS * WIDTH];
+    memset(lo, 0, sizeof lo);
+    shim_push(0, f0, df, BLOCKS, sample, anchors, lo);
+    for (int k = 0; k < WIDTH; k++) {
+        const __float128 cycles = ((__float128)f0 + k * (__float128)df) * ((__float128)sample[0] + sample[1]);
+        const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles)), c = cosq(angle), s = sinq(angle);
+        const __float128 w = sample[2], wy = w * ((__float128)sample[3] + sample[4]);
+        const __float128 expected[6] = {w * c, w * s, w * cosq(2 * angle), w * sinq(2 * angle), wy * c, wy * s};
+        for (int i = 0; i < 6; i++)
+            assert_close((double)lo[i * WIDTH + k] / unit, (double)expected[i], 0, 1.5e-15);
+        /* the two limbs together hold the product of the rounded cosine to all its digits */
+        for (int i = 4; i < 6; i++) {
+            const __float128 both =
+                lo[i * WIDTH + k] / (__float128)unit + lo[(i + 2) * WIDTH + k] / ((__float128)unit * unit);
+            assert_close((double)both, (double)expected[i], 0, 4e-16);
+            assert_true(fabs((double)lo[(i + 2) * WIDTH + k]) <= 0.75 * unit);
+        }
+    }
+}
+
+static void equal_bits_on_all_instruction_sets(void **unused) {
+    (void)unused;
+    static int64_t lo[3][SUMS * WIDTH], hi[3][SUMS * WIDTH];
+    double anchors[2 * BLOCKS];
+    const int isas = shim_push_isas();
+    for (int isa = 0; isa < isas; isa++) {
+        uint64_t state = 11;
+        for (int n = 0; n < 3000; n++) {
+            const double t = 1e6 * uniform(&state), y = 2 * uniform(&state) - 1;
+            const double sample[5] = {t, t * 0x1p-55, uniform(&state), y, y * 0x1p-56};
+            shim_push(isa, 1.0 / 3, 0.001 / 7, BLOCKS, sample, anchors, lo[isa]);
+            if (n % 1000 == 0)
+                shim_fold(isa, lo[isa], hi[isa], SUMS * WIDTH);
+        }
+        shim_fold(isa, lo[isa], hi[isa], SUMS * WIDTH);
+        assert_memory_equal(lo[isa], lo[0], sizeof lo[0]);
+        assert_memory_equal(hi[isa], hi[0], sizeof hi[0]);
+    }
+    for (int i = 0; i < SUMS * WIDTH; i++)
+        assert_true(lo[0][i] >= 0 && lo[0][i] < (int64_t)1 << 32);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cosine_and_sine),
+        cmocka_unit_test(terms_follow_their_definition),
+        cmocka_unit_test(equal_bits_on_all_instruction_sets),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
