@@ -7,7 +7,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "examples" / "scenes"
-PROGRAM = os.environ.get("TOLIMAN", str(ROOT / "build" / "bin" / "toliman"))
+PROGRAM = os.path.abspath(os.environ.get("TOLIMAN", ROOT / "build" / "bin" / "toliman"))
 
 
 class ProgramTest(unittest.TestCase):
