@@ -1,20 +1,24 @@
-// Cosine and sine of a phase in cycles.
+// Cosine and sine of a phase in cycles: no branch and no libm, so that loops vectorise and every machine computes the
+// same bits. All functions are static: each file, of whatever instruction set, keeps its own copy.
 #pragma once
 
 namespace toliman::kernels {
 
-// x less the nearest whole number, exact; |x| < 2^51.
-inline double reduce_cycles(double x) noexcept {
-    return x - ((x + 0x1.8p52) - 0x1.8p52);
+// The whole number nearest to x, ties to even; |x| < 2^51.
+static inline double nearest_whole(double x) noexcept {
+    return (x + 0x1.8p52) - 0x1.8p52;
 }
 
-// Given     cycles, |cycles| <= 1/2 (a rounding beyond does no harm)
-// Returned  cosine and sine of 2 pi cycles, errors below 2e-16
-// Notes     no branch and no libm: the loops around it vectorise, and every machine computes the same bits.
-// Reference polynomials of fdlibm's kernels (Sun Microsystems, 1993)
-inline void cis_cycles(double cycles, double &cosine, double &sine) noexcept {
-    const double quarter = (4.0 * cycles + 0x1.8p52) - 0x1.8p52;
-    const double a = (cycles - 0.25 * quarter) * 6.283185307179586476925, z = a * a;
+// x less the nearest whole number, exact; |x| < 2^51.
+static inline double reduce_cycles(double x) noexcept {
+    return x - nearest_whole(x);
+}
+
+// Given     quarter, one of -2, -1, 0, 1, 2; rest in cycles, |rest| <= 1/8 (a rounding beyond does no harm)
+// Returned  cosine and sine of 2 pi (quarter/4 + rest), errors below 2e-16
+// Reference polynomials of fdlibm's k_cos.c and k_sin.c (Sun Microsystems, 1993)
+static inline void cis_quarters(double quarter, double rest, double &cosine, double &sine) noexcept {
+    const double a = rest * 6.283185307179586476925, z = a * a;
     const double s = a + a * z *
                              (-1.66666666666666324348e-01 +
                               z * (8.33333333332248946124e-03 +
@@ -30,8 +34,16 @@ inline void cis_cycles(double cycles, double &cosine, double &sine) noexcept {
     const double half = 0.5 * z, most = 1.0 - half;
     const double c = most + (((1.0 - most) - half) + tail);
     const bool odd = quarter == 1.0 || quarter == -1.0, opposite = quarter == 2.0 || quarter == -2.0;
-    cosine = odd ? (quarter > 0 ? -s : s) : (opposite ? -c : c);
-    sine = odd ? (quarter > 0 ? c : -c) : (opposite ? -s : s);
+    const double c1 = odd ? s : c, s1 = odd ? c : s;
+    cosine = opposite || quarter == 1.0 ? -c1 : c1;
+    sine = opposite || quarter == -1.0 ? -s1 : s1;
+}
+
+// Given     cycles, |cycles| <= 1/2 (a rounding beyond does no harm)
+// Returned  cosine and sine of 2 pi cycles
+static inline void cis_cycles(double cycles, double &cosine, double &sine) noexcept {
+    const double quarter = nearest_whole(4.0 * cycles);
+    cis_quarters(quarter, cycles - 0.25 * quarter, cosine, sine);
 }
 
 } // namespace toliman::kernels

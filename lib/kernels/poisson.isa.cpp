@@ -8,6 +8,8 @@
 #include <immintrin.h>
 #endif
 
+#include "kernels/cis.hpp"
+
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
@@ -91,11 +93,6 @@ inline uint64_t to_bits(double value) {
     return bits;
 }
 
-// Rounds |x| < 2^51 to an integer, ties to even.
-inline double round_even(double x) {
-    return (x + 0x1.8p52) - 0x1.8p52;
-}
-
 // Given     x > 0, not subnormal; less
 // Returned  log(x) - less; for less near x - 1 without cancellation
 // Reference fdlibm e_log.c; x = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2)
@@ -119,7 +116,7 @@ inline double log_less(double x, double less) {
 // Returned  exp(x), exactly 1 for 0
 // Reference fdlibm e_exp.c
 inline double exponential(double x) {
-    const double e = round_even(x * 1.44269504088896338700);
+    const double e = nearest_whole(x * 1.44269504088896338700);
     const double high = x - e * 6.93147180369123816490e-01, low = e * 1.90821492927058770002e-10;
     const double r = high - low, t = r * r;
     const double c = r - t * (1.66666666666666019037e-01 +
@@ -132,27 +129,11 @@ inline double exponential(double x) {
 
 // Given     turns in [0, 1]
 // Returned  cos(2 pi turns)
-// Reference fdlibm k_cos.c, k_sin.c on the nearest quarter turn
 inline double cosine_of_turns(double turns) {
-    const double quarter = round_even(4.0 * turns);
-    const double x = 6.28318530717958647693 * (turns - 0.25 * quarter), z = x * x;
-    const double sine = x + x * z *
-                                (-1.66666666666666324348e-01 +
-                                 z * (8.33333333332248946124e-03 +
-                                      z * (-1.98412698298579493134e-04 +
-                                           z * (2.75573137070700676789e-06 +
-                                                z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
-    const double tail = z * z *
-                        (4.16666666666666019037e-02 +
-                         z * (-1.38888888888741095749e-03 +
-                              z * (2.48015872894767294178e-05 +
-                                   z * (-2.75573143513906633035e-07 +
-                                        z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
-    const double half = 0.5 * z, cosine_high = 1.0 - half;
-    const double cosine = cosine_high + ((1.0 - cosine_high - half) + tail);
-    const uint64_t quadrant = to_bits(quarter + 0x1.8p52);
-    const double magnitude = (quadrant & 1) != 0 ? sine : cosine;
-    return ((quadrant + 1) & 2) != 0 ? -magnitude : magnitude;
+    const double quarter = nearest_whole(4.0 * turns);
+    double cosine, sine;
+    cis_quarters(quarter > 2.0 ? quarter - 4.0 : quarter, turns - 0.25 * quarter, cosine, sine);
+    return cosine;
 }
 
 // ---- Transformed rejection for means from 10 up
@@ -212,7 +193,7 @@ inline Proposal propose(double u, double mean) {
     const double x = u * (pole + (b0 + w * (b1 + w * b2)));
     const double slope = 0.5 * pole * inverse_edge + (b0 + w * (3.0 * b1 + w * (5.0 * b2)));
     const double y = mean + (0.5 - 1.0 / 6.0) + x * (s + x * (1.0 / 6.0));
-    const double nearest = round_even(y);
+    const double nearest = nearest_whole(y);
     return {nearest > y ? nearest - 1.0 : nearest,
             slope * (s + x * (1.0 / 3.0)) / (1.042 + inverse_s * (1.14 + 1.6 * inverse_s)),
             edge >= 0.02 ? 0.9615 - 2.1 * inverse_s : 0.0};

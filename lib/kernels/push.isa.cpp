@@ -1,12 +1,13 @@
 // Exact push, compiled per instruction set. Products are made exact by FMA or by Dekker's splitting: equal results.
 #include "kernels/push.hpp"
 
+#include "kernels/cis.hpp"
+
 namespace toliman::kernels::TOLIMAN_ISA {
 namespace {
 
-constexpr double kMagic = 0x1.8p52; // x + kMagic - kMagic rounds to nearest even for |x| < 2^51
+constexpr double kMagic = 0x1.8p52; // x + kMagic is x rounded to nearest even, in the low bits; |x| < 2^51
 constexpr int64_t kMagicBits = 0x4338000000000000;
-constexpr double kTwoPi = 6.283185307179586476925;
 
 // a b - p exactly, where p = a b rounded.
 inline double product_error(double a, double b, double p) noexcept {
@@ -20,39 +21,14 @@ inline double product_error(double a, double b, double p) noexcept {
 #endif
 }
 
-inline double nearest(double x) noexcept {
-    return (x + kMagic) - kMagic;
-}
-
 // Given     f, t as unevaluated sums, |f t| < 2^51
 // Returned  cos and sin of 2 pi f t
-// Reference fdlibm k_sin.c and k_cos.c on [-pi/4, pi/4]; without branches, so that loops over it vectorise
-inline void cis_cycles(double f_high, double f_low, double t_high, double t_low, double &cosine,
-                       double &sine) noexcept {
+inline void cis_product(double f_high, double f_low, double t_high, double t_low, double &cosine,
+                        double &sine) noexcept {
     const double p = f_high * t_high;
     const double rest = product_error(f_high, t_high, p) + (f_high * t_low + f_low * t_high);
-    const double r = p - nearest(p);
-    const double quarter = nearest(4.0 * r);
-    const double a = ((r - 0.25 * quarter) + rest) * kTwoPi;
-    const double z = a * a;
-    const double sin_a = a + a * z *
-                                 (-1.66666666666666324348e-01 +
-                                  z * (8.33333333332248946124e-03 +
-                                       z * (-1.98412698298579493134e-04 +
-                                            z * (2.75573137070700676789e-06 +
-                                                 z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
-    const double tail = z * z *
-                        (4.16666666666666019037e-02 +
-                         z * (-1.38888888888741095749e-03 +
-                              z * (2.48015872894767294178e-05 +
-                                   z * (-2.75573143513906633035e-07 +
-                                        z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
-    const double half = 0.5 * z, near_one = 1.0 - half;
-    const double cos_a = near_one + (((1.0 - near_one) - half) + tail);
-    const bool odd = quarter == 1.0 || quarter == -1.0, opposite = quarter == 2.0 || quarter == -2.0;
-    const double c = odd ? sin_a : cos_a, s = odd ? cos_a : sin_a;
-    cosine = opposite || quarter == 1.0 ? -c : c;
-    sine = opposite || quarter == -1.0 ? -s : s;
+    const double r = reduce_cycles(p), quarter = nearest_whole(4.0 * r);
+    cis_quarters(quarter, (r - 0.25 * quarter) + rest, cosine, sine);
 }
 
 // Nearest integer of |x| < 2^51, ties to even; odd in x.
@@ -69,7 +45,7 @@ void set_anchors(double f0, double df, size_t blocks, const PushSample &sample, 
         const double k = static_cast<double>(b * kBlock), step = df * k, step_error = product_error(df, k, step);
         const double high = f0 + step, back = high - f0;
         const double low = (f0 - (high - back)) + (step - back) + step_error;
-        cis_cycles(high, low, sample.t_high, sample.t_low, cosines[b], sines[b]);
+        cis_product(high, low, sample.t_high, sample.t_low, cosines[b], sines[b]);
     }
 }
 
@@ -89,8 +65,8 @@ inline void block_terms(double c0, double s0, const double *table_c, const doubl
         terms[kS2][j] = (2 * w) * (s * c);
         terms[kYC][j] = yc;
         terms[kYS][j] = ys;
-        terms[kYCLow][j] = ((yc - nearest(yc)) + product_error(y, c, yc)) * kOne + y_low * c;
-        terms[kYSLow][j] = ((ys - nearest(ys)) + product_error(y, s, ys)) * kOne + y_low * s;
+        terms[kYCLow][j] = ((yc - nearest_whole(yc)) + product_error(y, c, yc)) * kOne + y_low * c;
+        terms[kYSLow][j] = ((ys - nearest_whole(ys)) + product_error(y, s, ys)) * kOne + y_low * s;
     }
 }
 
@@ -98,7 +74,7 @@ void push(double f0, double df, size_t blocks, const PushSample &sample, double 
     alignas(64) double table_c[kBlock], table_s[kBlock], terms[kSums][kBlock];
     for (size_t j = 0; j < kBlock; j++) {
         const double k = static_cast<double>(j), step = df * k;
-        cis_cycles(step, product_error(df, k, step), sample.t_high, sample.t_low, table_c[j], table_s[j]);
+        cis_product(step, product_error(df, k, step), sample.t_high, sample.t_low, table_c[j], table_s[j]);
     }
     double *const anchor_c = anchors, *const anchor_s = anchors + blocks;
     set_anchors(f0, df, blocks, sample, anchor_c, anchor_s);
@@ -121,7 +97,7 @@ void fold(int64_t *lo, int64_t *hi, size_t n) noexcept {
 }
 
 void cis(double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine) noexcept {
-    cis_cycles(f_high, f_low, t_high, t_low, *cosine, *sine);
+    cis_product(f_high, f_low, t_high, t_low, *cosine, *sine);
 }
 
 } // namespace
