@@ -1,8 +1,10 @@
 #include "backend/file.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
+#include <memory>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -82,18 +84,24 @@ std::vector<uint8_t> read(const std::string &path, size_t limit) {
 }
 
 void replace(const std::string &path, const void *data, size_t size) {
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode))
+        fail(Status::write, "%s: cannot be written: not a regular file", path.c_str());
+    // A symbolic link keeps standing: its target is replaced.
+    const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
+    const std::string target = real ? real.get() : path;
     // The thread's number makes the name unique among live writers; the umask of the process applies.
-    const std::string temporary = path + "." + std::to_string(::gettid()) + ".tmp";
+    const std::string temporary = target + "." + std::to_string(::gettid()) + ".tmp";
     Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
     if (output.get() < 0)
         fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
     if (!write_all(output.get(), data, size) || ::fsync(output.get()) != 0 || output.close() != 0 ||
-        ::rename(temporary.c_str(), path.c_str()) != 0) {
+        ::rename(temporary.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(temporary.c_str());
         fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(reason));
     }
-    Descriptor folder(::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() < 0 || ::fsync(folder.get()) != 0)
         fail(Status::write, "%s: its folder cannot be synced: %s", path.c_str(), std::strerror(errno));
 }

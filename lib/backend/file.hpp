@@ -10,7 +10,8 @@ namespace toliman::file {
 // larger.
 std::vector<uint8_t> read(const std::string &path, size_t limit);
 
-// Writes a temporary beside path, syncs it and renames it over path. Status::write on any failure, nothing left behind.
+// Writes a temporary beside path, syncs it and renames it over path, or over what path links to. Status::write on any
+// failure and for anything but a regular file; nothing is left behind.
 void replace(const std::string &path, const void *data, size_t size);
 
 } // namespace toliman::file

@@ -131,6 +131,28 @@ class Refusals(ProgramTest):
         self.assertEqual(done.returncode, 6, done.stderr)
         self.assertIn("standard output", done.stderr)
 
+    def test_links_pipes_and_devices_as_output(self):
+        """None of them is ever replaced by a file."""
+        (self.folder / "kept.npy").write_text("old")
+        (self.folder / "link.npy").symlink_to("kept.npy")
+        os.mkfifo(self.folder / "pipe.npy")
+        self.succeed("psf", CHAPTER, "--out", "link.npy")
+        whole = (self.folder / "kept.npy").read_bytes()
+        self.assertTrue((self.folder / "link.npy").is_symlink())
+        self.assertEqual(numpy.load(self.folder / "kept.npy").shape, (256, 256))
+        with subprocess.Popen(["cp", "pipe.npy", "piped.npy"], cwd=self.folder):
+            self.succeed("psf", CHAPTER, "--out", "pipe.npy")
+        self.assertEqual((self.folder / "piped.npy").read_bytes(), whole)
+        self.assertTrue((self.folder / "pipe.npy").is_fifo())
+        done = subprocess.run([PROGRAM, "psf", CHAPTER, "--out", "-"], capture_output=True, check=True)
+        self.assertEqual(done.stdout, whole)
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([PROGRAM, "psf", CHAPTER, "--out", "-"], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertIn("standard output: cannot be written: No space", done.stderr)
+        (self.folder / "folder").mkdir()
+        self.refuse(6, "folder", "directory", arguments=("psf", CHAPTER, "--out", "folder"))
+
     def test_mistyped_commands_and_options(self):
         self.refuse(2, "did you mean period?", arguments=("perod",))
         self.refuse(2, "did you mean --frames?", arguments=("simulate", CHAPTER, "--frame", "0:2", "--out", "f.npy"))

@@ -42,6 +42,9 @@ class RealVelocities(ProgramTest):
     def test_fixed_mean(self):
         self.check_against_astropy(False)
 
+    def test_standard_input(self):
+        self.assertEqual(self.succeed("period", "-", input=DATA.read_text()), self.succeed("period", DATA))
+
     def test_summary_for_people(self):
         out = self.succeed("period", DATA)
         self.assertIn("period      531.9", out)
@@ -112,6 +115,11 @@ class BadSeries(ProgramTest):
             with self.subTest(text=text):
                 (self.folder / "bad.csv").write_text(text)
                 self.refuse(3, *expected, arguments=("period", "bad.csv"))
+
+    def test_standard_input_that_is_no_series(self):
+        done = self.run_program("period", "-", input="t,y\n1,2\n2,three\n")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("standard input:3: y", done.stderr)
 
     def test_constant_values(self):
         (self.folder / "flat.csv").write_text("".join(f"{k},7.1\n" for k in range(20)))

@@ -1,6 +1,9 @@
 /* Periodogram: power of every hard case against 113-bit arithmetic, order, peaks, FAP and refusals. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "assert_close.h"
 #include "quad_period.h"
@@ -355,13 +358,46 @@ static void damaged_state_is_refused(void **unused) {
     toliman_period_destroy(period);
 }
 
+static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
+    (void)unused;
+    char folder[] = "saving.XXXXXX", state[64], link[64], pipe[64];
+    assert_non_null(mkdtemp(folder));
+    snprintf(state, sizeof state, "%s/state", folder);
+    snprintf(link, sizeof link, "%s/link", folder);
+    snprintf(pipe, sizeof pipe, "%s/pipe", folder);
+    toliman_period *period = make(0.1, 0.1, 10, NULL), *loaded = NULL;
+    assert_ok(toliman_period_save_file(period, state));
+    assert_int_equal(symlink("state", link), 0);
+    assert_int_equal(mkfifo(pipe, 0600), 0);
+    assert_ok(toliman_period_push(period, 1, 2, 3));
+    assert_ok(toliman_period_save_file(period, link));
+    struct stat facts;
+    assert_int_equal(lstat(link, &facts), 0);
+    assert_true(S_ISLNK(facts.st_mode));
+    assert_ok(toliman_period_load_file(state, &loaded));
+    assert_int_equal(toliman_period_count(loaded), 1);
+    assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
+    assert_int_equal(lstat(pipe, &facts), 0);
+    assert_true(S_ISFIFO(facts.st_mode));
+    assert_fails(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, "regular file");
+    toliman_period_destroy(loaded);
+    toliman_period_destroy(period);
+    unlink(pipe), unlink(link), unlink(state);
+    assert_int_equal(rmdir(folder), 0); // nothing else was left in it
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(power_matches_113_bits),        cmocka_unit_test(any_order_gives_the_same_bytes),
-        cmocka_unit_test(long_streams_survive_saving),   cmocka_unit_test(pure_signal_row),
-        cmocka_unit_test(fit_recovers_parameters),       cmocka_unit_test(nu_ophiuchi),
-        cmocka_unit_test(defined_where_others_give_nan), cmocka_unit_test(refusals_name_what_is_wrong),
+        cmocka_unit_test(power_matches_113_bits),
+        cmocka_unit_test(any_order_gives_the_same_bytes),
+        cmocka_unit_test(long_streams_survive_saving),
+        cmocka_unit_test(pure_signal_row),
+        cmocka_unit_test(fit_recovers_parameters),
+        cmocka_unit_test(nu_ophiuchi),
+        cmocka_unit_test(defined_where_others_give_nan),
+        cmocka_unit_test(refusals_name_what_is_wrong),
         cmocka_unit_test(damaged_state_is_refused),
+        cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

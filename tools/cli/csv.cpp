@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 
 #include "failure.hpp"
 
@@ -35,10 +36,15 @@ bool number_of(const std::string &field, double &value) {
 
 } // namespace
 
-Series read_series(const std::string &path) {
-    std::ifstream in(path);
-    if (!in)
+Series read_series(const std::string &name) {
+    const bool piped = name == "-";
+    const std::string path = piped ? "standard input" : name;
+    std::ifstream file;
+    if (!piped)
+        file.open(path);
+    if (!file)
         throw Failure(kExitInput, path + ": " + std::strerror(errno));
+    std::istream &in = piped ? std::cin : file;
     constexpr const char *names[] = {"t", "y", "sigma"};
     Series series;
     std::string line;

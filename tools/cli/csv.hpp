@@ -10,6 +10,6 @@ struct Series {
 };
 
 // Every malformed line is an error that names file, line, column and what is allowed.
-Series read_series(const std::string &path);
+Series read_series(const std::string &name);
 
 } // namespace cli

@@ -105,7 +105,7 @@ void add_train(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("train", kTrainDescription);
     auto options = std::make_shared<TrainOptions>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the weights file to write (.tlmw)")->required();
+    command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
     command->add_option("--seed", options->seed, "seed of the initial weights, default 1");
     command->add_option("--steps", options->steps, "Adam steps, default 600")->check(CLI::Range(1u, 1000000u));
     command->callback([&context, options] {

@@ -2,8 +2,10 @@
 
 #include <cerrno>
 #include <cstdarg>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
+#include <memory>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,9 +13,19 @@
 
 namespace cli {
 
-OutputFile::OutputFile(const std::string &path)
-    : path_(path), temporary_(path + "." + std::to_string(::getpid()) + ".tmp"), file_(nullptr) {
-    const int descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard output" : path), file_(nullptr) {
+    struct stat facts = {};
+    int descriptor;
+    if (path == "-") {
+        descriptor = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
+    } else if (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode)) {
+        descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    } else {
+        const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
+        target_ = real ? real.get() : path;
+        temporary_ = target_ + "." + std::to_string(::getpid()) + ".tmp";
+        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    }
     if (descriptor >= 0)
         file_ = ::fdopen(descriptor, "wb");
     if (file_ == nullptr)
@@ -23,7 +35,8 @@ OutputFile::OutputFile(const std::string &path)
 OutputFile::~OutputFile() {
     if (file_ != nullptr) {
         std::fclose(file_);
-        ::unlink(temporary_.c_str());
+        if (!temporary_.empty())
+            ::unlink(temporary_.c_str());
     }
 }
 
@@ -46,7 +59,9 @@ void OutputFile::print(const char *format, ...) {
 }
 
 void OutputFile::commit() {
-    if (std::fflush(file_) != 0 || ::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0)
+    if (std::fflush(file_) != 0)
+        fail();
+    if (!temporary_.empty() && (::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
     std::fclose(file_);
     file_ = nullptr;

@@ -1,11 +1,12 @@
-// Files that appear whole or not at all.
+// Files that appear whole or not at all, and streams that are written straight through.
 #pragma once
 #include <cstdio>
 #include <string>
 
 namespace cli {
 
-// Written beside `path` under a temporary name; commit() renames it, destruction without commit removes it.
+// Written beside `path` under a temporary name; commit() renames it, destruction without commit removes it. A symbolic
+// link keeps standing and its target is replaced. "-" (standard output), a pipe or a device is written straight.
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path);
@@ -18,7 +19,8 @@ class OutputFile {
 
   private:
     [[noreturn]] void fail() const;
-    std::string path_, temporary_;
+    std::string path_;               // as messages name it
+    std::string target_, temporary_; // both empty when written straight
     std::FILE *file_;
 };
 

@@ -25,6 +25,7 @@ constexpr char kDescription[] = R"(Period of a series in CSV: t,y or t,y,sigma.
 Examples:
   toliman period examples/data/nu_oph_rv.csv
   toliman period rv.csv --f0 1e-4 --df 2e-5 --nf 2500 --json --power power.npy
+  cut -d, -f1,5 chapter.run/series.csv | toliman period -
 
 Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
 1/(2 median dt), with T the time span plus one median step; the FAP depends on the grid, so it stands in the result.)";
@@ -86,7 +87,7 @@ void period(const Options &options) {
 void add_period(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("period", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("FILE", options->file, "CSV with columns t,y[,sigma]")->required();
+    command->add_option("FILE", options->file, "CSV with columns t,y[,sigma]; - reads standard input")->required();
     command->add_option("--f0", options->f0, "first frequency");
     command->add_option("--df", options->df, "frequency step");
     command->add_option("--nf", options->nf, "number of frequencies");

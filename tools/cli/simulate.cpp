@@ -66,9 +66,9 @@ void write_u32(OutputFile &out, const std::vector<double> &images, size_t count)
 }
 
 void simulate(const Options &options, Progress &progress) {
-    const bool npy = ends_with(options.out, ".npy");
+    const bool npy = options.out == "-" || ends_with(options.out, ".npy");
     if (!npy && !ends_with(options.out, ".bin"))
-        throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .bin");
+        throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .bin, or be - for .npy on stdout");
     const Scene scene(options.scene, progress);
     const FrameRange range(options.frames, scene.info.frames);
     const auto total = static_cast<size_t>(range.end - range.first);
@@ -98,7 +98,7 @@ void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("psf", kPsfDescription);
     auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the .npy file to write")->required();
+    command->add_option("--out", options->out, "the .npy file to write; - is standard output")->required();
     command->add_option("--star", options->star, "A, B or both (default)")->check(CLI::IsMember({"A", "B", "both"}));
     command->callback([&context, options] {
         context.action = [&context, options] {
@@ -112,7 +112,8 @@ void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
     auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the .npy or .bin file to write")->required();
+    command->add_option("--out", options->out, "the .npy or .bin file to write; - is .npy on standard output")
+        ->required();
     command->add_option("--frames", options->frames, "FIRST:END, default all of the cadence");
     CLI::Option *seed = command->add_option("--seed", options->seed, "noise seed, default the scene's");
     command->callback([&context, options, seed] {
