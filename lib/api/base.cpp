@@ -1,5 +1,6 @@
 // include/toliman/base.h: status names, messages, versions, the machine.
 #include <cstring>
+#include <initializer_list>
 #include <thread>
 
 #include "api/guard.hpp"

@@ -77,9 +77,9 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
             fail(Status::argument, "kind = %d: the scene has star A only", kind);
         return images.star[1];
     case TOLIMAN_IMAGE_SEPARATION:
-        return images.separation;
+        return images.motion[0];
     case TOLIMAN_IMAGE_CURVATURE:
-        return images.curvature;
+        return images.motion[1];
     case TOLIMAN_IMAGE_SHIFT_X:
         return images.shift_x;
     case TOLIMAN_IMAGE_SHIFT_Y:

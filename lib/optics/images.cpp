@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optics/propagate.hpp"
-
 namespace toliman::optics {
 
 namespace {
@@ -29,11 +27,11 @@ Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
 
 // What the scene's displacements can make of the brightest pixel.
 void check_brightness(const Scene &scene, const Images &images) {
+    const double reach = kLargestDisplacement;
     double most = 0;
     for (size_t i = 0; i < images.both.size(); i++)
-        most = std::max(most, images.both[i] +
-                                  kLargestDisplacement * (std::fabs(images.separation[i]) +
-                                                          kLargestDisplacement * std::fabs(images.curvature[i])));
+        most = std::max(most, images.both[i] + reach * (std::fabs(images.motion[0][i]) +
+                                                        reach * std::fabs(images.motion[1][i])));
     if (!(most <= kMostPhotons))
         fail(Status::scene, "%s: cadence: the brightest pixel expects up to %g photons: at most %g are allowed",
              scene.source.c_str(), most, kMostPhotons);
@@ -49,28 +47,45 @@ Buffer<double> variance_of(const Scene &scene, const Buffer<double> &image) {
     return variance;
 }
 
+// image += a_weight a + b_weight b
+void add(double a_weight, const Buffer<double> &a, double b_weight, const Buffer<double> &b, Buffer<double> &image) {
+    image.resize(a.size());
+    for (size_t i = 0; i < a.size(); i++)
+        image[i] += a_weight * a[i] + b_weight * b[i];
+}
+
+// Adds what the star's place and focus do to the whole frame.
+void add_nuisances(const StarImages &star, const Light &light, size_t number, Images &images) {
+    const double x = light.axis[0], y = light.axis[1];
+    const double *const offset = light.offset_px[number];
+    const Buffer<double> &along = star.at(1, 0), &across = star.at(0, 1);
+    add(x, along, -y, across, images.shift_x);
+    add(y, along, x, across, images.shift_y);
+    // The sky turns, the pattern of each star stays as the telescope makes it.
+    add(offset[0] * y - offset[1] * x, along, offset[0] * x + offset[1] * y, across, images.roll);
+    images.focus = sum(star.focus, images.focus);
+    images.scale = sum(star.scale, images.scale);
+}
+
 } // namespace
 
-Images make_images(const Scene &scene, const Pupil &pupil, Light &light, unsigned workers, const Progress &progress) {
+Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, Light &light, const Progress &progress) {
     const size_t stars = scene.stars.size();
-    StarImages star[2];
-    for (size_t s = 0; s < stars; s++)
-        star[s] = propagate(scene, pupil, light, s, 0, s == scene.signal.star ? Detail::curvature : Detail::gradient,
-                            workers, [&](double fraction) {
-                                progress.report("propagate",
-                                                (static_cast<double>(s) + fraction) / static_cast<double>(stars));
-                            });
-    const StarImages &moving = star[scene.signal.star];
     Images images;
-    images.both = sum(star[0].image, star[1].image);
-    images.shift_x = sum(star[0].dx, star[1].dx);
-    images.shift_y = sum(star[0].dy, star[1].dy);
-    images.separation.resize(moving.image.size());
-    for (size_t i = 0; i < images.separation.size(); i++)
-        images.separation[i] = light.axis[0] * moving.dx[i] + light.axis[1] * moving.dy[i];
-    images.curvature = moving.curvature;
-    images.star[0] = std::move(star[0].image);
-    images.star[1] = std::move(star[1].image);
+    for (size_t s = 0; s < stars; s++) {
+        const bool moves = s == scene.signal.star;
+        const Wanted wanted = {moves ? plan.order + 1 : 1, 1, true};
+        StarImages star = imager.images(light, s, 0, wanted, [&](double fraction) {
+            progress.report("propagate", (static_cast<double>(s) + fraction) / static_cast<double>(stars));
+        });
+        add_nuisances(star, light, s, images);
+        for (Derivative &derivative : star.derivatives)
+            if (moves && derivative.along > 0 && derivative.across == 0)
+                images.motion.push_back(std::move(derivative.image));
+        images.star[s] = std::move(star.derivatives[0].image);
+    }
+    images.both = sum(images.star[0], images.star[1]);
+    images.background.assign(images.both.size(), 1.0);
 
     const double peak = largest(images.both);
     if (!(peak > 0) || !std::isfinite(peak))
@@ -78,9 +93,11 @@ Images make_images(const Scene &scene, const Pupil &pupil, Light &light, unsigne
     if (scene.cadence.peak_photons > 0) {
         const double factor = scene.cadence.peak_photons / peak;
         scale_light(light, factor);
-        for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.separation,
-                                      &images.curvature, &images.shift_x, &images.shift_y})
+        for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.shift_x, &images.shift_y,
+                                      &images.roll, &images.scale, &images.focus})
             scale(*image, factor);
+        for (Buffer<double> &image : images.motion)
+            scale(image, factor);
     }
     check_brightness(scene, images);
     images.variance = variance_of(scene, images.both);

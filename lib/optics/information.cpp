@@ -16,7 +16,7 @@ double bound_with(const Images &images, const std::vector<Nuisance> &free) {
     Buffer<double> units(free.size() * n), signal(n);
     for (size_t k = 0; k < free.size(); k++)
         kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, units.data() + k * n);
-    kernels::whiten(images.separation.data(), images.variance.data(), n, signal.data());
+    kernels::whiten(images.motion[0].data(), images.variance.data(), n, signal.data());
     const size_t rank = kernels::orthonormalise(units.data(), free.size(), n);
     const double before = std::sqrt(kernels::dot(signal.data(), signal.data(), n));
     kernels::project_out(units.data(), rank, n, signal.data());

@@ -121,27 +121,12 @@ void place_stars(const Scene &scene, Light &light) {
     light.axis[1] = direction * y / light.separation_px;
 }
 
-// A matrix Fourier transform repeats itself every N lambda/D; each star's first repetition must stay off the frame.
-void refuse_aliases(const Scene &scene, const Light &light) {
-    const double pixel = scene.detector.pixel_scale_arcsec * kPi / 648000;
-    const double side[2] = {static_cast<double>(scene.detector.cols), static_cast<double>(scene.detector.rows)};
-    double farthest_px = 0;
-    for (size_t star = 0; star < scene.stars.size(); star++)
-        for (size_t axis = 0; axis < 2; axis++)
-            farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
-    const double needed = std::ceil(2 * farthest_px * pixel * scene.telescope.aperture_m / light.wavelength_m.front());
-    if (static_cast<double>(scene.telescope.pupil_samples) < needed)
-        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
-             scene.source.c_str(), scene.telescope.pupil_samples, needed);
-}
-
 } // namespace
 
 Light make_light(const Scene &scene) {
     Light light;
     sample_stars(scene, light);
     place_stars(scene, light);
-    refuse_aliases(scene, light);
     return light;
 }
 

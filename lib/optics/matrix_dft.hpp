@@ -1,36 +1,40 @@
 // The matrix Fourier transform from pupil to detector: exact pixel positions, only the pixels asked for.
 #pragma once
+#include <vector>
+
 #include "base/buffer.hpp"
 #include "kernels/field.hpp"
+#include "optics/pupil.hpp"
 
 namespace toliman::optics {
 
-// A complex plane's memory.
-class Plane {
-  public:
-    explicit Plane(size_t count) : re_(count), im_(count) {}
-    kernels::Field field() noexcept { return {re_.data(), im_.data()}; }
-
-  private:
-    Buffer<double> re_, im_;
-};
-
+// Memory and operands of one thread for some fields of one wavelength at a time.
 class MatrixDft {
   public:
-    MatrixDft(size_t samples, size_t rows, size_t cols);
+    MatrixDft(const Pupil &pupil, size_t rows, size_t cols, size_t fields);
 
-    // step: phase in cycles of one pupil sample times one pixel, (D/N) p / lambda.
-    void set_step(long double step) noexcept;
+    // Transforms the fields of a star at offset[x, y] px: step is the phase in cycles of one pupil sample times one
+    // pixel, (D/N) p/lambda; terms as in kernels/field.hpp, one less than the fields.
+    void transform(long double wavenumber, long double step, const long double *offset,
+                   const std::vector<kernels::FieldTerm> &terms) noexcept;
 
-    // focal [rows][cols] = sum over pupil [samples][samples] of E exp(-2 pi i (x u + y v) step).
-    void transform(kernels::Field pupil, kernels::Field focal) noexcept;
+    // Adds products of the focal fields to images [rows][cols].
+    void accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept;
 
   private:
-    size_t samples_, rows_, cols_;
+    void along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept;
+    void along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
+                 Buffer<double> &sums) noexcept;
+
+    const Pupil &pupil_;
+    size_t rows_, cols_, fields_;
+    std::vector<size_t> reach_; // of each folded row: its samples up to the last one with light
+    Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
-    Buffer<double> even_, odd_;               // folded pupil
+    Buffer<double> even_, odd_;               // folded fields, parts even and odd in x
     Buffer<double> even_middle_, odd_middle_; // transformed along x
     Buffer<double> ee_, eo_, oe_, oo_;        // transformed along y
+    Buffer<double> scratch_;
 };
 
 } // namespace toliman::optics

@@ -1,139 +1,208 @@
 #include "optics/propagate.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/workers.hpp"
-#include "kernels/field.hpp"
 #include "optics/matrix_dft.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
+using kernels::FieldProduct;
+using kernels::FieldTerm;
+
 constexpr size_t kChunks = 8; // of the wavelengths; fixed, so that sums have one order on any number of workers
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
+
+struct Order {
+    size_t along, across;
+};
+
+// What is wanted, each order after those it is made from.
+std::vector<Order> orders_of(const Wanted &wanted) {
+    std::vector<Order> orders;
+    for (size_t total = 0; total <= std::max(wanted.along, wanted.plane); total++)
+        for (size_t across = 0; across <= (total <= wanted.plane ? total : 0); across++)
+            orders.push_back({total - across, across});
+    return orders;
+}
+
+size_t index_of(const std::vector<Order> &orders, size_t along, size_t across) noexcept {
+    size_t i = 0;
+    while (orders[i].along != along || orders[i].across != across)
+        i++;
+    return i;
+}
+
+double binomial(size_t n, size_t k) noexcept {
+    double value = 1;
+    for (size_t i = 0; i < k; i++)
+        value = value * static_cast<double>(n - i) / static_cast<double>(i + 1);
+    return value;
+}
+
+// Leibniz: the derivative of F conj(F) is the sum of products of lower ones; two that mirror each other are one product
+// of twice the factor.
+std::vector<FieldProduct> products_of(const std::vector<Order> &orders, bool focus) {
+    std::vector<FieldProduct> products;
+    for (size_t image = 0; image < orders.size(); image++) {
+        const Order whole = orders[image];
+        for (size_t a = 0; a <= whole.along; a++) {
+            for (size_t b = 0; b <= whole.across; b++) {
+                const size_t p = index_of(orders, a, b), q = index_of(orders, whole.along - a, whole.across - b);
+                if (p <= q)
+                    products.push_back(
+                        {image, p, q, binomial(whole.along, a) * binomial(whole.across, b) * (p < q ? 2 : 1)});
+            }
+        }
+    }
+    if (focus)
+        products.push_back({orders.size(), 0, orders.size(), 2});
+    return products;
+}
+
+// Noll's fourth polynomial where there is light.
+Buffer<double> defocus_of(const Pupil &pupil) {
+    const size_t n = pupil.samples;
+    Buffer<double> plane(n * n);
+    const auto coordinate = [&](size_t i) {
+        return (2 * static_cast<double>(i) - static_cast<double>(n - 1)) / static_cast<double>(n);
+    };
+    for (size_t i = 0; i < n * n; i++) {
+        const double x = coordinate(i % n), y = coordinate(i / n);
+        plane[i] = pupil.amplitude[i] != 0 ? std::sqrt(3.0) * (2 * (x * x + y * y) - 1) : 0;
+    }
+    return plane;
+}
+
+// What all threads share.
+struct Task {
+    const Pupil &pupil;
+    const Light &light;
+    const Grid &grid;
+    size_t star;
+    long double offset[2]; // px; long double, since 1e-10 px beside 40 px would lose 7e-15
+    std::vector<Order> orders;
+    std::vector<FieldProduct> products;
+    Buffer<double> defocus; // empty when not wanted
+
+    size_t images() const noexcept { return orders.size() + (defocus.empty() ? 0 : 1); }
+};
 
 // The work of one thread: memory for the fields of one wavelength and the images that they add to.
 class Chunk {
   public:
-    Chunk(const Scene &scene, const Pupil &pupil, const Light &light, size_t star, double displacement_px,
-          Detail detail);
+    explicit Chunk(const Task &task);
     void add(size_t wavelength);
-    StarImages take() noexcept { return std::move(images_); }
+    std::vector<Buffer<double>> take() noexcept { return std::move(images_); }
 
   private:
-    void tilt(long double offset_px, long double step, Buffer<double> &cycles) const noexcept;
-    void focus(size_t derivative, Plane &pupil_plane) noexcept {
-        dft_.transform(pupil_plane.field(), focal_[derivative].field());
-    }
-    kernels::Field focal(size_t derivative) noexcept { return focal_[derivative].field(); }
+    void set_terms(long double wavenumber, long double step);
 
-    const Scene &scene_;
-    const Pupil &pupil_;
-    const Light &light_;
-    size_t star_, pixels_;
-    Detail detail_;
-    long double offset_[2]; // px; long double, since 1e-10 px beside 40 px would lose 7e-15
-    Buffer<double> tilt_x_, tilt_y_;
-    Plane field_, derivative_;
-    std::vector<Plane> focal_; // of E, dE/dx, dE/dy, d2E along the axis, as far as needed
+    const Task &task_;
+    std::vector<FieldTerm> terms_;
+    std::vector<FieldProduct> weighted_;
     MatrixDft dft_;
-    StarImages images_;
+    std::vector<Buffer<double>> images_;
+    std::vector<double *> image_of_;
 };
 
-Chunk::Chunk(const Scene &scene, const Pupil &pupil, const Light &light, size_t star, double displacement_px,
-             Detail detail)
-    : scene_(scene), pupil_(pupil), light_(light), star_(star), pixels_(scene.detector.rows * scene.detector.cols),
-      detail_(detail), tilt_x_(pupil.samples), tilt_y_(pupil.samples), field_(pupil.samples * pupil.samples),
-      derivative_(pupil.samples * pupil.samples), dft_(pupil.samples, scene.detector.rows, scene.detector.cols) {
-    for (size_t axis = 0; axis < 2; axis++)
-        offset_[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
-    for (size_t i = 0; i < (detail == Detail::image ? 1 : detail == Detail::gradient ? 3 : 4); i++)
-        focal_.emplace_back(pixels_);
-    images_.image.resize(pixels_);
-    if (detail != Detail::image) {
-        images_.dx.resize(pixels_);
-        images_.dy.resize(pixels_);
-    }
-    if (detail == Detail::curvature)
-        images_.curvature.resize(pixels_);
+Chunk::Chunk(const Task &task)
+    : task_(task), weighted_(task.products),
+      dft_(task.pupil, task.grid.rows, task.grid.cols, task.images()),
+      images_(task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
+    for (Buffer<double> &image : images_)
+        image_of_.push_back(image.data());
 }
 
-// Phase of each pupil column (or row) that puts a star at the offset, reduced to half a cycle.
-void Chunk::tilt(long double offset_px, long double step, Buffer<double> &cycles) const noexcept {
-    const long double centre = 0.5L * static_cast<long double>(cycles.size() - 1);
-    for (size_t i = 0; i < cycles.size(); i++) {
-        const long double phase = (static_cast<long double>(i) - centre) * offset_px * step;
-        cycles[i] = static_cast<double>(phase - std::rint(phase));
+void Chunk::set_terms(long double wavenumber, long double step) {
+    const auto slope = static_cast<double>(2 * kPi * step);
+    const double x = slope * task_.light.axis[0], y = slope * task_.light.axis[1];
+    terms_.clear();
+    for (size_t i = 1; i < task_.orders.size(); i++) {
+        const Order order = task_.orders[i];
+        if (order.along > 0)
+            terms_.push_back({index_of(task_.orders, order.along - 1, order.across), x, y, nullptr, 0});
+        else
+            terms_.push_back({index_of(task_.orders, order.along, order.across - 1), -y, x, nullptr, 0});
     }
+    if (!task_.defocus.empty())
+        terms_.push_back({0, 0, 0, task_.defocus.data(), static_cast<double>(2e-9L * kPi * wavenumber)});
 }
 
 void Chunk::add(size_t wavelength) {
-    const double photons = light_.photons[star_][wavelength];
+    const double photons = task_.light.photons[task_.star][wavelength];
     if (photons == 0)
         return;
-    const long double lambda = light_.wavelength_m[wavelength];
-    const long double pixel = scene_.detector.pixel_scale_arcsec * kPi / 648000;
-    const long double step = scene_.telescope.aperture_m * pixel / (static_cast<long double>(pupil_.samples) * lambda);
-    const double weight = static_cast<double>(photons * step * step / pupil_.area);
-
-    dft_.set_step(step);
-    tilt(offset_[0], step, tilt_x_);
-    tilt(offset_[1], step, tilt_y_);
-    kernels::pupil_field(pupil_.amplitude.data(), pupil_.opd_m.data(), pupil_.samples, static_cast<double>(1 / lambda),
-                         tilt_x_.data(), tilt_y_.data(), field_.field());
-    focus(0, field_);
-    kernels::add_intensity(focal(0), pixels_, weight, images_.image.data());
-    if (detail_ == Detail::image)
-        return;
-
-    const double slope = static_cast<double>(2 * kPi * step);
-    kernels::tilt_derivative(field_.field(), pupil_.samples, slope, 0, derivative_.field());
-    focus(1, derivative_);
-    kernels::add_derivative(focal(0), focal(1), pixels_, weight, images_.dx.data());
-    kernels::tilt_derivative(field_.field(), pupil_.samples, 0, slope, derivative_.field());
-    focus(2, derivative_);
-    kernels::add_derivative(focal(0), focal(2), pixels_, weight, images_.dy.data());
-    if (detail_ == Detail::gradient)
-        return;
-
-    const double *axis = light_.axis;
-    kernels::tilt_derivative(field_.field(), pupil_.samples, slope * axis[0], slope * axis[1], derivative_.field());
-    kernels::tilt_derivative(derivative_.field(), pupil_.samples, slope * axis[0], slope * axis[1],
-                             derivative_.field());
-    focus(3, derivative_);
-    kernels::add_curvature(focal(0), focal(1), focal(2), focal(3), axis[0], axis[1], pixels_, weight,
-                           images_.curvature.data());
+    const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
+    const long double step = task_.pupil.aperture_m * task_.grid.pitch_rad * wavenumber / task_.pupil.samples;
+    const auto weight = static_cast<double>(photons * step * step / task_.pupil.area);
+    set_terms(wavenumber, step);
+    dft_.transform(wavenumber, step, task_.offset, terms_);
+    for (size_t i = 0; i < weighted_.size(); i++)
+        weighted_[i].factor = weight * task_.products[i].factor;
+    dft_.accumulate(weighted_, image_of_.data());
 }
 
-void add(const Buffer<double> &part, Buffer<double> &sum) {
-    for (size_t i = 0; i < part.size(); i++)
-        sum[i] += part[i];
+// I(u / (1 + s)) / (1 + s)^2 differentiated by s; minus the slope of an image is its derivative by the star's place.
+Buffer<double> scale_of(const StarImages &images, const Light &light, const Grid &grid) {
+    const Buffer<double> &image = images.at(0, 0), &along = images.at(1, 0), &across = images.at(0, 1);
+    const double centre_x = 0.5 * static_cast<double>(grid.cols - 1), centre_y = 0.5 * static_cast<double>(grid.rows - 1);
+    Buffer<double> scale(image.size());
+    for (size_t i = 0; i < scale.size(); i++) {
+        const double x = static_cast<double>(i % grid.cols) - centre_x;
+        const double y = static_cast<double>(i / grid.cols) - centre_y;
+        scale[i] = (x * light.axis[0] + y * light.axis[1]) * along[i] +
+                   (y * light.axis[0] - x * light.axis[1]) * across[i] - 2 * image[i];
+    }
+    return scale;
 }
 
 } // namespace
 
-StarImages propagate(const Scene &scene, const Pupil &pupil, const Light &light, size_t star, double displacement_px,
-                     Detail detail, unsigned workers, const std::function<void(double)> &done) {
+const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept {
+    size_t i = 0;
+    while (derivatives[i].along != along || derivatives[i].across != across)
+        i++;
+    return derivatives[i].image;
+}
+
+StarImages propagate(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, double displacement_px,
+                     const Wanted &wanted, unsigned workers, const std::function<void(double)> &done) {
+    Task task = {pupil, light, grid, star, {}, orders_of(wanted), {}, {}};
+    for (size_t axis = 0; axis < 2; axis++)
+        task.offset[axis] =
+            light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
+    task.products = products_of(task.orders, wanted.focus);
+    if (wanted.focus)
+        task.defocus = defocus_of(pupil);
+
     const size_t count = light.wavelength_m.size();
-    std::vector<StarImages> parts(std::min(count, kChunks));
+    std::vector<std::vector<Buffer<double>>> parts(std::min(count, kChunks));
     run_jobs(
         workers, parts.size(),
         [&](size_t part) {
-            Chunk chunk(scene, pupil, light, star, displacement_px, detail);
+            Chunk chunk(task);
             for (size_t i = part; i < count; i += parts.size())
                 chunk.add(i);
             parts[part] = chunk.take();
         },
         done);
-    StarImages sum = std::move(parts[0]);
-    for (size_t part = 1; part < parts.size(); part++) {
-        add(parts[part].image, sum.image);
-        add(parts[part].dx, sum.dx);
-        add(parts[part].dy, sum.dy);
-        add(parts[part].curvature, sum.curvature);
+    for (size_t part = 1; part < parts.size(); part++)
+        for (size_t image = 0; image < task.images(); image++)
+            for (size_t i = 0; i < grid.rows * grid.cols; i++)
+                parts[0][image][i] += parts[part][image][i];
+
+    StarImages result;
+    for (size_t i = 0; i < task.orders.size(); i++)
+        result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(parts[0][i])});
+    if (wanted.focus) {
+        result.focus = std::move(parts[0].back());
+        result.scale = scale_of(result, light, grid);
     }
-    return sum;
+    return result;
 }
 
 } // namespace toliman::optics

@@ -106,6 +106,7 @@ Pupil make_pupil(const Scene &scene) {
     const double cell = telescope.aperture_m / static_cast<double>(n), radius = telescope.aperture_m / 2;
     Pupil pupil;
     pupil.samples = n;
+    pupil.aperture_m = telescope.aperture_m;
     pupil.amplitude.resize(n * n);
     pupil.opd_m.resize(n * n);
     const auto coordinate = [&](size_t i) {

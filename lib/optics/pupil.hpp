@@ -7,6 +7,7 @@ namespace toliman::optics {
 
 struct Pupil {
     size_t samples = 0;       // N
+    double aperture_m = 0;    // D, the width of the N cells
     Buffer<double> amplitude; // [N][N], open fraction of each cell
     Buffer<double> opd_m;     // [N][N]
     double area = 0;          // sum of the amplitude, in cells

@@ -78,6 +78,7 @@ struct Detector {
     size_t rows = 0, cols = 0;
     double pixel_scale_arcsec = 0;
     double rotation_deg = 0; // position angle of the +y axis
+    bool integrated = false; // pixels collect over their area; otherwise the image is sampled at their centres
 };
 
 struct Noise {

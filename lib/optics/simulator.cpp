@@ -6,7 +6,6 @@
 #include "backend/file.hpp"
 #include "base/workers.hpp"
 #include "kernels/poisson.hpp"
-#include "optics/propagate.hpp"
 
 namespace toliman::optics {
 
@@ -25,8 +24,8 @@ std::string folder_of(const std::string &path) {
 Simulator::Simulator(const std::string &json, const std::string &source, const std::string &folder,
                      const Settings &settings)
     : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_)), light_(make_light(scene_)),
-      workers_(worker_count(settings.workers)),
-      images_(make_images(scene_, pupil_, light_, workers_, settings.progress)), bounds_(bound(scene_, images_)) {
+      plan_(make_plan(scene_, pupil_, light_, worker_count(settings.workers))), imager_(pupil_, plan_, worker_count(settings.workers)),
+      images_(make_images(scene_, imager_, plan_, light_, settings.progress)), bounds_(bound(scene_, images_)) {
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
@@ -39,21 +38,20 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
                           source.c_str(), scene_.accuracy, truncation_);
 }
 
-// The first term that the series leaves out is d^3/6 I3. Its largest pixel against the signal's is measured on exact
-// images at +-h, where (I(h) - I(-h))/2 - h I1 = h^3/6 I3 + O(h^5), and scaled to the largest displacement.
+// The first term that the series leaves out, at its largest pixel and displacement, against the signal's largest.
 double Simulator::predict_truncation() const {
-    const double reach = std::max(max_displacement_, -min_displacement_), h = kLargestDisplacement;
-    if (reach == 0)
-        return 0;
-    const size_t star = scene_.signal.star;
-    const StarImages ahead = optics::propagate(scene_, pupil_, light_, star, h, Detail::image, workers_);
-    const StarImages behind = optics::propagate(scene_, pupil_, light_, star, -h, Detail::image, workers_);
-    double error = 0, signal = 0;
-    for (size_t i = 0; i < pixels(); i++) {
-        error = std::max(error, std::fabs((ahead.image[i] - behind.image[i]) / 2 - h * images_.separation[i]));
-        signal = std::max(signal, std::fabs(h * images_.separation[i]));
-    }
-    return error / signal * (reach / h) * (reach / h);
+    const double reach = std::max(max_displacement_, -min_displacement_);
+    const auto largest = [](const Buffer<double> &image) {
+        double size = 0;
+        for (const double value : image)
+            size = std::max(size, std::fabs(value));
+        return size;
+    };
+    double factor = 1; // d^n / (n + 1)!
+    for (size_t n = 1; n <= plan_.order; n++)
+        factor *= reach / static_cast<double>(n + 1);
+    const double signal = largest(images_.motion.front());
+    return signal > 0 ? factor * largest(images_.motion.back()) / signal : 0;
 }
 
 double Simulator::time_days(int64_t k) const noexcept {
@@ -70,18 +68,29 @@ double Simulator::displacement_px(int64_t k) const noexcept {
 
 void Simulator::propagate(double displacement_px, double *image) const {
     const size_t moving = scene_.signal.star;
-    const StarImages moved =
-        optics::propagate(scene_, pupil_, light_, moving, displacement_px, Detail::image, workers_);
+    const StarImages moved = imager_.images(light_, moving, displacement_px, Wanted());
     const Buffer<double> &still = images_.star[1 - moving];
     for (size_t i = 0; i < pixels(); i++)
-        image[i] = moved.image[i] + (still.empty() ? 0 : still[i]);
+        image[i] = moved.at(0, 0)[i] + (still.empty() ? 0 : still[i]);
 }
 
+// Horner's rule, over stretches that stay in the cache.
 void Simulator::expect(double displacement_px, double *image) const noexcept {
-    const double d = displacement_px, curved = 0.5 * d * d;
-    // Where the light all but vanishes the cut series may fall below zero.
-    for (size_t i = 0; i < pixels(); i++)
-        image[i] = std::max(0.0, images_.both[i] + (d * images_.separation[i] + curved * images_.curvature[i]));
+    constexpr size_t stretch = 1024;
+    for (size_t first = 0; first < pixels(); first += stretch) {
+        const size_t count = std::min(stretch, pixels() - first);
+        double *const sum = image + first;
+        std::copy_n(images_.motion[plan_.order - 1].data() + first, count, sum);
+        for (size_t n = plan_.order - 1; n > 0; n--) {
+            const double *const term = images_.motion[n - 1].data() + first;
+            const double factor = displacement_px / static_cast<double>(n + 1);
+            for (size_t i = 0; i < count; i++)
+                sum[i] = term[i] + factor * sum[i];
+        }
+        // Where the light all but vanishes the cut series may fall below zero.
+        for (size_t i = 0; i < count; i++)
+            sum[i] = std::max(0.0, images_.both[first + i] + displacement_px * sum[i]);
+    }
 }
 
 void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const noexcept {
@@ -102,7 +111,7 @@ FrameModel Simulator::frame_model() const {
     model.cols = scene_.detector.cols;
     model.reference = images_.both;
     model.variance = images_.variance;
-    model.derivative = images_.separation;
+    model.derivative = images_.motion[0];
     for (const Nuisance nuisance : scene_.projected)
         model.projected.push_back({name_of(nuisance), image_of(images_, nuisance)});
     model.crb_px = bounds_.projected;

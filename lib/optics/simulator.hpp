@@ -8,6 +8,7 @@
 #include "optics/images.hpp"
 #include "optics/information.hpp"
 #include "optics/light.hpp"
+#include "optics/plan.hpp"
 #include "optics/pupil.hpp"
 #include "optics/scene.hpp"
 
@@ -22,10 +23,13 @@ struct Settings {
 class Simulator {
   public:
     Simulator(const std::string &json, const std::string &source, const std::string &folder, const Settings &settings);
+    Simulator(const Simulator &) = delete; // its imager refers to its other members
+    Simulator &operator=(const Simulator &) = delete;
 
     const Scene &scene() const noexcept { return scene_; }
     const Pupil &pupil() const noexcept { return pupil_; }
     const Light &light() const noexcept { return light_; }
+    const Plan &plan() const noexcept { return plan_; }
     const Images &images() const noexcept { return images_; }
     const Bounds &bounds() const noexcept { return bounds_; }
     double truncation() const noexcept { return truncation_; }
@@ -51,7 +55,8 @@ class Simulator {
     Scene scene_;
     Pupil pupil_;
     Light light_;
-    unsigned workers_;
+    Plan plan_;
+    Imager imager_;
     Images images_;
     Bounds bounds_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence

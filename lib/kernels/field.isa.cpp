@@ -1,0 +1,153 @@
+// Fields and their foldings, compiled per instruction set: only +, -, *, so the same bits on each.
+#include "kernels/field.hpp"
+
+#include "kernels/cis.hpp"
+
+namespace toliman::kernels::TOLIMAN_ISA {
+namespace {
+
+// Twice the coordinate of folded sample i of an axis of n: a whole number.
+inline double twice_coordinate(size_t i, size_t n) noexcept {
+    return static_cast<double>(2 * i + (n % 2 == 0 ? 1 : 0));
+}
+
+void operand(size_t samples, size_t pixels, long double step, double *cosine, double *sine) noexcept {
+    const size_t width = half(pixels);
+    const auto first = static_cast<double>(static_cast<float>(step / 4));
+    const auto second = static_cast<double>(static_cast<float>(step / 4 - first));
+    const auto third = static_cast<double>(step / 4 - first - second);
+    const int odd = pixels % 2 == 0 ? 1 : 0;
+    for (size_t x = 0; x < half(samples); x++) {
+        const double x2 = twice_coordinate(x, samples);
+        double *const c = cosine + x * width, *const s = sine + x * width;
+        for (size_t u = 0; u < width; u++) {
+            const double m = x2 * static_cast<double>(2 * static_cast<int>(u) + odd);
+            const double cycles = reduce_cycles(m * first) + reduce_cycles(m * second) + m * third;
+            cis_cycles(reduce_cycles(cycles), c[u], s[u]);
+        }
+    }
+}
+
+// Fields of one row, each re[n] then im[n], fields `stride` apart.
+struct Row {
+    double *at;
+    size_t stride;
+};
+
+void field_row(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
+               double tilt_y, Row row) noexcept {
+    double *const re = row.at, *const im = row.at + n;
+    for (size_t x = 0; x < n; x++) {
+        const double cycles = reduce_cycles(opd_m[x] * wavenumber) + (tilt_x[x] + tilt_y);
+        double cosine, sine;
+        cis_cycles(reduce_cycles(cycles), cosine, sine);
+        re[x] = amplitude[x] * cosine;
+        im[x] = amplitude[x] * sine;
+    }
+}
+
+void derived_row(const FieldTerm &term, size_t n, size_t y, size_t k, Row row) noexcept {
+    const double centre = 0.5 * (static_cast<double>(n) - 1);
+    const double along_y = term.slope_y * (static_cast<double>(y) - centre);
+    const double *const re = row.at + term.parent * row.stride, *const im = re + n;
+    double *const out_re = row.at + k * row.stride, *const out_im = out_re + n;
+    if (term.mode != nullptr) {
+        const double *const mode = term.mode + y * n;
+        for (size_t x = 0; x < n; x++) {
+            const double slope = term.mode_scale * mode[x];
+            out_re[x] = -slope * im[x];
+            out_im[x] = slope * re[x];
+        }
+        return;
+    }
+    for (size_t x = 0; x < n; x++) {
+        const double slope = term.slope_x * (static_cast<double>(static_cast<int>(x)) - centre) + along_y;
+        out_re[x] = -slope * im[x];
+        out_im[x] = slope * re[x];
+    }
+}
+
+// Folds one plane's rows up (y > 0) and down; part 0 is the real one, 1 the imaginary. The middle sample of an odd axis
+// is its own mirror image and counts once.
+void fold_rows(const double *up, const double *down, size_t n, bool middle, size_t part, double *even,
+               double *odd) noexcept {
+    const size_t h = half(n);
+    double *const rows[4] = {even + part * h, even + (2 + part) * h, odd + part * h, odd + (2 + part) * h};
+    const double *const up_right = up + (n - h), *const down_right = down + (n - h);
+    const double once = middle ? 0.5 : 1;
+    for (size_t x = 0; x < h; x++) {
+        const double up_left = up[h - 1 - x], down_left = down[h - 1 - x];
+        const double up_even = up_right[x] + up_left, up_odd = up_right[x] - up_left;
+        const double down_even = down_right[x] + down_left, down_odd = down_right[x] - down_left;
+        rows[0][x] = once * (up_even + down_even);
+        rows[1][x] = up_even - down_even;
+        rows[2][x] = once * (up_odd + down_odd);
+        rows[3][x] = up_odd - down_odd;
+    }
+    if (n % 2 != 0)
+        for (int i = 0; i < 2; i++)
+            rows[i][0] *= 0.5;
+}
+
+void fold(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
+          const double *tilt_y, const FieldTerm *terms, size_t count, double *scratch, double *even,
+          double *odd) noexcept {
+    const size_t h = half(n), plane = 4 * h * h;
+    const Row sides[2] = {{scratch, 4 * n}, {scratch + 2 * n, 4 * n}};
+    for (size_t y = 0; y < h; y++) {
+        const size_t rows[2] = {n - h + y, h - 1 - y};
+        for (size_t side = 0; side < 2; side++) {
+            const size_t row = rows[side];
+            field_row(amplitude + row * n, opd_m + row * n, n, wavenumber, tilt_x, tilt_y[row], sides[side]);
+            for (size_t k = 1; k < count; k++)
+                derived_row(terms[k - 1], n, row, k, sides[side]);
+        }
+        for (size_t k = 0; k < count; k++)
+            for (size_t part = 0; part < 2; part++)
+                fold_rows(sides[0].at + k * sides[0].stride + part * n, sides[1].at + k * sides[1].stride + part * n, n,
+                          rows[0] == rows[1], part, even + k * plane + 4 * y * h, odd + k * plane + 4 * y * h);
+    }
+}
+
+// One row of a focal field from the rows of its four sums, each re[w] then im[w]; sign is that of v.
+void unfold_row(const double *ee, const double *eo, const double *oe, const double *oo, double sign, size_t cols,
+                double *re, double *im) noexcept {
+    const size_t w = half(cols);
+    double *const right_re = re + (cols - w), *const right_im = im + (cols - w);
+    for (size_t u = 0; u < w; u++) {
+        const double same_re = ee[u] + sign * oe[w + u], same_im = ee[w + u] - sign * oe[u];
+        const double flip_re = eo[w + u] - sign * oo[u], flip_im = eo[u] + sign * oo[w + u];
+        re[w - 1 - u] = same_re - flip_re;
+        im[w - 1 - u] = same_im + flip_im;
+        right_re[u] = same_re + flip_re;
+        right_im[u] = same_im - flip_im;
+    }
+}
+
+void accumulate(const double *const *sums, size_t count, size_t rows, size_t cols, const FieldProduct *products,
+                size_t product_count, double *scratch, double *const *images) noexcept {
+    const size_t h = half(rows), w = half(cols);
+    for (size_t row = 0; row < rows; row++) {
+        const bool below = row < rows - h;
+        const size_t v = below ? h - 1 - row : row - (rows - h);
+        for (size_t k = 0; k < count; k++) {
+            const size_t at = (k * h + v) * 2 * w;
+            unfold_row(sums[0] + at, sums[1] + at, sums[2] + at, sums[3] + at, below ? -1 : 1, cols,
+                       scratch + 2 * k * cols, scratch + (2 * k + 1) * cols);
+        }
+        for (size_t i = 0; i < product_count; i++) {
+            const FieldProduct product = products[i];
+            const double *const p = scratch + 2 * product.p * cols, *const q = scratch + 2 * product.q * cols;
+            double *const image = images[product.image] + row * cols;
+            for (size_t u = 0; u < cols; u++)
+                image[u] += product.factor * (p[u] * q[u] + p[cols + u] * q[cols + u]);
+        }
+    }
+}
+
+} // namespace
+} // namespace toliman::kernels::TOLIMAN_ISA
+
+namespace toliman::kernels {
+extern const FieldKernels TOLIMAN_ISA_TABLE(field) = {TOLIMAN_ISA::operand, TOLIMAN_ISA::fold, TOLIMAN_ISA::accumulate};
+} // namespace toliman::kernels

@@ -1,0 +1,46 @@
+#include "optics/imager.hpp"
+
+#include <cmath>
+
+#include "optics/nodes.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+// Places in units of a pixel `finer` times smaller.
+Light on_finer_grid(Light light, double finer) noexcept {
+    for (auto &offset : light.offset_px)
+        for (double &place : offset)
+            place *= finer;
+    return light;
+}
+
+} // namespace
+
+StarImages Imager::images(const Light &light, size_t star, double displacement_px, const Wanted &wanted,
+                          const std::function<void(double)> &done) const {
+    const PixelFilter &filter = plan_.filter;
+    const auto finer = static_cast<double>(filter.oversampling);
+    const Light sampled = plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light;
+    StarImages images =
+        propagate(pupil_, on_finer_grid(sampled, finer), sampling_grid(plan_.pixels, filter), star,
+                  displacement_px * finer, wanted, workers_, done);
+    if (filter.empty())
+        return images;
+    // Samples hold the light of their own small area, derivatives are per pixel.
+    const auto to_pixels = [&](Buffer<double> &image, size_t order) {
+        if (image.empty())
+            return;
+        image = filtered(image, plan_.pixels, filter);
+        for (double &value : image)
+            value *= std::pow(finer, static_cast<double>(2 + order));
+    };
+    for (Derivative &derivative : images.derivatives)
+        to_pixels(derivative.image, derivative.along + derivative.across);
+    to_pixels(images.focus, 0);
+    to_pixels(images.scale, 0);
+    return images;
+}
+
+} // namespace toliman::optics

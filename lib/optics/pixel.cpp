@@ -1,0 +1,142 @@
+#include "optics/pixel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace toliman::optics {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDensest = 0.4;   // cycles per sample that filters stay short for
+constexpr size_t kMostTaps = 200;
+constexpr size_t kChecks = 1000; // places between 0 and the cutoff
+
+// Chebyshev coefficients from values at the nodes cos(pi (j + 1/2) / n).
+std::vector<double> coefficients_of(const std::vector<double> &values) {
+    const size_t n = values.size();
+    std::vector<double> result(n, 0.0);
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < n; j++)
+            result[k] += (k == 0 ? 1.0 : 2.0) / static_cast<double>(n) * values[j] *
+                         std::cos(kPi * static_cast<double>(k) * (static_cast<double>(j) + 0.5) / static_cast<double>(n));
+    return result;
+}
+
+// Clenshaw's sum, inside [-1, 1] or not.
+double chebyshev_sum(const std::vector<double> &coefficients, double x) noexcept {
+    double next = 0, last = 0;
+    for (size_t k = coefficients.size(); k-- > 1;) {
+        const double sum = coefficients[k] + 2 * x * next - last;
+        last = next;
+        next = sum;
+    }
+    return coefficients[0] + x * next - last;
+}
+
+// The filter's transfer function in cycles per sample.
+class Transfer {
+  public:
+    Transfer(bool integrated, double jitter, size_t oversampling)
+        : integrated_(integrated), width_(static_cast<double>(oversampling)), jitter_(jitter * width_) {}
+
+    double operator()(double frequency) const noexcept {
+        const double phase = kPi * width_ * frequency, spread = kPi * jitter_ * frequency;
+        const double box = integrated_ && phase != 0 ? std::sin(phase) / phase : 1;
+        return box * std::exp(-2 * spread * spread);
+    }
+
+  private:
+    bool integrated_;
+    double width_, jitter_;
+};
+
+double frequency_of(double cosine) noexcept {
+    return std::acos(std::clamp(cosine, -1.0, 1.0)) / (2 * kPi);
+}
+
+// With t = cos(2 pi frequency) a symmetric filter is a polynomial in t: the one that interpolates the transfer function
+// where there is light, t in [cos(2 pi cutoff), 1], written in Chebyshev polynomials of t itself.
+std::vector<double> taps_of(const Transfer &transfer, double cutoff, size_t count) {
+    const double least = std::cos(2 * kPi * cutoff), middle = 0.5 * (1 + least), reach = 0.5 * (1 - least);
+    std::vector<double> values(count);
+    const auto node = [&](size_t j) {
+        return std::cos(kPi * (static_cast<double>(j) + 0.5) / static_cast<double>(count));
+    };
+    for (size_t j = 0; j < count; j++)
+        values[j] = transfer(frequency_of(middle + reach * node(j)));
+    const std::vector<double> inside = coefficients_of(values);
+    for (size_t j = 0; j < count; j++)
+        values[j] = chebyshev_sum(inside, (node(j) - middle) / reach);
+    std::vector<double> taps = coefficients_of(values);
+    for (size_t k = 1; k < count; k++)
+        taps[k] /= 2; // one to each side
+    return taps;
+}
+
+double error_of(const std::vector<double> &taps, const Transfer &transfer, double cutoff) {
+    double worst = 0;
+    for (size_t i = 0; i <= kChecks; i++) {
+        const double frequency = cutoff * static_cast<double>(i) / kChecks;
+        double sum = taps[0];
+        for (size_t k = 1; k < taps.size(); k++)
+            sum += 2 * taps[k] * std::cos(2 * kPi * static_cast<double>(k) * frequency);
+        worst = std::max(worst, std::fabs(sum - transfer(frequency)));
+    }
+    return worst;
+}
+
+// out[i] = sum over k of taps[|k|] in[(i step + k) stride]
+void filter_line(const double *in, size_t stride, size_t step, const std::vector<double> &taps, size_t count,
+                 double *out, size_t out_stride) noexcept {
+    for (size_t i = 0; i < count; i++) {
+        const double *const middle = in + i * step * stride;
+        double sum = taps[0] * middle[0];
+        for (size_t k = 1; k < taps.size(); k++)
+            sum += taps[k] * (*(middle - k * stride) + middle[k * stride]);
+        out[i * out_stride] = sum;
+    }
+}
+
+} // namespace
+
+PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double accuracy) {
+    PixelFilter filter;
+    if (!integrated && jitter_px == 0)
+        return filter;
+    filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kDensest)));
+    const double fine = cutoff / static_cast<double>(filter.oversampling);
+    const Transfer transfer(integrated, jitter_px, filter.oversampling);
+    for (size_t count = 4; count <= kMostTaps; count++) {
+        std::vector<double> taps = taps_of(transfer, fine, count);
+        // Along both axes the error counts twice.
+        const double error = 2 * error_of(taps, transfer, fine);
+        if (filter.empty() || error < filter.error) {
+            filter.taps = std::move(taps);
+            filter.error = error;
+        }
+        if (filter.error <= accuracy)
+            break;
+    }
+    return filter;
+}
+
+Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept {
+    const auto samples = [&](size_t n) { return (n - 1) * filter.oversampling + 1 + 2 * filter.margin(); };
+    return {samples(pixels.rows), samples(pixels.cols), pixels.pitch_rad / filter.oversampling};
+}
+
+Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const PixelFilter &filter) {
+    const Grid grid = sampling_grid(pixels, filter);
+    const size_t margin = filter.margin(), step = filter.oversampling;
+    Buffer<double> rows(grid.rows * pixels.cols), result(pixels.rows * pixels.cols);
+    for (size_t row = 0; row < grid.rows; row++)
+        filter_line(samples.data() + row * grid.cols + margin, 1, step, filter.taps, pixels.cols,
+                    rows.data() + row * pixels.cols, 1);
+    for (size_t col = 0; col < pixels.cols; col++)
+        filter_line(rows.data() + margin * pixels.cols + col, pixels.cols, step, filter.taps, pixels.rows,
+                    result.data() + col, pixels.cols);
+    return result;
+}
+
+} // namespace toliman::optics

@@ -1,0 +1,29 @@
+// What a scene needs, decided from its accuracy before any image is made: wavelengths, terms of the series, samples of
+// a pixel; and the error that each choice is expected to leave.
+#pragma once
+#include "optics/light.hpp"
+#include "optics/pixel.hpp"
+#include "optics/pupil.hpp"
+#include "optics/scene.hpp"
+
+namespace toliman::optics {
+
+constexpr double kRounding = 1e-14; // max error / peak of any image in double
+
+// Errors are max error / peak, against the scene computed without that choice.
+struct Plan {
+    Grid pixels = {};
+    size_t scene_wavelengths = 0; // of the scene
+    size_t wavelengths = 0;       // that are propagated
+    bool nodes = false;           // they are Chebyshev nodes, fewer than the scene's
+    double spectrum_error = 0;
+    bool exact_frames = false; // every frame is propagated: the signal is too large for the series
+    size_t order = 2;          // of the series in the displacement
+    double series_error = 0;   // relative to the signal's own largest pixel
+    PixelFilter filter;
+    double pupil_error = 0; // of N samples against many
+};
+
+Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, unsigned workers);
+
+} // namespace toliman::optics
