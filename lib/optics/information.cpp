@@ -37,16 +37,33 @@ const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept
     case Nuisance::shift_x:
         return images.shift_x;
     case Nuisance::shift_y:
+        return images.shift_y;
+    case Nuisance::roll:
+        return images.roll;
+    case Nuisance::scale:
+        return images.scale;
+    case Nuisance::focus:
+        return images.focus;
+    case Nuisance::background:
         break;
     }
-    return images.shift_y;
+    return images.background;
 }
 
 Bounds bound(const Scene &scene, const Images &images) {
-    std::vector<Nuisance> flux_shift = {Nuisance::flux_a, Nuisance::shift_x, Nuisance::shift_y};
-    if (scene.stars.size() == 2)
-        flux_shift.push_back(Nuisance::flux_b);
-    return {bound_with(images, {}), bound_with(images, flux_shift), bound_with(images, scene.projected)};
+    std::vector<Nuisance> free;
+    const auto with = [&](std::initializer_list<Nuisance> more) {
+        for (const Nuisance nuisance : more)
+            if (nuisance != Nuisance::flux_b || scene.stars.size() == 2)
+                free.push_back(nuisance);
+        return bound_with(images, free);
+    };
+    Bounds bounds;
+    bounds.alone = with({});
+    bounds.flux_shift = with({Nuisance::flux_a, Nuisance::flux_b, Nuisance::shift_x, Nuisance::shift_y});
+    bounds.marginal = with({Nuisance::roll, Nuisance::scale, Nuisance::focus, Nuisance::background});
+    bounds.projected = bound_with(images, scene.projected);
+    return bounds;
 }
 
 } // namespace toliman::optics

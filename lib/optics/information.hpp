@@ -8,6 +8,7 @@ namespace toliman::optics {
 struct Bounds {
     double alone = 0;      // all else known
     double flux_shift = 0; // both fluxes and the common shift free
+    double marginal = 0;   // all eight nuisances free
     double projected = 0;  // exactly the scene's preprocess.project free
 };
 

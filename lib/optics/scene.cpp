@@ -11,7 +11,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr Nuisance kNuisances[] = {Nuisance::flux_a, Nuisance::flux_b, Nuisance::shift_x, Nuisance::shift_y};
 constexpr double kLargestWhole = 9007199254740992.0; // 2^53: JSON numbers are doubles
 
 Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
@@ -48,7 +47,7 @@ Detector read_detector(const Reader &scene) {
     detector.cols = static_cast<size_t>(shape[1]);
     detector.pixel_scale_arcsec = reader.number("pixel_scale_arcsec", above(0, 100, "arcsec"));
     if (reader.has("pixel"))
-        reader.choice("pixel", {"point"}, {"integrated"});
+        detector.integrated = reader.choice("pixel", {"point", "integrated"}) == 1;
     detector.rotation_deg = reader.number_or("rotation_deg", 0, within(-360, 360, "deg"));
     return detector;
 }
@@ -75,19 +74,20 @@ std::vector<Nuisance> read_projected(const Reader &scene, size_t stars) {
     if (!reader.has("project"))
         return projected;
     for (const std::string &name : reader.texts("project")) {
-        for (const char *later : {"roll", "scale", "focus", "background"})
-            if (name == later)
-                reader.refuse(Status::unsupported, "project", ": \"%s\": not supported yet", later);
-        const Nuisance *found = std::find_if(std::begin(kNuisances), std::end(kNuisances),
-                                             [&](Nuisance nuisance) { return name == name_of(nuisance); });
-        if (found == std::end(kNuisances))
+        size_t found = 0;
+        while (found < kNuisances && name != name_of(static_cast<Nuisance>(found)))
+            found++;
+        if (found == kNuisances)
             reader.refuse(Status::scene, "project",
-                          ": \"%.40s\": must be one of \"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"", name.c_str());
-        if (*found == Nuisance::flux_b && stars < 2)
+                          ": \"%.40s\": must be one of \"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\", "
+                          "\"roll\", \"scale\", \"focus\", \"background\"",
+                          name.c_str());
+        const auto nuisance = static_cast<Nuisance>(found);
+        if (nuisance == Nuisance::flux_b && stars < 2)
             reader.refuse(Status::scene, "project", ": \"flux_b\": the scene has star A only");
-        if (std::count(projected.begin(), projected.end(), *found) != 0)
+        if (std::count(projected.begin(), projected.end(), nuisance) != 0)
             reader.refuse(Status::scene, "project", ": \"%s\" stands twice", name.c_str());
-        projected.push_back(*found);
+        projected.push_back(nuisance);
     }
     return projected;
 }
@@ -104,17 +104,9 @@ void need_band(const Reader &reader, const Scene &scene) {
 } // namespace
 
 const char *name_of(Nuisance nuisance) noexcept {
-    switch (nuisance) {
-    case Nuisance::flux_a:
-        return "flux_a";
-    case Nuisance::flux_b:
-        return "flux_b";
-    case Nuisance::shift_x:
-        return "shift_x";
-    case Nuisance::shift_y:
-        break;
-    }
-    return "shift_y";
+    constexpr const char *names[kNuisances] = {"flux_a", "flux_b", "shift_x", "shift_y",
+                                               "roll",   "scale",  "focus",   "background"};
+    return names[static_cast<size_t>(nuisance)];
 }
 
 std::string resolve(const std::string &folder, const std::string &path) {

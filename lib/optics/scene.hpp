@@ -88,7 +88,8 @@ struct Noise {
 };
 
 // What an estimator can be made blind to, and its name in the scene.
-enum class Nuisance { flux_a, flux_b, shift_x, shift_y };
+enum class Nuisance { flux_a, flux_b, shift_x, shift_y, roll, scale, focus, background };
+constexpr size_t kNuisances = 8;
 const char *name_of(Nuisance nuisance) noexcept;
 
 struct Scene {
