@@ -29,12 +29,20 @@ struct Mask {
     std::string file;
 };
 
+struct ZernikeTerm {
+    int noll;
+    double rms_m; // OPD over the full aperture
+};
+
 struct Telescope {
     double aperture_m = 0;
     double secondary_m = 0; // diameter that is blocked
     Struts struts;
     size_t pupil_samples = 256;
+    std::string amplitude_file; // "" = none
     Mask mask;
+    std::vector<ZernikeTerm> zernikes;
+    std::string opd_file; // "" = none
 };
 
 struct Band {
