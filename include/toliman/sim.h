@@ -5,13 +5,16 @@
  *   Pupil       sample i stands at x_i = (i - (N-1)/2) D/N, the cell's centre; D the aperture, N the pupil samples.
  *   Detector    pixel j stands at u_j = (j - (n-1)/2) p, p the pixel scale; for even n the axis is the corner of the
  *               four middle pixels. Offsets are given in pixels from there, x to higher columns, y to higher rows.
+ *   Pupil       A = open fraction of the cell times the amplitude t of the scene's file (1 without one), in 0..1. OPD =
+ *               mask + Zernike polynomials (Noll's order, rms over the full aperture; where A > 0) + OPD file.
  *   Signs       E = A exp(+2 pi i OPD/lambda), F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset
  *               (+ox, +oy) px has OPD +(x ox + y oy) p and its image stands at higher column and row.
  *   Angle       position angle of B seen from A, from +y towards -x (north up, east left).
  *   Separation  positive displacement lengthens it: star A moves away from B, or B from A. A star alone moves towards
  *               higher columns.
- *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A): sums
- *               to 1 over an infinite image. Light outside the frame is lost, as on a detector.
+ *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
+ *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
+ *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       point sampling at the pixel's centre.
@@ -104,8 +107,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Pupil of the scene, each [N][N]: amplitude in 0..1 (grey edges) and OPD of the mask in m. Either may be NULL.
- * Since 0.1. */
+/* Pupil of the scene, each [N][N]: amplitude A in 0..1 (grey edges) and OPD in m, of mask and aberrations. Either may
+ * be NULL. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 

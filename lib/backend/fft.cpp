@@ -1,11 +1,50 @@
 #include "backend/fft.hpp"
 
 #include <fftw3.h>
+#include <mutex>
+#include <new>
+
+#include "base/buffer.hpp"
 
 namespace toliman::fft {
 
+namespace {
+// FFTW plans under one lock of the process, which this call installs; a lock of our own would not stop the host's.
+void make_planning_safe() noexcept {
+    static std::once_flag once;
+    std::call_once(once, fftw_make_planner_thread_safe);
+}
+} // namespace
+
 const char *version() noexcept {
     return fftw_version;
+}
+
+struct Square::Plan {
+    Buffer<std::complex<double>> data;
+    fftw_plan plan = nullptr;
+};
+
+Square::Square(size_t n) : plan_(std::make_unique<Plan>()) {
+    make_planning_safe();
+    plan_->data.resize(n * n);
+    auto *const memory = reinterpret_cast<fftw_complex *>(data());
+    plan_->plan =
+        fftw_plan_dft_2d(static_cast<int>(n), static_cast<int>(n), memory, memory, FFTW_FORWARD, FFTW_ESTIMATE);
+    if (plan_->plan == nullptr)
+        throw std::bad_alloc();
+}
+
+Square::~Square() {
+    fftw_destroy_plan(plan_->plan);
+}
+
+std::complex<double> *Square::data() noexcept {
+    return plan_->data.data();
+}
+
+void Square::transform() noexcept {
+    fftw_execute(plan_->plan);
 }
 
 } // namespace toliman::fft

@@ -1,9 +1,28 @@
 // FFTW3.
 #pragma once
+#include <complex>
+#include <cstddef>
+#include <memory>
 
 namespace toliman::fft {
 
 // Version text of the library in use.
 const char *version() noexcept;
+
+// A forward transform of n x n complex numbers in place, with its memory. Plans are estimated, so that equal input
+// gives equal bits. One at a time per object.
+class Square {
+  public:
+    explicit Square(size_t n);
+    ~Square();
+    Square(const Square &) = delete;
+    Square &operator=(const Square &) = delete;
+    std::complex<double> *data() noexcept;
+    void transform() noexcept;
+
+  private:
+    struct Plan;
+    std::unique_ptr<Plan> plan_;
+};
 
 } // namespace toliman::fft

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "optics/matrix_dft.hpp"
 #include "optics/nodes.hpp"
+#include "optics/padded_fft.hpp"
 
 namespace toliman::optics {
 
@@ -18,14 +20,20 @@ Light on_finer_grid(Light light, double finer) noexcept {
 
 } // namespace
 
+std::unique_ptr<Transform> Imager::transform(const Grid &grid, size_t fields) const {
+    if (plan_.engine == EngineKind::padded_fft)
+        return std::make_unique<PaddedFft>(scene_, grid, fields);
+    return std::make_unique<MatrixDft>(pupil_, grid, fields);
+}
+
 StarImages Imager::images(const Light &light, size_t star, double displacement_px, const Wanted &wanted,
                           const std::function<void(double)> &done) const {
     const PixelFilter &filter = plan_.filter;
     const auto finer = static_cast<double>(filter.oversampling);
     const Light sampled = plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light;
-    StarImages images =
-        propagate(pupil_, on_finer_grid(sampled, finer), sampling_grid(plan_.pixels, filter), star,
-                  displacement_px * finer, wanted, workers_, done);
+    const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
+    StarImages images = propagate(engine, on_finer_grid(sampled, finer), sampling_grid(plan_.pixels, filter), star,
+                                  displacement_px * finer, wanted, workers_, done);
     if (filter.empty())
         return images;
     // Samples hold the light of their own small area, derivatives are per pixel.

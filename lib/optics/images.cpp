@@ -30,8 +30,8 @@ void check_brightness(const Scene &scene, const Images &images) {
     const double reach = kLargestDisplacement;
     double most = 0;
     for (size_t i = 0; i < images.both.size(); i++)
-        most = std::max(most, images.both[i] + reach * (std::fabs(images.motion[0][i]) +
-                                                        reach * std::fabs(images.motion[1][i])));
+        most = std::max(most, images.both[i] +
+                                  reach * (std::fabs(images.motion[0][i]) + reach * std::fabs(images.motion[1][i])));
     if (!(most <= kMostPhotons))
         fail(Status::scene, "%s: cadence: the brightest pixel expects up to %g photons: at most %g are allowed",
              scene.source.c_str(), most, kMostPhotons);

@@ -1,7 +1,6 @@
 #include "optics/matrix_dft.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "backend/blas.hpp"
 
@@ -12,8 +11,9 @@ namespace {
 using kernels::field_kernels;
 using kernels::half;
 
-// Products are cut into tiles of m n k <= 2^18, which OpenBLAS runs on the calling thread however many threads it has: a
-// threaded product has other bits. Tiles of 64 x 32 at k = 128 cost nothing (measured 5 % faster than whole products).
+// Products are cut into tiles of m n k <= 2^18, which OpenBLAS runs on the calling thread however many threads it has:
+// a threaded product has other bits. Tiles of 64 x 32 at k = 128 cost nothing (measured 5 % faster than whole
+// products).
 constexpr size_t kLargestTile = size_t{1} << 18, kTileColumns = 32;
 
 size_t tile_rows(size_t k) noexcept {
@@ -32,21 +32,12 @@ std::vector<size_t> reach_of(const Pupil &pupil) {
     return reach;
 }
 
-// Phase of each pupil column (or row) that puts a star where each sample adds `step` cycles, reduced to half a cycle.
-void tilt(long double step, Buffer<double> &cycles) noexcept {
-    const long double centre = 0.5L * static_cast<long double>(cycles.size() - 1);
-    for (size_t i = 0; i < cycles.size(); i++) {
-        const long double phase = (static_cast<long double>(i) - centre) * step;
-        cycles[i] = static_cast<double>(phase - std::rint(phase));
-    }
-}
-
 } // namespace
 
-MatrixDft::MatrixDft(const Pupil &pupil, size_t rows, size_t cols, size_t fields)
-    : pupil_(pupil), rows_(rows), cols_(cols), fields_(fields), reach_(reach_of(pupil)),
-      tilt_x_(pupil.samples), tilt_y_(pupil.samples) {
-    const size_t h = half(pupil.samples), v = half(rows), u = half(cols);
+MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
+    : pupil_(pupil), grid_(grid), fields_(fields), reach_(reach_of(pupil)), tilt_x_(pupil.samples),
+      tilt_y_(pupil.samples) {
+    const size_t h = half(pupil.samples), v = half(grid.rows), u = half(grid.cols);
     for (Buffer<double> *operand : {&cosine_x_, &sine_x_})
         operand->resize(h * u);
     for (Buffer<double> *operand : {&cosine_y_, &sine_y_})
@@ -57,12 +48,12 @@ MatrixDft::MatrixDft(const Pupil &pupil, size_t rows, size_t cols, size_t fields
         middle->resize(fields * 4 * h * u);
     for (Buffer<double> *sums : {&ee_, &eo_, &oe_, &oo_})
         sums->resize(fields * 2 * v * u);
-    scratch_.resize(fields * std::max(4 * pupil.samples, 2 * cols));
+    scratch_.resize(fields * std::max(4 * pupil.samples, 2 * grid.cols));
 }
 
 // middle = folded times operand, row by row of folded [field][y][4][x]; what lies beyond the light is skipped.
 void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept {
-    const size_t h = half(pupil_.samples), u = half(cols_), rows_at_once = std::max<size_t>(1, tile_rows(h) / 4);
+    const size_t h = half(pupil_.samples), u = half(grid_.cols), rows_at_once = std::max<size_t>(1, tile_rows(h) / 4);
     for (size_t field = 0; field < fields_; field++)
         for (size_t y = 0; y < h; y += rows_at_once) {
             const size_t count = std::min(rows_at_once, h - y), first = (field * h + y) * 4;
@@ -76,7 +67,7 @@ void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &oper
 // sums [field][v][2][u] = operand^T middle, of the part of middle that is even (0) or odd (1) in y.
 void MatrixDft::along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
                         Buffer<double> &sums) noexcept {
-    const size_t h = half(pupil_.samples), v = half(rows_), width = 2 * half(cols_), tile = tile_rows(h);
+    const size_t h = half(pupil_.samples), v = half(grid_.rows), width = 2 * half(grid_.cols), tile = tile_rows(h);
     for (size_t field = 0; field < fields_; field++) {
         const double *const from = middle.data() + field * h * 2 * width + part * width;
         double *const to = sums.data() + field * v * width;
@@ -87,20 +78,21 @@ void MatrixDft::along_y(const Buffer<double> &middle, size_t part, const Buffer<
     }
 }
 
-void MatrixDft::transform(long double wavenumber, long double step, const long double *offset,
+void MatrixDft::transform(long double wavenumber, const long double *offset,
                           const std::vector<kernels::FieldTerm> &terms) noexcept {
+    const long double step = step_of(pupil_, grid_, wavenumber);
     const size_t n = pupil_.samples;
     tilt(offset[0] * step, tilt_x_);
     tilt(offset[1] * step, tilt_y_);
-    field_kernels().operand(n, cols_, step, cosine_x_.data(), sine_x_.data());
-    if (rows_ != cols_)
-        field_kernels().operand(n, rows_, step, cosine_y_.data(), sine_y_.data());
+    field_kernels().operand(n, grid_.cols, step, cosine_x_.data(), sine_x_.data());
+    if (grid_.rows != grid_.cols)
+        field_kernels().operand(n, grid_.rows, step, cosine_y_.data(), sine_y_.data());
     field_kernels().fold(pupil_.amplitude.data(), pupil_.opd_m.data(), n, static_cast<double>(wavenumber),
                          tilt_x_.data(), tilt_y_.data(), terms.data(), fields_, scratch_.data(), even_.data(),
                          odd_.data());
     along_x(even_, cosine_x_, even_middle_);
     along_x(odd_, sine_x_, odd_middle_);
-    const bool square = rows_ == cols_;
+    const bool square = grid_.rows == grid_.cols;
     const Buffer<double> &cosine_y = square ? cosine_x_ : cosine_y_, &sine_y = square ? sine_x_ : sine_y_;
     along_y(even_middle_, 0, cosine_y, ee_);
     along_y(odd_middle_, 0, cosine_y, eo_);
@@ -110,7 +102,8 @@ void MatrixDft::transform(long double wavenumber, long double step, const long d
 
 void MatrixDft::accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept {
     const double *const sums[4] = {ee_.data(), eo_.data(), oe_.data(), oo_.data()};
-    field_kernels().accumulate(sums, fields_, rows_, cols_, products.data(), products.size(), scratch_.data(), images);
+    field_kernels().accumulate(sums, fields_, grid_.rows, grid_.cols, products.data(), products.size(), scratch_.data(),
+                               images);
 }
 
 } // namespace toliman::optics

@@ -1,25 +1,17 @@
 // The matrix Fourier transform from pupil to detector: exact pixel positions, only the pixels asked for.
 #pragma once
-#include <vector>
-
-#include "base/buffer.hpp"
-#include "kernels/field.hpp"
-#include "optics/pupil.hpp"
+#include "optics/transform.hpp"
 
 namespace toliman::optics {
 
-// Memory and operands of one thread for some fields of one wavelength at a time.
-class MatrixDft {
+class MatrixDft : public Transform {
   public:
-    MatrixDft(const Pupil &pupil, size_t rows, size_t cols, size_t fields);
+    MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields); // pupil outlives it
 
-    // Transforms the fields of a star at offset[x, y] px: step is the phase in cycles of one pupil sample times one
-    // pixel, (D/N) p/lambda; terms as in kernels/field.hpp, one less than the fields.
-    void transform(long double wavenumber, long double step, const long double *offset,
-                   const std::vector<kernels::FieldTerm> &terms) noexcept;
-
-    // Adds products of the focal fields to images [rows][cols].
-    void accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept;
+    const Pupil &pupil(long double) noexcept override { return pupil_; }
+    void transform(long double wavenumber, const long double *offset,
+                   const std::vector<kernels::FieldTerm> &terms) noexcept override;
+    void accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept override;
 
   private:
     void along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept;
@@ -27,7 +19,8 @@ class MatrixDft {
                  Buffer<double> &sums) noexcept;
 
     const Pupil &pupil_;
-    size_t rows_, cols_, fields_;
+    Grid grid_;
+    size_t fields_;
     std::vector<size_t> reach_; // of each folded row: its samples up to the last one with light
     Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;

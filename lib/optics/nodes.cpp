@@ -88,11 +88,11 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
     const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
     run_jobs(workers, count, [&](size_t j) {
         const long double wavenumber = band.middle + band.reach * std::cos(node_angle(j, count));
-        const long double step = pupil.aperture_m * grid.pitch_rad / static_cast<long double>(pupil.samples);
-        MatrixDft dft(pupil, grid.rows, grid.cols, 1);
-        dft.transform(wavenumber, step * wavenumber, offset, {});
+        const auto step = static_cast<double>(step_of(pupil, grid, 1));
+        MatrixDft dft(pupil, grid, 1);
+        dft.transform(wavenumber, offset, {});
         double *const image = intensity.data() + j * points;
-        dft.accumulate({{0, 0, 0, static_cast<double>(step * step / pupil.area)}}, &image);
+        dft.accumulate({{0, 0, 0, step * step / pupil.area}}, &image);
     });
     for (size_t k = 0; k < count; k++)
         for (size_t j = 0; j < count; j++) {
@@ -106,10 +106,11 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
 
 double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
     const Light rough = project_on_nodes(light, kRough);
+    const Engine engine = [&](const Grid &, size_t fields) { return std::make_unique<MatrixDft>(pupil, grid, fields); };
     Buffer<double> both(grid.rows * grid.cols);
     for (size_t star = 0; star < 2; star++)
         if (!light.photons[star].empty()) {
-            const StarImages images = propagate(pupil, rough, grid, star, 0, Wanted(), workers);
+            const StarImages images = propagate(engine, rough, grid, star, 0, Wanted(), workers);
             for (size_t i = 0; i < both.size(); i++)
                 both[i] += images.at(0, 0)[i];
         }

@@ -8,7 +8,7 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kDensest = 0.4;   // cycles per sample that filters stay short for
+constexpr double kDensest = 0.4; // cycles per sample that filters stay short for
 constexpr size_t kMostTaps = 200;
 constexpr size_t kChecks = 1000; // places between 0 and the cutoff
 
@@ -18,8 +18,9 @@ std::vector<double> coefficients_of(const std::vector<double> &values) {
     std::vector<double> result(n, 0.0);
     for (size_t k = 0; k < n; k++)
         for (size_t j = 0; j < n; j++)
-            result[k] += (k == 0 ? 1.0 : 2.0) / static_cast<double>(n) * values[j] *
-                         std::cos(kPi * static_cast<double>(k) * (static_cast<double>(j) + 0.5) / static_cast<double>(n));
+            result[k] +=
+                (k == 0 ? 1.0 : 2.0) / static_cast<double>(n) * values[j] *
+                std::cos(kPi * static_cast<double>(k) * (static_cast<double>(j) + 0.5) / static_cast<double>(n));
     return result;
 }
 

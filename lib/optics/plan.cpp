@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "optics/nodes.hpp"
+#include "optics/padded_fft.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kNodeMargin = 4; // node errors are found on a few pixels: measured 0.3 to 3 of those of all pixels
+constexpr double kNodeMargin = 4;     // node errors are found on a few pixels: measured 0.3 to 3 of those of all pixels
 constexpr size_t kFewWavelengths = 8; // not worth fewer
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
 
@@ -34,9 +35,20 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
              scene.source.c_str(), pupil.samples, needed);
 }
 
+// This engine samples the pupil anew at each wavelength, and takes each of the scene's.
+void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
+    const Telescope &telescope = scene.telescope;
+    if (telescope.mask.kind == Mask::Kind::file || !telescope.amplitude_file.empty() || !telescope.opd_file.empty())
+        fail(Status::unsupported,
+             "%s: telescope: the fft engine samples the pupil anew at each wavelength: it takes "
+             "no mask, amplitude or OPD file",
+             scene.source.c_str());
+    plan.plate_scale_error = plate_scale_error(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
+}
+
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, unsigned workers, Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
-    if (plan.wavelengths <= kFewWavelengths)
+    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft)
         return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
@@ -68,12 +80,16 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
 
 } // namespace
 
-Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, unsigned workers) {
+Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers) {
     Plan plan;
+    plan.engine = engine;
     const Detector &detector = scene.detector;
     plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * 3.14159265358979323846264L / 648000};
     plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, 0, scene.accuracy);
-    refuse_aliases(scene, pupil, light, plan);
+    if (engine == EngineKind::padded_fft)
+        check_padded_fft(scene, light, plan);
+    else
+        refuse_aliases(scene, pupil, light, plan);
     choose_wavelengths(scene, pupil, light, workers, plan);
     choose_order(scene, pupil, light, plan);
     return plan;

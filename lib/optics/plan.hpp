@@ -8,10 +8,14 @@
 
 namespace toliman::optics {
 
+enum class EngineKind { matrix_dft, padded_fft };
+
 constexpr double kRounding = 1e-14; // max error / peak of any image in double
 
 // Errors are max error / peak, against the scene computed without that choice.
 struct Plan {
+    EngineKind engine = EngineKind::matrix_dft;
+    double plate_scale_error = 0; // of the engine, relative, at its worst wavelength
     Grid pixels = {};
     size_t scene_wavelengths = 0; // of the scene
     size_t wavelengths = 0;       // that are propagated
@@ -24,6 +28,6 @@ struct Plan {
     double pupil_error = 0; // of N samples against many
 };
 
-Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, unsigned workers);
+Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers);
 
 } // namespace toliman::optics

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/workers.hpp"
-#include "optics/matrix_dft.hpp"
 
 namespace toliman::optics {
 
@@ -63,32 +62,18 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, bool foc
     return products;
 }
 
-// Noll's fourth polynomial where there is light.
-Buffer<double> defocus_of(const Pupil &pupil) {
-    const size_t n = pupil.samples;
-    Buffer<double> plane(n * n);
-    const auto coordinate = [&](size_t i) {
-        return (2 * static_cast<double>(i) - static_cast<double>(n - 1)) / static_cast<double>(n);
-    };
-    for (size_t i = 0; i < n * n; i++) {
-        const double x = coordinate(i % n), y = coordinate(i / n);
-        plane[i] = pupil.amplitude[i] != 0 ? std::sqrt(3.0) * (2 * (x * x + y * y) - 1) : 0;
-    }
-    return plane;
-}
-
 // What all threads share.
 struct Task {
-    const Pupil &pupil;
+    const Engine &engine;
     const Light &light;
     const Grid &grid;
     size_t star;
     long double offset[2]; // px; long double, since 1e-10 px beside 40 px would lose 7e-15
     std::vector<Order> orders;
     std::vector<FieldProduct> products;
-    Buffer<double> defocus; // empty when not wanted
+    bool focus;
 
-    size_t images() const noexcept { return orders.size() + (defocus.empty() ? 0 : 1); }
+    size_t images() const noexcept { return orders.size() + (focus ? 1 : 0); }
 };
 
 // The work of one thread: memory for the fields of one wavelength and the images that they add to.
@@ -99,26 +84,25 @@ class Chunk {
     std::vector<Buffer<double>> take() noexcept { return std::move(images_); }
 
   private:
-    void set_terms(long double wavenumber, long double step);
+    void set_terms(const Pupil &pupil, long double wavenumber);
 
     const Task &task_;
     std::vector<FieldTerm> terms_;
     std::vector<FieldProduct> weighted_;
-    MatrixDft dft_;
+    std::unique_ptr<Transform> transform_;
     std::vector<Buffer<double>> images_;
     std::vector<double *> image_of_;
 };
 
 Chunk::Chunk(const Task &task)
-    : task_(task), weighted_(task.products),
-      dft_(task.pupil, task.grid.rows, task.grid.cols, task.images()),
+    : task_(task), weighted_(task.products), transform_(task.engine(task.grid, task.images())),
       images_(task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
     for (Buffer<double> &image : images_)
         image_of_.push_back(image.data());
 }
 
-void Chunk::set_terms(long double wavenumber, long double step) {
-    const auto slope = static_cast<double>(2 * kPi * step);
+void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
+    const auto slope = static_cast<double>(2 * kPi * step_of(pupil, task_.grid, wavenumber));
     const double x = slope * task_.light.axis[0], y = slope * task_.light.axis[1];
     terms_.clear();
     for (size_t i = 1; i < task_.orders.size(); i++) {
@@ -128,8 +112,8 @@ void Chunk::set_terms(long double wavenumber, long double step) {
         else
             terms_.push_back({index_of(task_.orders, order.along, order.across - 1), -y, x, nullptr, 0});
     }
-    if (!task_.defocus.empty())
-        terms_.push_back({0, 0, 0, task_.defocus.data(), static_cast<double>(2e-9L * kPi * wavenumber)});
+    if (task_.focus)
+        terms_.push_back({0, 0, 0, pupil.defocus.data(), static_cast<double>(2e-9L * kPi * wavenumber)});
 }
 
 void Chunk::add(size_t wavelength) {
@@ -137,19 +121,21 @@ void Chunk::add(size_t wavelength) {
     if (photons == 0)
         return;
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
-    const long double step = task_.pupil.aperture_m * task_.grid.pitch_rad * wavenumber / task_.pupil.samples;
-    const auto weight = static_cast<double>(photons * step * step / task_.pupil.area);
-    set_terms(wavenumber, step);
-    dft_.transform(wavenumber, step, task_.offset, terms_);
+    const Pupil &pupil = transform_->pupil(wavenumber);
+    const long double step = step_of(pupil, task_.grid, wavenumber);
+    const auto weight = static_cast<double>(photons * step * step / pupil.area);
+    set_terms(pupil, wavenumber);
+    transform_->transform(wavenumber, task_.offset, terms_);
     for (size_t i = 0; i < weighted_.size(); i++)
         weighted_[i].factor = weight * task_.products[i].factor;
-    dft_.accumulate(weighted_, image_of_.data());
+    transform_->accumulate(weighted_, image_of_.data());
 }
 
 // I(u / (1 + s)) / (1 + s)^2 differentiated by s; minus the slope of an image is its derivative by the star's place.
 Buffer<double> scale_of(const StarImages &images, const Light &light, const Grid &grid) {
     const Buffer<double> &image = images.at(0, 0), &along = images.at(1, 0), &across = images.at(0, 1);
-    const double centre_x = 0.5 * static_cast<double>(grid.cols - 1), centre_y = 0.5 * static_cast<double>(grid.rows - 1);
+    const double centre_x = 0.5 * static_cast<double>(grid.cols - 1),
+                 centre_y = 0.5 * static_cast<double>(grid.rows - 1);
     Buffer<double> scale(image.size());
     for (size_t i = 0; i < scale.size(); i++) {
         const double x = static_cast<double>(i % grid.cols) - centre_x;
@@ -169,15 +155,12 @@ const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept
     return derivatives[i].image;
 }
 
-StarImages propagate(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, double displacement_px,
+StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
                      const Wanted &wanted, unsigned workers, const std::function<void(double)> &done) {
-    Task task = {pupil, light, grid, star, {}, orders_of(wanted), {}, {}};
+    Task task = {engine, light, grid, star, {}, orders_of(wanted), {}, wanted.focus};
     for (size_t axis = 0; axis < 2; axis++)
-        task.offset[axis] =
-            light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
+        task.offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
     task.products = products_of(task.orders, wanted.focus);
-    if (wanted.focus)
-        task.defocus = defocus_of(pupil);
 
     const size_t count = light.wavelength_m.size();
     std::vector<std::vector<Buffer<double>>> parts(std::min(count, kChunks));

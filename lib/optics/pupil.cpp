@@ -5,13 +5,17 @@
 
 #include "backend/file.hpp"
 #include "base/npy.hpp"
+#include "kernels/zernike.hpp"
+#include "optics/reader.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kSubsamples = 16; // per side of a cell that an edge crosses
+constexpr int kSubsamples = 16;       // per side of a cell that an edge crosses
+constexpr double kLargestOpd = 1e-3;  // m, of a file: who writes nanometres by mistake is told
+constexpr double kLeastLight = 1e-12; // of the open aperture's, through an amplitude file
 
 // How far a point is inside the open aperture, in m; negative where light is blocked. Changes no faster than the point
 // moves, so a cell whose centre is deeper than half its diagonal is open throughout.
@@ -59,6 +63,16 @@ double open_fraction(const Opening &opening, double x, double y, double cell) no
     return open / (kSubsamples * kSubsamples);
 }
 
+// Calls cell(i, x, y) for each of the n x n cells, x and y its centre in units of the aperture's radius.
+template <class Cell> void for_each_cell(size_t n, Cell cell) {
+    const auto coordinate = [n](size_t i) {
+        return (2 * static_cast<double>(i) - static_cast<double>(n - 1)) / static_cast<double>(n);
+    };
+    for (size_t row = 0; row < n; row++)
+        for (size_t col = 0; col < n; col++)
+            cell(row * n + col, coordinate(col), coordinate(row));
+}
+
 // Sum of spiral cosines at a point in units of the aperture's radius.
 double spiral(const std::vector<SpiralTerm> &terms, double x, double y) noexcept {
     const double r = std::max(std::hypot(x, y), 1e-12), theta = std::atan2(y, x);
@@ -82,26 +96,73 @@ double opd_of(const Mask &mask, double value, size_t i) {
     return value;
 }
 
-void read_mask_file(const Scene &scene, Pupil &pupil) {
-    const Mask &mask = scene.telescope.mask;
-    const size_t n = pupil.samples;
-    const NpyImage image = parse_npy(file::read(mask.file, n * n * sizeof(double) + 65536), mask.file);
+// The N x N numbers of a file that the scene names under key, each within [low, high].
+std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n, Range range) {
+    NpyImage image = parse_npy(file::read(path, n * n * sizeof(double) + 65536), path);
     if (image.rows != n || image.cols != n)
-        fail(Status::format, "%s: telescope.mask.file: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
-             scene.source.c_str(), mask.file.c_str(), image.rows, image.cols, n, n);
-    for (size_t i = 0; i < n * n; i++) {
-        if (!(std::fabs(image.values[i]) < 1e6))
-            fail(Status::format, "%s: element %zu = %g: must be finite and below 1e6", mask.file.c_str(), i,
-                 image.values[i]);
-        pupil.opd_m[i] = opd_of(mask, image.values[i], i);
+        fail(Status::format, "%s: telescope.%s: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
+             scene.source.c_str(), key, path.c_str(), image.rows, image.cols, n, n);
+    for (size_t i = 0; i < n * n; i++)
+        if (!(image.values[i] >= range.low && image.values[i] <= range.high))
+            fail(Status::format, "%s: element %zu = %g: must be in [%g, %g]%s%s", path.c_str(), i, image.values[i],
+                 range.low, range.high, range.unit[0] != '\0' ? " " : "", range.unit);
+    return std::move(image.values);
+}
+
+void add_mask(const Scene &scene, Pupil &pupil) {
+    const Mask &mask = scene.telescope.mask;
+    if (mask.kind == Mask::Kind::spiral)
+        for_each_cell(pupil.samples, [&](size_t i, double x, double y) {
+            if (spiral(mask.terms, x, y) > 0)
+                pupil.opd_m[i] = mask.opd_m;
+        });
+    if (mask.kind != Mask::Kind::file)
+        return;
+    const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, within(-1e6, 1e6, ""));
+    for (size_t i = 0; i < map.size(); i++)
+        pupil.opd_m[i] = opd_of(mask, map[i], i);
+}
+
+// Zernike polynomials are those of the whole aperture; they are left out where it is closed, since beyond the disc they
+// grow fast.
+void add_aberrations(const Scene &scene, Pupil &pupil) {
+    const Telescope &telescope = scene.telescope;
+    if (!telescope.zernikes.empty())
+        for_each_cell(pupil.samples, [&](size_t i, double x, double y) {
+            for (const ZernikeTerm &term : telescope.zernikes)
+                if (pupil.amplitude[i] > 0)
+                    pupil.opd_m[i] += term.rms_m * kernels::zernike(term.noll, x, y);
+        });
+    if (telescope.opd_file.empty())
+        return;
+    const std::vector<double> map = read_map(scene, "aberrations.opd_file", telescope.opd_file, pupil.samples,
+                                             within(-kLargestOpd, kLargestOpd, "m"));
+    for (size_t i = 0; i < map.size(); i++)
+        pupil.opd_m[i] += map[i];
+}
+
+// A cell that is open by A and lets the amplitude t pass takes A t^2 of its light: the field there is A t.
+void add_amplitude(const Scene &scene, Pupil &pupil) {
+    const std::string &path = scene.telescope.amplitude_file;
+    if (path.empty())
+        return;
+    const std::vector<double> map = read_map(scene, "amplitude.file", path, pupil.samples, within(0, 1, ""));
+    const double open = pupil.area;
+    pupil.area = 0;
+    for (size_t i = 0; i < map.size(); i++) {
+        pupil.area += pupil.amplitude[i] * map[i] * map[i];
+        pupil.amplitude[i] *= map[i];
     }
+    if (!(pupil.area >= kLeastLight * open))
+        fail(Status::scene, "%s: telescope.amplitude.file: %s lets less than %g of the light pass",
+             scene.source.c_str(), path.c_str(), kLeastLight);
 }
 
 } // namespace
 
-Pupil make_pupil(const Scene &scene) {
+Pupil make_pupil(const Scene &scene, size_t samples) {
     const Telescope &telescope = scene.telescope;
-    const size_t n = telescope.pupil_samples;
+    const size_t n = samples;
     const Opening opening(telescope);
     const double cell = telescope.aperture_m / static_cast<double>(n), radius = telescope.aperture_m / 2;
     Pupil pupil;
@@ -109,22 +170,19 @@ Pupil make_pupil(const Scene &scene) {
     pupil.aperture_m = telescope.aperture_m;
     pupil.amplitude.resize(n * n);
     pupil.opd_m.resize(n * n);
-    const auto coordinate = [&](size_t i) {
-        return (static_cast<double>(i) - 0.5 * static_cast<double>(n - 1)) * cell;
-    };
-    for (size_t row = 0; row < n; row++) {
-        for (size_t col = 0; col < n; col++) {
-            const double x = coordinate(col), y = coordinate(row), open = open_fraction(opening, x, y, cell);
-            pupil.amplitude[row * n + col] = open;
-            pupil.area += open;
-            if (telescope.mask.kind == Mask::Kind::spiral && spiral(telescope.mask.terms, x / radius, y / radius) > 0)
-                pupil.opd_m[row * n + col] = telescope.mask.opd_m;
-        }
-    }
-    if (telescope.mask.kind == Mask::Kind::file)
-        read_mask_file(scene, pupil);
+    for_each_cell(n, [&](size_t i, double x, double y) {
+        pupil.amplitude[i] = open_fraction(opening, x * radius, y * radius, cell);
+        pupil.area += pupil.amplitude[i];
+    });
     if (!(pupil.area >= 1))
         fail(Status::scene, "%s: telescope: secondary and struts leave less than a sample open", scene.source.c_str());
+    add_amplitude(scene, pupil);
+    add_mask(scene, pupil);
+    add_aberrations(scene, pupil);
+    pupil.defocus.resize(n * n);
+    for_each_cell(n, [&](size_t i, double x, double y) {
+        pupil.defocus[i] = pupil.amplitude[i] > 0 ? kernels::zernike(4, x, y) : 0;
+    });
     return pupil;
 }
 

@@ -1,4 +1,4 @@
-// The pupil: grey-edged amplitude of the aperture and the mask's optical path difference.
+// The pupil: amplitude and optical path difference (OPD) of every cell.
 #pragma once
 #include "base/buffer.hpp"
 #include "optics/scene.hpp"
@@ -8,11 +8,13 @@ namespace toliman::optics {
 struct Pupil {
     size_t samples = 0;       // N
     double aperture_m = 0;    // D, the width of the N cells
-    Buffer<double> amplitude; // [N][N], open fraction of each cell
-    Buffer<double> opd_m;     // [N][N]
-    double area = 0;          // sum of the amplitude, in cells
+    Buffer<double> amplitude; // [N][N], open fraction of each cell times the amplitude that a file gives it
+    Buffer<double> opd_m;     // [N][N], mask and aberrations
+    Buffer<double> defocus;   // [N][N], Noll's fourth polynomial where there is light
+    double area = 0;          // that would let as much light through if it were open, in cells
 };
 
-Pupil make_pupil(const Scene &scene);
+// The scene's pupil in samples x samples cells. Files give it cell by cell: they allow no other number than theirs.
+Pupil make_pupil(const Scene &scene, size_t samples);
 
 } // namespace toliman::optics

@@ -32,6 +32,7 @@ class Reader {
     // Complains about a key that is neither in known nor in later; one in later is valid but not built yet.
     void allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later = {}) const;
 
+    const std::vector<std::string> &names() const { return value_.names; }
     bool has(const char *key) const { return value_.find(key) != nullptr; }
     double number(const char *key, Range range) const;
     double number_or(const char *key, double otherwise, Range range) const;

@@ -8,7 +8,8 @@
 
 namespace toliman::optics {
 
-constexpr double kLargestDisplacement = 0.1; // px; the order-2 series holds up to here
+constexpr double kLargestDisplacement = 0.1;  // px, of a series
+constexpr double kFarthestDisplacement = 100; // px, of an image propagated anew
 
 struct Struts {
     int count = 0;
@@ -29,12 +30,20 @@ struct Mask {
     std::string file;
 };
 
+struct ZernikeTerm {
+    int noll;
+    double rms_m; // OPD over the full aperture
+};
+
 struct Telescope {
     double aperture_m = 0;
     double secondary_m = 0; // diameter that is blocked
     Struts struts;
     size_t pupil_samples = 256;
+    std::string amplitude_file; // "" = none
     Mask mask;
+    std::vector<ZernikeTerm> zernikes;
+    std::string opd_file; // "" = none
 };
 
 struct Band {

@@ -1,5 +1,7 @@
+#include <charconv>
 #include <cmath>
 
+#include "kernels/zernike.hpp"
 #include "optics/scene_groups.hpp"
 
 namespace toliman::optics {
@@ -83,11 +85,34 @@ Struts read_struts(const Reader &telescope, double aperture_m) {
     return struts;
 }
 
+// Noll's index that a key of zernike_rms_nm spells: digits alone, the first not 0.
+int read_noll(const Reader &zernikes, const std::string &key) {
+    int noll = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), noll);
+    if (error != std::errc() || end != key.data() + key.size() || std::to_string(noll) != key || noll < 1 ||
+        noll > kernels::kLargestNoll)
+        zernikes.refuse(Status::scene, key.c_str(), ": unknown key; must be a Noll index from 1 to %d",
+                        kernels::kLargestNoll);
+    return noll;
+}
+
+void read_aberrations(const Reader &reader, const std::string &folder, Telescope &telescope) {
+    reader.allow({"zernike_rms_nm", "opd_file"});
+    if (reader.has("opd_file"))
+        telescope.opd_file = resolve(folder, reader.text("opd_file"));
+    if (!reader.has("zernike_rms_nm"))
+        return;
+    const Reader zernikes = reader.object("zernike_rms_nm");
+    for (const std::string &key : zernikes.names())
+        telescope.zernikes.push_back(
+            {read_noll(zernikes, key), zernikes.number(key.c_str(), within(-1e6, 1e6, "nm")) * kNanometre});
+}
+
 } // namespace
 
 Telescope read_telescope(const Reader &scene, const std::string &folder) {
     const Reader reader = scene.object("telescope");
-    reader.allow({"aperture_m", "secondary_m", "struts", "pupil_samples", "mask"}, {"amplitude", "aberrations"});
+    reader.allow({"aperture_m", "secondary_m", "struts", "pupil_samples", "amplitude", "mask", "aberrations"});
     Telescope telescope;
     telescope.aperture_m = reader.number("aperture_m", above(0, 100, "m"));
     telescope.secondary_m = reader.number_or("secondary_m", 0, within(0, 100, "m"));
@@ -97,7 +122,14 @@ Telescope read_telescope(const Reader &scene, const std::string &folder) {
     telescope.struts = read_struts(reader, telescope.aperture_m);
     if (reader.has("pupil_samples"))
         telescope.pupil_samples = static_cast<size_t>(reader.integer("pupil_samples", within(8, 2048, "samples")));
+    if (reader.has("amplitude")) {
+        const Reader amplitude = reader.object("amplitude");
+        amplitude.allow({"file"});
+        telescope.amplitude_file = resolve(folder, amplitude.text("file"));
+    }
     telescope.mask = read_mask(reader, folder);
+    if (reader.has("aberrations"))
+        read_aberrations(reader.object("aberrations"), folder, telescope);
     return telescope;
 }
 

@@ -23,8 +23,10 @@ std::string folder_of(const std::string &path) {
 
 Simulator::Simulator(const std::string &json, const std::string &source, const std::string &folder,
                      const Settings &settings)
-    : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_)), light_(make_light(scene_)),
-      plan_(make_plan(scene_, pupil_, light_, worker_count(settings.workers))), imager_(pupil_, plan_, worker_count(settings.workers)),
+    : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_, scene_.telescope.pupil_samples)),
+      light_(make_light(scene_)),
+      plan_(make_plan(scene_, pupil_, light_, settings.engine, worker_count(settings.workers))),
+      imager_(scene_, pupil_, plan_, worker_count(settings.workers)),
       images_(make_images(scene_, imager_, plan_, light_, settings.progress)), bounds_(bound(scene_, images_)) {
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
@@ -93,9 +95,13 @@ void Simulator::expect(double displacement_px, double *image) const noexcept {
     }
 }
 
-void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const noexcept {
+void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
     const auto number = static_cast<uint64_t>(k);
-    expect(displacement_px, scene_.noise.photon ? scratch : image);
+    double *const expected = scene_.noise.photon ? scratch : image;
+    if (plan_.exact_frames)
+        propagate(displacement_px, expected);
+    else
+        expect(displacement_px, expected);
     if (scene_.noise.photon)
         kernels::poisson_kernels().poisson(scratch, pixels(), 0, {seed, number, kernels::kStreamPhotons}, image);
     if (scene_.noise.read_e == 0)

@@ -15,6 +15,7 @@
 namespace toliman::optics {
 
 struct Settings {
+    EngineKind engine = EngineKind::matrix_dft;
     unsigned workers = 0; // 0 = one a processor
     Progress progress;
     Log log;
@@ -35,6 +36,10 @@ class Simulator {
     double truncation() const noexcept { return truncation_; }
     size_t pixels() const noexcept { return scene_.detector.rows * scene_.detector.cols; }
 
+    // Displacements that frames may have.
+    double largest_displacement_px() const noexcept {
+        return plan_.exact_frames ? kFarthestDisplacement : kLargestDisplacement;
+    }
     double min_displacement_px() const noexcept { return min_displacement_; }
     double max_displacement_px() const noexcept { return max_displacement_; }
 
@@ -45,7 +50,7 @@ class Simulator {
     void propagate(double displacement_px, double *image) const;
     void expect(double displacement_px, double *image) const noexcept;
     // Noisy counts of frame k; scratch and image hold pixels() each.
-    void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const noexcept;
+    void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
     FrameModel frame_model() const;
 

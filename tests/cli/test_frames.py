@@ -104,7 +104,9 @@ class Refusals(ProgramTest):
             (2, lambda s: s["telescope"].update(aperture_m=-0.125), ("telescope.aperture_m = -0.125", "(0, 100] m")),
             (2, lambda s: s["telescope"].update(aperture_m="wide"), ("telescope.aperture_m", "number")),
             (2, lambda s: s["detector"].update(shape=[-256, 256]), ("detector.shape", "-256")),
-            (2, lambda s: s["telescope"].update(aberrations={"zernike_rms_nm": {"4": 5}}), ("not supported yet",)),
+            (2, lambda s: s["telescope"].update(aberrations={"zernike_rms_nm": {"0": 5}}), ("zernike_rms_nm.0", "Noll")),
+            (3, lambda s: s["telescope"].update(aberrations={"opd_file": "none.npy"}), ("none.npy",)),
+            (3, lambda s: s["telescope"].update(amplitude={"file": "small.npy"}), ("small.npy", "256")),
             (3, lambda s: s["telescope"].update(mask={**mask, "file": "none.npy"}), ("none.npy",)),
             (3, lambda s: s["telescope"].update(mask={**mask, "file": "small.npy"}), ("small.npy", "256")),
         )

@@ -4,6 +4,7 @@ import json
 import unittest
 
 import jsonschema
+import numpy
 from program import ROOT, SCENES, ProgramTest
 
 SCHEMA = json.loads((ROOT / "tools" / "schema" / "toliman-scene-1.schema.json").read_text())
@@ -20,6 +21,16 @@ class Schema(ProgramTest):
             with self.subTest(path.name):
                 self.validator.validate(json.loads(path.read_text()))
 
+    def test_both_accept_every_telescope(self):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        numpy.save(self.folder / "half.npy", numpy.full((256, 256), 0.5))
+        numpy.save(self.folder / "flat.npy", numpy.zeros((256, 256)))
+        aberrations = {"zernike_rms_nm": {"4": 5, "11": -2.5, "231": 0.1}, "opd_file": "flat.npy"}
+        scene["telescope"].update(amplitude={"file": "half.npy"}, aberrations=aberrations)
+        self.validator.validate(scene)
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        self.succeed("psf", "scene.json", "--out", "x.npy")
+
     def test_both_refuse(self):
         chapter = json.loads((SCENES / "chapter.json").read_text())
 
@@ -30,6 +41,11 @@ class Schema(ProgramTest):
             (telescope, "aperture_m", -1),
             (telescope, "aperture_m", "wide"),
             (telescope, "unknown", 1),
+            (telescope, "amplitude", {"file": 0.5}),
+            (telescope, "aberrations", {"zernike_rms_nm": {"232": 1}}),
+            (telescope, "aberrations", {"zernike_rms_nm": {"04": 1}}),
+            (telescope, "aberrations", {"zernike_rms_nm": {"4": 2e6}}),
+            (telescope, "aberrations", {"opd_file": 1}),
             (lambda s: s["band"], "step_nm", 0),
             (lambda s: s["cadence"], "frames", 0),
             (lambda s: s["cadence"], "frames", 1.5),

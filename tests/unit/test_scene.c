@@ -1,9 +1,5 @@
 /* Scenes that must be refused, each with its code and message, and the files that a scene may name. */
-#include <stdio.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "scene_text.h"
+#include "scene_files.h"
 
 static void refused(const char *json, size_t size, toliman_status code, const char *message) {
     toliman_sim *sim = NULL;
@@ -54,6 +50,18 @@ static void impossible_values(void **state) {
         {"{\"a\": 0.93, ", "{\"b\": 0.93, ", TOLIMAN_E_SCENE, "telescope.mask.terms[1].b: unknown key"},
         {"{\"a\": 0.93, \"f\": 1.829, \"m\": 5}", "7", TOLIMAN_E_SCENE,
          "telescope.mask.terms[1] = 7: must be an object"},
+        {"\"aperture_m\"", "\"amplitude\": {}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "scene: telescope.amplitude.file: is missing"},
+        {"\"aperture_m\"", "\"amplitude\": {\"file\": 0.5}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "amplitude.file = 0.5: must be a text"},
+        {"\"aperture_m\"", "\"aberrations\": {\"opd_file\": 1}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "telescope.aberrations.opd_file = 1: must be a text"},
+        {"\"aperture_m\"", "\"aberrations\": {\"zernike_rms_nm\": [5]}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "telescope.aberrations.zernike_rms_nm = an array: must be an object"},
+        {"\"aperture_m\"", "\"aberrations\": {\"zernike_rms_nm\": {\"4\": \"5\"}}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "zernike_rms_nm.4 = \"5\": must be a number in [-1000000, 1000000] nm"},
+        {"\"aperture_m\"", "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 2e6}}, \"aperture_m\"", TOLIMAN_E_SCENE,
+         "telescope.aberrations.zernike_rms_nm.4 = 2000000: must be in [-1000000, 1000000] nm"},
         {"\"max_nm\": 600", "\"max_nm\": 540", TOLIMAN_E_SCENE, "band.max_nm = 540: must be above min_nm = 550 nm"},
         {"\"step_nm\": 12.5", "\"step_nm\": 13", TOLIMAN_E_SCENE, "band.step_nm = 13: must divide the band of 50 nm"},
         {"\"step_nm\": 12.5", "\"step_nm\": 1e-9", TOLIMAN_E_SCENE, "at most 4096 are allowed"},
@@ -106,12 +114,21 @@ static void unknown_keys(void **state) {
     CHECK(changes);
 }
 
+static void zernikes_have_an_index(void **state) {
+    (void)state;
+    const char *const bad[] = {"0", "232", "04", "+4", "-4", "4 ", "4.0", "0x4", "", "99999999999", "defocus"};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char key[80], message[120];
+        snprintf(key, sizeof key, "\"aberrations\": {\"zernike_rms_nm\": {\"%s\": 5}}, \"aperture_m\"", bad[i]);
+        snprintf(message, sizeof message, "zernike_rms_nm.%s: unknown key; must be a Noll index from 1 to 231", bad[i]);
+        const change changes[] = {{"\"aperture_m\"", key, TOLIMAN_E_SCENE, message}};
+        CHECK(changes);
+    }
+}
+
 static void not_built_yet(void **state) {
     (void)state;
     const change changes[] = {
-        {"\"aperture_m\"", "\"aberrations\": {}, \"aperture_m\"", TOLIMAN_E_UNSUPPORTED,
-         "scene: telescope.aberrations: not supported yet"},
-        {"\"aperture_m\"", "\"amplitude\": {}, \"aperture_m\"", TOLIMAN_E_UNSUPPORTED, "telescope.amplitude: not"},
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"pixel\": \"integrated\"", TOLIMAN_E_UNSUPPORTED,
          "detector.pixel = \"integrated\": not supported yet"},
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bit_depth\": 12", TOLIMAN_E_UNSUPPORTED,
@@ -182,55 +199,14 @@ static void names_are_utf8(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* A folder of the test's own, with the files that a scene names. */
-static char folder[] = P_tmpdir "/toliman-scene-XXXXXX";
-
-static int make_folder(void **state) {
-    (void)state;
-    return mkdtemp(folder) == NULL;
-}
-
-static const char *path_of(const char *name) {
-    static char path[100];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
-
-static void write_file(const char *name, const void *data, size_t size) {
-    FILE *const file = fopen(path_of(name), "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(data, 1, size, file), size);
-    assert_int_equal(fclose(file), 0);
-}
-
-/* A .npy file of version 1 whose header says type and shape, followed by the data. */
-static void write_npy(const char *name, const char *type, const char *shape, const void *data, size_t size) {
-    unsigned char bytes[128 + 8 * 96 * 96];
-    char header[118];
-    memcpy(bytes, "\x93NUMPY\x01\x00\x76\x00", 10);
-    const int length =
-        snprintf(header, sizeof header, "{'descr': '%s', 'fortran_order': False, 'shape': %s, }", type, shape);
-    memset(header + length, ' ', sizeof header - (size_t)length);
-    memcpy(bytes + 10, header, sizeof header);
-    memcpy(bytes + 128, data, size);
-    write_file(name, bytes, 128 + size);
-}
-
-static int remove_folder(void **state) {
-    (void)state;
-    for (const char *const *name = (const char *const[]){"scene.json", "mask.npy", "star.csv", NULL}; *name != NULL;
-         name++)
-        unlink(path_of(*name));
-    return rmdir(folder);
-}
-
 static const char *const kSpiral =
     "{\"kind\": \"spiral\", \"opd_nm\": 297.5,   \"terms\": [{\"a\": 0.819, \"f\": 2.918, "
     "\"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
 
+/* Simulator of the binary scene with one place replaced. */
 static toliman_status create_with(const char *from, const char *to, toliman_sim **sim) {
     char *const text = replaced(kBinaryScene, from, to);
-    const toliman_status status = toliman_sim_create_json(text, strlen(text), folder, NULL, sim);
+    const toliman_status status = create_in_folder(text, sim);
     free(text);
     return status;
 }
@@ -290,11 +266,41 @@ static void masks_are_refused(void **state) {
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "not a .npy file");
     data[100] = NAN;
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "element 100 = nan");
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "element 100 = nan: must be in [-1e+06, 1e+06]");
     data[100] = 0.5;
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data);
     assert_fails(create_with(kSpiral, binary, &sim), TOLIMAN_E_FORMAT,
                  "element 100 = 0.5: a binary mask holds 0 and 1");
+    assert_null(sim);
+}
+
+static void amplitudes_and_surfaces_are_refused(void **state) {
+    (void)state;
+    const char *const from = "\"aperture_m\"";
+    const char *const amplitude = "\"amplitude\": {\"file\": \"amplitude.npy\"}, \"aperture_m\"";
+    const char *const surface = "\"aberrations\": {\"opd_file\": \"surface.npy\"}, \"aperture_m\"";
+    static double data[96 * 96];
+    toliman_sim *sim = NULL;
+    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_NOT_FOUND, "amplitude.npy: No such file");
+    assert_fails(create_with(from, surface, &sim), TOLIMAN_E_NOT_FOUND, "surface.npy: No such file");
+    write_npy("amplitude.npy", "<f8", "(48, 96)", data, sizeof data / 2);
+    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT,
+                 "amplitude.npy is 48 x 96: must be 96 x 96, the pupil_samples");
+    write_npy("surface.npy", "<f8", "(48, 48)", data, sizeof data / 4);
+    assert_fails(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "telescope.aberrations.opd_file: ");
+    write_npy("amplitude.npy", "<f8", "(96, 96)", data, sizeof data);
+    assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_SCENE, "lets less than 1e-12 of the light pass");
+    const double bad[] = {NAN, INFINITY, -INFINITY, -1e-9, 1.0000001};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        data[4000] = bad[i];
+        write_npy("amplitude.npy", "<f8", "(96, 96)", data, sizeof data);
+        assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT, "amplitude.npy: element 4000 = ");
+        assert_non_null(strstr(toliman_last_error(), "must be in [0, 1]"));
+        data[4000] *= 5; /* nanometres instead of metres */
+        write_npy("surface.npy", "<f8", "(96, 96)", data, sizeof data);
+        if (i != 3)
+            assert_fails(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "must be in [-0.001, 0.001] m");
+    }
     assert_null(sim);
 }
 
@@ -362,11 +368,13 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(impossible_values),
         cmocka_unit_test(unknown_keys),
+        cmocka_unit_test(zernikes_have_an_index),
         cmocka_unit_test(not_built_yet),
         cmocka_unit_test(text_that_is_no_json),
         cmocka_unit_test(names_are_utf8),
         cmocka_unit_test(masks_are_read),
         cmocka_unit_test(masks_are_refused),
+        cmocka_unit_test(amplitudes_and_surfaces_are_refused),
         cmocka_unit_test(tables_are_read_and_refused),
         cmocka_unit_test(files_are_found_beside_the_scene),
     };

@@ -14,8 +14,8 @@ target_compile_options(toliman_settings INTERFACE -fvisibility=hidden
                        $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
 
 add_library(toliman_objects OBJECT ${sources})
-target_link_libraries(toliman_objects PUBLIC toliman_settings PkgConfig::FFTW3 PkgConfig::OPENBLAS PkgConfig::CJSON
-                      PkgConfig::ZLIB Threads::Threads)
+target_link_libraries(toliman_objects PUBLIC toliman_settings ${FFTW3_THREADS} PkgConfig::FFTW3 PkgConfig::OPENBLAS
+                      PkgConfig::CJSON PkgConfig::ZLIB Threads::Threads)
 
 set(toliman_isas baseline)
 set(toliman_isa_flags_baseline "")

@@ -1,0 +1,106 @@
+#include "optics/padded_fft.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/cis.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+constexpr size_t kPadding = 4; // N_out over the frame's side, at least
+
+double exact_samples(const Scene &scene, const Grid &grid, double wavenumber) noexcept {
+    return static_cast<double>(padded_side(grid)) * static_cast<double>(grid.pitch_rad) * scene.telescope.aperture_m *
+           wavenumber;
+}
+
+// The pixel of side n that holds the axis, and how far beyond its centre the axis lies: even sides have it at a corner.
+double half_pixel(size_t n) noexcept {
+    return n % 2 == 0 ? 0.5 : 0;
+}
+
+} // namespace
+
+size_t padded_side(const Grid &grid) noexcept {
+    size_t side = 1;
+    while (side < kPadding * std::max(grid.rows, grid.cols))
+        side *= 2;
+    return side;
+}
+
+size_t embedded_samples(const Scene &scene, const Grid &grid, double wavenumber) noexcept {
+    return static_cast<size_t>(std::max(1.0, std::nearbyint(exact_samples(scene, grid, wavenumber))));
+}
+
+double plate_scale_error(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m) noexcept {
+    double worst = 0;
+    for (const double wavelength : wavelength_m) {
+        const double exact = exact_samples(scene, grid, 1 / wavelength);
+        worst = std::max(worst, std::fabs(std::nearbyint(exact) / exact - 1));
+    }
+    return worst;
+}
+
+PaddedFft::PaddedFft(const Scene &scene, const Grid &grid, size_t fields)
+    : scene_(scene), grid_(grid), side_(padded_side(grid)), fft_(side_), fields_(fields),
+      focal_(fields, Buffer<std::complex<double>>(grid.rows * grid.cols)) {}
+
+const Pupil &PaddedFft::pupil(long double wavenumber) {
+    const size_t samples = embedded_samples(scene_, grid_, static_cast<double>(wavenumber));
+    if (pupil_.samples != samples)
+        pupil_ = make_pupil(scene_, samples);
+    return pupil_;
+}
+
+void PaddedFft::transform(long double wavenumber, const long double *offset,
+                          const std::vector<kernels::FieldTerm> &terms) {
+    const size_t n = pupil_.samples;
+    const long double step = step_of(pupil_, grid_, wavenumber), pixel = 1.0L / static_cast<long double>(side_);
+    Buffer<double> tilt_x(n), tilt_y(n);
+    tilt(offset[0] * step - half_pixel(grid_.cols) * pixel, tilt_x);
+    tilt(offset[1] * step - half_pixel(grid_.rows) * pixel, tilt_y);
+    for (size_t field = 0; field < fields_.size(); field++) {
+        fields_[field].resize(n * n);
+        std::fill_n(fft_.data(), side_ * side_, 0.0);
+        for (size_t i = 0; i < n * n; i++) {
+            std::complex<double> value;
+            if (field == 0) {
+                double cosine, sine;
+                const double cycles = kernels::reduce_cycles(pupil_.opd_m[i] * static_cast<double>(wavenumber));
+                kernels::cis_cycles(kernels::reduce_cycles(cycles + tilt_x[i % n] + tilt_y[i / n]), cosine, sine);
+                value = pupil_.amplitude[i] * std::complex<double>(cosine, sine);
+            } else {
+                const kernels::FieldTerm &term = terms[field - 1];
+                const double centre = 0.5 * static_cast<double>(n - 1);
+                const double x = static_cast<double>(i % n) - centre, y = static_cast<double>(i / n) - centre;
+                const double slope = term.slope_x * x + term.slope_y * y +
+                                     (term.mode != nullptr ? term.mode_scale * term.mode[i] : 0);
+                value = std::complex<double>(0, slope) * fields_[term.parent][i];
+            }
+            fields_[field][i] = value;
+            fft_.data()[i / n * side_ + i % n] = value;
+        }
+        fft_.transform();
+        keep_pixels(field);
+    }
+}
+
+// The corner of the FFT is the axis; what lies before it stands at the end.
+void PaddedFft::keep_pixels(size_t field) noexcept {
+    for (size_t row = 0; row < grid_.rows; row++)
+        for (size_t col = 0; col < grid_.cols; col++) {
+            const size_t v = (row + side_ - grid_.rows / 2) % side_, u = (col + side_ - grid_.cols / 2) % side_;
+            focal_[field][row * grid_.cols + col] = fft_.data()[v * side_ + u];
+        }
+}
+
+void PaddedFft::accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept {
+    for (const kernels::FieldProduct &product : products)
+        for (size_t i = 0; i < grid_.rows * grid_.cols; i++)
+            images[product.image][i] +=
+                product.factor * std::real(focal_[product.p][i] * std::conj(focal_[product.q][i]));
+}
+
+} // namespace toliman::optics

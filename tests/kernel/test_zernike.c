@@ -1,0 +1,157 @@
+/* Zernike polynomials against Noll's table, his sum of powers in 113 bits, and their own orthonormality. */
+#include <quadmath.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+double shim_zernike(int noll, double x, double y);
+int shim_largest_noll(void);
+
+static const double kPi = 3.14159265358979323846;
+
+/* Points of the disc in polar coordinates, from the centre to the rim. */
+enum { RADII = 21, ANGLES = 16 };
+static double radius(int i) {
+    return i / (RADII - 1.0);
+}
+static double angle(int k) {
+    return (k + 0.3) * 2 * kPi / ANGLES;
+}
+
+/* The first eleven as Noll's table I prints them. */
+static double printed(int noll, double r, double t) {
+    switch (noll) {
+    case 1:
+        return 1;
+    case 2:
+        return 2 * r * cos(t);
+    case 3:
+        return 2 * r * sin(t);
+    case 4:
+        return sqrt(3) * (2 * r * r - 1);
+    case 5:
+        return sqrt(6) * r * r * sin(2 * t);
+    case 6:
+        return sqrt(6) * r * r * cos(2 * t);
+    case 7:
+        return sqrt(8) * (3 * r * r * r - 2 * r) * sin(t);
+    case 8:
+        return sqrt(8) * (3 * r * r * r - 2 * r) * cos(t);
+    case 9:
+        return sqrt(8) * r * r * r * sin(3 * t);
+    case 10:
+        return sqrt(8) * r * r * r * cos(3 * t);
+    default:
+        return sqrt(5) * (6 * r * r * r * r - 6 * r * r + 1);
+    }
+}
+
+static void first_eleven_are_those_of_the_table(void **state) {
+    (void)state;
+    for (int noll = 1; noll <= 11; noll++)
+        for (int i = 0; i < RADII; i++)
+            for (int k = 0; k < ANGLES; k++) {
+                const double r = radius(i), t = angle(k);
+                assert_close(shim_zernike(noll, r * cos(t), r * sin(t)), printed(noll, r, t), 0, 4e-15);
+            }
+}
+
+/* Noll's equation 2: (-1)^s (n-s)! / (s! ((n+m)/2-s)! ((n-m)/2-s)!) r^(n-2s), summed over s. */
+static __float128 radial(int n, int m, __float128 r) {
+    __float128 factorial[64] = {1}, sum = 0;
+    for (int i = 1; i < 64; i++)
+        factorial[i] = i * factorial[i - 1];
+    for (int s = 0; s <= (n - m) / 2; s++)
+        sum += (s % 2 == 0 ? 1 : -1) * factorial[n - s] /
+               (factorial[s] * factorial[(n + m) / 2 - s] * factorial[(n - m) / 2 - s]) * powq(r, n - 2 * s);
+    return sum;
+}
+
+/* Every index in Noll's order: by n, then by m, the even index for the cosine. */
+static void all_are_the_sums_of_powers(void **state) {
+    (void)state;
+    double worst = 0;
+    int noll = 0;
+    for (int n = 0; noll < shim_largest_noll(); n++)
+        for (int m = n % 2; m <= n; m += 2)
+            for (int twin = 0; twin < (m == 0 ? 1 : 2); twin++) {
+                noll++;
+                for (int i = 0; i < RADII; i++)
+                    for (int k = 0; k < ANGLES; k++) {
+                        const double x = radius(i) * cos(angle(k)), y = radius(i) * sin(angle(k));
+                        const __float128 r = hypotq(x, y), t = atan2q(y, x);
+                        const __float128 turn = m == 0 ? 1 : sqrtq(2) * (noll % 2 == 0 ? cosq(m * t) : sinq(m * t));
+                        worst = fmax(worst,
+                                     fabs((double)(sqrtq(n + 1) * radial(n, m, r) * turn - shim_zernike(noll, x, y))));
+                    }
+            }
+    assert_int_equal(noll, shim_largest_noll());
+    print_message("largest error of a Zernike polynomial within the disc: %.2g\n", worst);
+    assert_at_most(worst, 1e-13);
+}
+
+/* Nodes and weights of Gauss-Legendre on [0, 1], by Newton's method from the usual guess. */
+enum { NODES = 24, TURNS = 64 };
+static void gauss_legendre(double *node, double *weight) {
+    for (int i = 0; i < NODES; i++) {
+        double x = cos(kPi * (i + 0.75) / (NODES + 0.5)), slope = 0;
+        for (int pass = 0; pass < 8; pass++) {
+            double before = 1, p = x;
+            for (int k = 2; k <= NODES; k++) {
+                const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
+                before = p;
+                p = next;
+            }
+            slope = NODES * (x * p - before) / (x * x - 1);
+            x -= p / slope;
+        }
+        node[i] = 0.5 * (1 + x);
+        weight[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+}
+
+/* The mean of Z_i Z_j over the disc is 1 for i = j, else 0. Exact quadrature: degree 41 < 2 * 24, frequency 40 < 64. */
+static void they_are_orthonormal(void **state) {
+    (void)state;
+    enum { POINTS = NODES * TURNS };
+    double node[NODES], weight[NODES], worst = 0;
+    gauss_legendre(node, weight);
+    const int count = shim_largest_noll();
+    double *const values = malloc((size_t)count * POINTS * sizeof *values);
+    assert_non_null(values);
+    for (int z = 0; z < count; z++)
+        for (int i = 0; i < NODES; i++)
+            for (int k = 0; k < TURNS; k++) {
+                const double t = 2 * kPi * k / TURNS, share = 2 * node[i] * weight[i] / TURNS;
+                values[z * POINTS + i * TURNS + k] =
+                    sqrt(share) * shim_zernike(z + 1, node[i] * cos(t), node[i] * sin(t));
+            }
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b <= a; b++) {
+            double sum = 0;
+            for (int i = 0; i < POINTS; i++)
+                sum += values[a * POINTS + i] * values[b * POINTS + i];
+            worst = fmax(worst, fabs(sum - (a == b)));
+        }
+    free(values);
+    assert_at_most(worst, 1e-13);
+}
+
+static void other_indices_are_no_number(void **state) {
+    (void)state;
+    const int bad[] = {0, -1, INT32_MIN, shim_largest_noll() + 1, INT32_MAX};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        assert_true(isnan(shim_zernike(bad[i], 0.1, 0.2)));
+    assert_true(shim_largest_noll() >= 66);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(first_eleven_are_those_of_the_table),
+        cmocka_unit_test(all_are_the_sums_of_powers),
+        cmocka_unit_test(they_are_orthonormal),
+        cmocka_unit_test(other_indices_are_no_number),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
