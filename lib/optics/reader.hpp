@@ -33,6 +33,7 @@ class Reader {
     void allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later = {}) const;
 
     bool has(const char *key) const { return value_.find(key) != nullptr; }
+    bool has_object(const char *key) const;
     double number(const char *key, Range range) const;
     double number_or(const char *key, double otherwise, Range range) const;
     std::optional<double> optional_number(const char *key, Range range) const;
