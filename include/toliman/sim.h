@@ -15,6 +15,10 @@
  *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
  *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
  *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
+ *   Time        0 at frame 0; with an orbit the stars stand where they are at binary.date, which is time 0, throughout.
+ *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
+ *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
+ *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       point sampling at the pixel's centre.
@@ -65,7 +69,7 @@ typedef struct toliman_sim_info {
     int64_t frames;           /* of the cadence */
     int64_t pupil_samples;    /* N of the N x N pupil */
     uint64_t seed;            /* noise.seed of the scene */
-    double amplitude_px;      /* of the signal; 0 without one */
+    double amplitude_px;      /* of the signal; 0 without one. A planet's: semi-major axis of its star's orbit */
     double period_days;       /* of the signal; 0 without one */
     double separation_px;     /* 0 for a single star */
     double flux_ratio;        /* photons of A over photons of B; 0 for a single star */
@@ -77,6 +81,7 @@ typedef struct toliman_sim_info {
     double truncation;        /* predicted error of the order-2 series, largest pixel over that of the signal, at the
                                  signal's largest displacement; above the scene's accuracy it is logged as a warning */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
+    double amplitude_uas;                            /* amplitude_px on the sky, microarcsec */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */

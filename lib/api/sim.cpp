@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numeric>
 
@@ -19,7 +20,7 @@ using toliman::Status;
 
 namespace {
 
-constexpr size_t kOldestOptions = sizeof(toliman_sim_options), kOldestInfo = sizeof(toliman_sim_info);
+constexpr size_t kOldestOptions = sizeof(toliman_sim_options), kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
 constexpr double kFarthest = 100; // px, of a propagated displacement
 
 toliman_sim_options default_options() noexcept {
@@ -107,6 +108,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.pupil_samples = static_cast<int64_t>(scene.telescope.pupil_samples);
     info.seed = scene.noise.seed;
     info.amplitude_px = scene.signal.amplitude_px;
+    info.amplitude_uas = scene.signal.amplitude_px * scene.detector.pixel_scale_arcsec * 1e6;
     info.period_days = scene.signal.period_days;
     info.separation_px = light.separation_px;
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);

@@ -57,7 +57,7 @@ void add(double a_weight, const Buffer<double> &a, double b_weight, const Buffer
 // Adds what the star's place and focus do to the whole frame.
 void add_nuisances(const StarImages &star, const Light &light, size_t number, Images &images) {
     const double x = light.axis[0], y = light.axis[1];
-    const double *const offset = light.offset_px[number];
+    const auto &offset = light.offset_px[number];
     const Buffer<double> &along = star.at(1, 0), &across = star.at(0, 1);
     add(x, along, -y, across, images.shift_x);
     add(y, along, x, across, images.shift_y);

@@ -87,31 +87,29 @@ void sample_stars(const Scene &scene, Light &light) {
     }
 }
 
-double total(const std::vector<double> &photons) {
+double total(const std::vector<double> &photons) noexcept {
     return std::accumulate(photons.begin(), photons.end(), 0.0);
 }
 
-// Places both stars on the detector by separation and position angle.
-void place_binary(const Scene &scene, Light &light) {
-    const double angle = (scene.binary.position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
-    const double separation = scene.binary.separation_arcsec / scene.detector.pixel_scale_arcsec;
+// Both stars on the detector by separation and position angle.
+Offsets offsets_of(const Place &place, const Scene &scene, const Light &light) noexcept {
+    const double angle = (place.position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
+    const double separation = place.separation_arcsec / scene.detector.pixel_scale_arcsec;
     const double flux_a = total(light.photons[0]), flux_b = total(light.photons[1]);
     double share_a = flux_b / (flux_a + flux_b); // of the separation, from the centre to A
     if (scene.binary.centre != Binary::Centre::barycentre)
         share_a = scene.binary.centre == Binary::Centre::a ? 0 : 1;
     const double from_a_to_b[2] = {-std::sin(angle) * separation, std::cos(angle) * separation};
+    Offsets offsets;
     for (size_t axis = 0; axis < 2; axis++) {
-        light.offset_px[0][axis] = -share_a * from_a_to_b[axis];
-        light.offset_px[1][axis] = (1 - share_a) * from_a_to_b[axis];
+        offsets[0][axis] = -share_a * from_a_to_b[axis];
+        offsets[1][axis] = (1 - share_a) * from_a_to_b[axis];
     }
+    return offsets;
 }
 
 void place_stars(const Scene &scene, Light &light) {
-    if (scene.stars.size() == 2 && !scene.binary.by_offsets)
-        place_binary(scene, light);
-    else
-        for (size_t i = 0; i < 4; i++)
-            light.offset_px[i / 2][i % 2] = scene.binary.offsets_px[i];
+    light.offset_px = offsets_at(scene, light, 0);
     if (scene.stars.size() < 2)
         return;
     const double x = light.offset_px[1][0] - light.offset_px[0][0], y = light.offset_px[1][1] - light.offset_px[0][1];
@@ -128,6 +126,17 @@ Light make_light(const Scene &scene) {
     sample_stars(scene, light);
     place_stars(scene, light);
     return light;
+}
+
+Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept {
+    const Binary &binary = scene.binary;
+    if (scene.stars.size() < 2 || binary.by_offsets) {
+        const double *offset = binary.offsets_px;
+        return {{{offset[0], offset[1]}, {offset[2], offset[3]}}};
+    }
+    if (!binary.orbit)
+        return offsets_of(binary.place, scene, light);
+    return offsets_of(place_on(*binary.orbit, binary.years + days / kDaysPerYear), scene, light);
 }
 
 void scale_light(Light &light, double factor) noexcept {

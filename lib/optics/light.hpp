@@ -1,21 +1,28 @@
 // The light of the stars: sampled wavelengths, photons at each, and where the stars stand.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "optics/scene.hpp"
 
 namespace toliman::optics {
 
+using Offsets = std::array<std::array<double, 2>, 2>; // [star][x, y], px
+
 struct Light {
     std::vector<double> wavelength_m;
     std::vector<double> photons[2]; // of A and B at each wavelength, whole star; B empty without one
-    double offset_px[2][2] = {};    // [star][x, y]
+    Offsets offset_px = {};         // at time 0
     double axis[2] = {1, 0};        // unit vector of a positive displacement of the moving star
     double separation_px = 0;
 };
 
 // Photons are relative (scaled later to the peak) or absolute, as the cadence says.
 Light make_light(const Scene &scene);
+
+// Where the stars of that light stand `days` after time 0: on their orbit if the scene has one, else as at time 0. The
+// scene's centre stands on the frame's axis at any time.
+Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 
 // Multiplies all photons.
 void scale_light(Light &light, double factor) noexcept;

@@ -33,7 +33,7 @@ double node_angle(size_t j, size_t count) noexcept {
 // the band: pi D R (1/lambda_min - 1/lambda_max), R the angle between them.
 double band_phase(const Pupil &pupil, const Light &light, const Grid &grid) noexcept {
     double farthest = 0;
-    for (const double *offset : {light.offset_px[0], light.offset_px[1]})
+    for (const auto &offset : light.offset_px)
         farthest = std::max(farthest, std::hypot(static_cast<double>(grid.cols) / 2 + std::fabs(offset[0]),
                                                  static_cast<double>(grid.rows) / 2 + std::fabs(offset[1])));
     return 2 * kPi * pupil.aperture_m * static_cast<double>(grid.pitch_rad) * farthest * band_of(light).reach;
@@ -154,9 +154,9 @@ std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Gr
     const double coarser = static_cast<double>(std::max(grid.rows, grid.cols) - 1) / (kPoints - 1);
     const Grid points = {kPoints, kPoints, grid.pitch_rad * coarser};
     Light placed = light;
-    for (double *offset : {placed.offset_px[0], placed.offset_px[1]})
-        for (size_t axis = 0; axis < 2; axis++)
-            offset[axis] /= coarser;
+    for (auto &offset : placed.offset_px)
+        for (double &place : offset)
+            place /= coarser;
     const double unit = static_cast<double>(grid.pitch_rad * grid.pitch_rad / (points.pitch_rad * points.pitch_rad));
     std::vector<double> errors(count, 0.0);
     for (size_t star = 0; star < 2; star++) {

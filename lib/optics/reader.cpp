@@ -127,6 +127,10 @@ double Reader::checked(const std::string &key, const json::Value &value, Range r
     return value.number;
 }
 
+bool Reader::has_object(const char *key) const {
+    return has(key) && need(key).kind == Kind::object;
+}
+
 double Reader::number(const char *key, Range range) const {
     return checked(key, need(key), range);
 }

@@ -131,7 +131,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     need_band(reader, scene);
     scene.binary = read_binary(reader, scene.stars.size());
     scene.detector = read_detector(reader);
-    scene.signal = read_signal(reader, scene.stars.size(), scene.detector.pixel_scale_arcsec);
+    scene.signal = read_signal(reader, scene);
     scene.cadence = read_cadence(reader, scene.stars);
     scene.noise = read_noise(reader);
     scene.projected = read_projected(reader, scene.stars.size());

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "optics/orbit.hpp"
+
 namespace toliman::optics {
 
 constexpr double kLargestDisplacement = 0.1;  // px, of a series
@@ -60,20 +62,24 @@ struct Source {
 
 struct Star {
     Source source;
-    std::optional<double> relative_flux, photons_per_s;
+    std::optional<double> relative_flux, photons_per_s, mass_sun;
 };
 
 struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
-    double separation_arcsec = 0;
-    double position_angle_deg = 0;
+    Place place = {0, 0}; // of B from A at time 0
+    std::optional<Orbit> orbit;
+    double years = 0; // from the orbit's epoch to time 0
+    std::optional<double> distance_pc;
     bool by_offsets = false;
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By
 };
 
+// A sinusoid, or the shape that a planet's eccentric orbit makes of it.
 struct Signal {
     size_t star = 0; // 0 = A, 1 = B
     double amplitude_px = 0, period_days = 0, phase_rad = 0;
+    double eccentricity = 0, argument_rad = 0;
 };
 
 struct Cadence {

@@ -5,6 +5,10 @@
 
 namespace toliman::optics {
 
+constexpr const char *kStarNames[] = {"A", "B"};
+constexpr Range kTurn = within(-360, 360, "deg");
+constexpr Range kEccentricity = within(0, 0.9999, "");
+
 // path as the scene names it, made relative to the scene's folder.
 std::string resolve(const std::string &folder, const std::string &path);
 
@@ -12,6 +16,7 @@ Telescope read_telescope(const Reader &scene, const std::string &folder);
 std::optional<Band> read_band(const Reader &scene);
 std::vector<Star> read_stars(const Reader &scene, const std::string &folder);
 Binary read_binary(const Reader &scene, size_t stars);
-Signal read_signal(const Reader &scene, size_t stars, double pixel_scale_arcsec);
+// Needs the stars, the binary and the detector in known.
+Signal read_signal(const Reader &scene, const Scene &known);
 
 } // namespace toliman::optics

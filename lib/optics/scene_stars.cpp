@@ -7,7 +7,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr const char *kStarNames[] = {"A", "B"};
 constexpr Range kWavelength = within(1, 1e6, "nm");
 constexpr double kMostSteps = 4096;
 
@@ -36,28 +35,6 @@ Source read_source(const Reader &star, const std::string &folder) {
         break;
     }
     return source;
-}
-
-std::vector<double> read_offset(const Reader &offsets, const char *star) {
-    return offsets.numbers(star, 2, 2, within(-1e4, 1e4, "px"));
-}
-
-void read_offsets(const Reader &binary, size_t stars, Binary &result) {
-    binary.allow({"offsets_px"});
-    const Reader reader = binary.object("offsets_px");
-    if (stars == 2)
-        reader.allow({"A", "B"});
-    else
-        reader.allow({"A"});
-    result.by_offsets = true;
-    for (size_t star = 0; star < stars; star++) {
-        const std::vector<double> offset = read_offset(reader, kStarNames[star]);
-        std::copy(offset.begin(), offset.end(), result.offsets_px + 2 * star);
-    }
-    const double *offset = result.offsets_px;
-    if (stars == 2 && std::equal(offset, offset + 2, offset + 2))
-        binary.refuse(Status::scene, "offsets_px", ": both stars stand at (%g, %g): the separation has no direction",
-                      offset[0], offset[1]);
 }
 
 } // namespace
@@ -97,63 +74,17 @@ std::vector<Star> read_stars(const Reader &scene, const std::string &folder) {
         if (!reader.has(name) && !stars.empty())
             break;
         const Reader entry = reader.object(name);
-        entry.allow({"spectrum", "relative_flux", "photons_per_s"}, {"mass_sun", "distance_pc"});
+        entry.allow({"spectrum", "relative_flux", "photons_per_s", "mass_sun"});
         Star star;
         star.source = read_source(entry, folder);
         star.relative_flux = entry.optional_number("relative_flux", above(0, 1e12, ""));
         star.photons_per_s = entry.optional_number("photons_per_s", above(0, 1e15, "photons/s"));
         if (star.relative_flux && star.photons_per_s)
             entry.refuse(Status::scene, "relative_flux", ": give either relative_flux or photons_per_s");
+        star.mass_sun = entry.optional_number("mass_sun", above(0, 1e3, "solar masses"));
         stars.push_back(star);
     }
     return stars;
-}
-
-Binary read_binary(const Reader &scene, size_t stars) {
-    Binary binary;
-    if (!scene.has("binary")) {
-        if (stars == 2)
-            scene.refuse(Status::scene, "binary", ": is missing: two stars need their places");
-        return binary;
-    }
-    const Reader reader = scene.object("binary");
-    if (reader.has("offsets_px")) {
-        read_offsets(reader, stars, binary);
-        return binary;
-    }
-    reader.allow({"separation_arcsec", "position_angle_deg", "centre", "offsets_px"}, {"date", "orbit", "distance_pc"});
-    if (stars == 1)
-        scene.refuse(Status::scene, "binary", ": a single star takes offsets_px only");
-    binary.separation_arcsec = reader.number("separation_arcsec", above(0, 1e5, "arcsec"));
-    binary.position_angle_deg = reader.number_or("position_angle_deg", 0, within(-360, 360, "deg"));
-    if (reader.has("centre"))
-        binary.centre = static_cast<Binary::Centre>(reader.choice("centre", {"barycentre", "A", "B"}));
-    return binary;
-}
-
-Signal read_signal(const Reader &scene, size_t stars, double pixel_scale_arcsec) {
-    Signal signal;
-    if (!scene.has("signal"))
-        return signal;
-    const Reader reader = scene.object("signal");
-    reader.choice("kind", {"sinusoid"}, {"planet"});
-    reader.allow({"kind", "star", "amplitude_px", "amplitude_uas", "period_days", "phase_rad"});
-    if (reader.has("star"))
-        signal.star = reader.choice("star", {"A", "B"});
-    if (signal.star >= stars)
-        reader.refuse(Status::scene, "star", " = \"B\": the scene has star A only");
-    if (reader.has("amplitude_px") == reader.has("amplitude_uas"))
-        reader.refuse(Status::scene, "amplitude_px", ": give either amplitude_px or amplitude_uas");
-    if (reader.has("amplitude_px")) {
-        signal.amplitude_px = reader.number("amplitude_px", within(0, kLargestDisplacement, "px"));
-    } else {
-        const double microarcsec_per_px = pixel_scale_arcsec * 1e6;
-        const Range range = within(0, kLargestDisplacement * microarcsec_per_px, "uas");
-        signal.amplitude_px = reader.number("amplitude_uas", range) / microarcsec_per_px;
-    }
-    signal.period_days = reader.number("period_days", above(0, 1e9, "days"));
-    signal.phase_rad = reader.number_or("phase_rad", 0, within(-1e3, 1e3, "rad"));
-    return signal;
 }
 
 } // namespace toliman::optics

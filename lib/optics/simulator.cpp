@@ -6,12 +6,12 @@
 #include "backend/file.hpp"
 #include "base/workers.hpp"
 #include "kernels/poisson.hpp"
+#include "optics/wobble.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr size_t kLargestScene = size_t{256} * 1024;
 
 std::string folder_of(const std::string &path) {
@@ -61,11 +61,7 @@ double Simulator::time_days(int64_t k) const noexcept {
 }
 
 double Simulator::displacement_px(int64_t k) const noexcept {
-    const Signal &signal = scene_.signal;
-    if (signal.amplitude_px == 0)
-        return 0;
-    const double cycles = std::fmod(time_days(k), signal.period_days) / signal.period_days;
-    return signal.amplitude_px * std::sin(2 * kPi * cycles + signal.phase_rad);
+    return optics::displacement_px(scene_.signal, time_days(k));
 }
 
 void Simulator::propagate(double displacement_px, double *image) const {

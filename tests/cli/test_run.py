@@ -15,6 +15,7 @@ class ChapterRun(ProgramTest):
         result = json.loads(out)
         self.assertEqual(result["schema"], "toliman-run/1")
         self.assertEqual((result["scene"], result["seed"], result["frames"]), ("chapter", 3, 1095))
+        self.assertAlmostEqual(result["amplitude_uas"], 0.2, delta=1e-12)  # 1e-6 px of 0.2 arcsec
         self.assertAlmostEqual(result["crb_px"], 1.239e-6, delta=0.01e-6)
         self.assertLess(abs(result["period_days"] / 365 - 1), 0.04)  # one seed; the median of many is below 1.5 %
         self.assertLess(result["log10_fap"], -40)

@@ -31,6 +31,50 @@ class Schema(ProgramTest):
         (self.folder / "scene.json").write_text(json.dumps(scene))
         self.succeed("psf", "scene.json", "--out", "x.npy")
 
+    def test_orbits_and_planets(self):
+        """What the library takes and refuses of them, the schema does too."""
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["telescope"].update(pupil_samples=64)
+        scene["band"] = {"wavelength_nm": 575}
+        scene["detector"]["shape"] = [16, 16]
+        scene["binary"] = {"date": 2027.0, "orbit": "alpha-cen", "distance_pc": 1.33, "centre": "A"}
+        scene["stars"]["A"]["mass_sun"] = 1.0788
+        scene["signal"] = {"kind": "planet", "mass_earth": 1, "semi_major_au": 1.23}
+        elements = {"period_years": 80, "semi_major_arcsec": 9, "eccentricity": 0.5, "inclination_deg": 79}
+        elements.update(node_deg=25, periastron_deg=52, epoch=1955.6)
+        for good, group, changes in (
+            (True, "binary", {}),
+            (True, "binary", {"moving": False}),
+            (True, "binary", {"orbit": elements}),
+            (True, "signal", {"eccentricity": 0.9999, "argument_deg": -360, "phase_rad": 1000, "star": "A"}),
+            (False, "binary", {"orbit": "beta-cen"}),
+            (False, "binary", {"orbit": dict(elements, eccentricity=1)}),
+            (False, "binary", {"orbit": dict(elements, period_years=0)}),
+            (False, "binary", {"orbit": dict(elements, node_deg=361)}),
+            (False, "binary", {"orbit": dict(elements, inclination_deg=-1)}),
+            (False, "binary", {"orbit": {k: v for k, v in elements.items() if k != "epoch"}}),
+            (False, "binary", {"date": 10001}),
+            (False, "binary", {"separation_arcsec": 4}),
+            (False, "binary", {"position_angle_deg": 4}),
+            (False, "binary", {"moving": 1}),
+            (False, "binary", {"distance_pc": 0}),
+            (False, "signal", {"mass_earth": -1}),
+            (False, "signal", {"semi_major_au": 0}),
+            (False, "signal", {"eccentricity": 1}),
+            (False, "signal", {"argument_deg": 361}),
+            (False, "signal", {"phase_rad": 1001}),
+            (False, "signal", {"kind": "none"}),
+        ):
+            changed = copy.deepcopy(scene)
+            changed[group].update(changes)
+            with self.subTest(group=group, changes=changes):
+                self.assertEqual(self.validator.is_valid(changed), good)
+                (self.folder / "scene.json").write_text(json.dumps(changed))
+                if good:
+                    self.succeed("psf", "scene.json", "--out", "good.npy")
+                else:
+                    self.refuse(2, "scene.json: " + group, arguments=("psf", "scene.json", "--out", "x.npy"))
+
     def test_both_refuse(self):
         chapter = json.loads((SCENES / "chapter.json").read_text())
 

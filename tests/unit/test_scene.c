@@ -7,22 +7,22 @@ static void refused(const char *json, size_t size, toliman_status code, const ch
     assert_null(sim);
 }
 
-/* One place of the binary scene replaced. */
+/* One place of a scene replaced. */
 typedef struct {
     const char *from, *to;
     toliman_status code;
     const char *message;
 } change;
 
-static void check_changes(const change *changes, size_t count) {
+static void check_changes(const char *scene, const change *changes, size_t count) {
     for (size_t i = 0; i < count; i++) {
-        char *const text = replaced(kBinaryScene, changes[i].from, changes[i].to);
+        char *const text = replaced(scene, changes[i].from, changes[i].to);
         refused(text, strlen(text), changes[i].code, changes[i].message);
         free(text);
     }
 }
 
-#define CHECK(changes) check_changes(changes, sizeof(changes) / sizeof *(changes))
+#define CHECK(changes) check_changes(kBinaryScene, changes, sizeof(changes) / sizeof *(changes))
 
 static void impossible_values(void **state) {
     (void)state;
@@ -133,14 +133,87 @@ static void not_built_yet(void **state) {
          "detector.pixel = \"integrated\": not supported yet"},
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bit_depth\": 12", TOLIMAN_E_UNSUPPORTED,
          "detector.bit_depth: not supported yet"},
-        {"\"kind\": \"sinusoid\"", "\"kind\": \"planet\"", TOLIMAN_E_UNSUPPORTED, "signal.kind = \"planet\": not"},
         {"\"interval_days\": 2", "\"times_days\": [1, 2]", TOLIMAN_E_UNSUPPORTED, "cadence.times_days: not"},
-        {"\"separation_arcsec\": 4", "\"date\": 2027.0", TOLIMAN_E_UNSUPPORTED, "binary.date: not supported yet"},
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
+         "\"date\": 2027.0, \"orbit\": \"alpha-cen\", \"moving\": true", TOLIMAN_E_UNSUPPORTED,
+         "scene: binary.moving = true: not supported yet"},
         {"\"noise\"", "\"systematics\": {}, \"noise\"", TOLIMAN_E_UNSUPPORTED, "systematics: not supported yet"},
         {"\"noise\"", "\"preprocess\": {\"project\": [\"roll\"]}, \"noise\"", TOLIMAN_E_UNSUPPORTED,
          "preprocess.project: \"roll\": not supported yet"},
     };
     CHECK(changes);
+}
+
+/* The binary scene with its places from an orbit: elements with one place replaced. */
+static const char *const kElements =
+    "{\"period_years\": 80, \"semi_major_arcsec\": 10, \"eccentricity\": 0.5, \"inclination_deg\": 30,"
+    " \"node_deg\": 40, \"periastron_deg\": 50, \"epoch\": 1955}";
+
+static void impossible_orbits(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"date\": 2027, ", "", TOLIMAN_E_SCENE, "scene: binary.date: is missing"},
+        {"\"date\": 2027", "\"date\": 1e5", TOLIMAN_E_SCENE, "binary.date = 100000: must be in [-10000, 10000] years"},
+        {"\"date\": 2027", "\"date\": 2027, \"separation_arcsec\": 4", TOLIMAN_E_SCENE,
+         "binary.separation_arcsec: give either separation_arcsec or date and orbit"},
+        {"\"date\": 2027", "\"date\": 2027, \"offsets_px\": {\"A\": [0, 0], \"B\": [1, 1]}", TOLIMAN_E_SCENE,
+         "binary.date: unknown key"},
+        {"\"date\": 2027", "\"date\": 2027, \"position_angle_deg\": 4", TOLIMAN_E_SCENE,
+         "binary.position_angle_deg: unknown key"},
+        {"\"date\": 2027", "\"date\": 2027, \"moving\": 1", TOLIMAN_E_SCENE, "moving = 1: must be true or false"},
+        {kElements, "\"beta-cen\"", TOLIMAN_E_SCENE, "binary.orbit = \"beta-cen\": must be one of \"alpha-cen\""},
+        {kElements, "7", TOLIMAN_E_SCENE, "binary.orbit = 7: must be a text"},
+        {"\"period_years\": 80", "\"period_years\": 0", TOLIMAN_E_SCENE,
+         "binary.orbit.period_years = 0: must be in (0, 1000000] years"},
+        {"\"period_years\": 80", "\"period_days\": 80", TOLIMAN_E_SCENE,
+         "binary.orbit.period_days: unknown key; did you mean \"period_years\"?"},
+        {"\"eccentricity\": 0.5", "\"eccentricity\": 1", TOLIMAN_E_SCENE,
+         "binary.orbit.eccentricity = 1: must be in [0, 0.9999]"},
+        {"\"inclination_deg\": 30", "\"inclination_deg\": 181", TOLIMAN_E_SCENE,
+         "inclination_deg = 181: must be in [0, 180] deg"},
+        {", \"epoch\": 1955", "", TOLIMAN_E_SCENE, "binary.orbit.epoch: is missing"},
+        {"\"semi_major_arcsec\": 10", "\"semi_major_arcsec\": 5000", TOLIMAN_E_SCENE, "or the frame shows aliases"},
+    };
+    char binary[400];
+    snprintf(binary, sizeof binary, "\"date\": 2027, \"orbit\": %s", kElements);
+    char *const scene = replaced(kBinaryScene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", binary);
+    toliman_sim_destroy(sim_of(scene));
+    check_changes(scene, changes, sizeof changes / sizeof *changes);
+    free(scene);
+}
+
+static void impossible_planets(void **state) {
+    (void)state;
+    const change changes[] = {
+        {", \"mass_sun\": 0.9", "", TOLIMAN_E_SCENE, "scene: signal.kind = \"planet\": needs stars.B.mass_sun"},
+        {", \"distance_pc\": 1.33", "", TOLIMAN_E_SCENE, "signal.kind = \"planet\": needs binary.distance_pc"},
+        {"\"mass_sun\": 0.9", "\"mass_sun\": 0", TOLIMAN_E_SCENE,
+         "stars.B.mass_sun = 0: must be in (0, 1000] solar masses"},
+        {"\"distance_pc\": 1.33", "\"distance_pc\": -1", TOLIMAN_E_SCENE,
+         "binary.distance_pc = -1: must be in (0, 1000000] pc"},
+        {"\"mass_earth\": 1, ", "", TOLIMAN_E_SCENE, "signal.mass_earth: is missing"},
+        {"\"mass_earth\": 1", "\"mass_earth\": -1", TOLIMAN_E_SCENE,
+         "signal.mass_earth = -1: must be in [0, 1000000] Earth masses"},
+        {"\"mass_earth\": 1", "\"mass_earth\": 1e4", TOLIMAN_E_SCENE,
+         "signal.mass_earth = 10000: moves star B by up to 0.182 px: at most 0.1 px are allowed"},
+        {"\"semi_major_au\": 1", "\"semi_major_au\": 0", TOLIMAN_E_SCENE, "must be in [1e-06, 10000] au"},
+        {"\"eccentricity\": 0.5", "\"eccentricity\": 1", TOLIMAN_E_SCENE,
+         "signal.eccentricity = 1: must be in [0, 0.9999]"},
+        {"\"eccentricity\": 0.5", "\"amplitude_px\": 1", TOLIMAN_E_SCENE, "signal.amplitude_px: unknown key"},
+        {"\"star\": \"B\"", "\"star\": \"C\"", TOLIMAN_E_SCENE, "signal.star = \"C\": must be one of"},
+        {"\"kind\": \"planet\"", "\"kind\": \"none\"", TOLIMAN_E_SCENE, "signal.star: unknown key"},
+        {"\"kind\": \"planet\"", "\"kind\": \"moon\"", TOLIMAN_E_SCENE,
+         "signal.kind = \"moon\": must be one of \"none\", \"sinusoid\", \"planet\""},
+    };
+    char *scene = replaced(kBinaryScene, "5260}}", "5260}, \"mass_sun\": 0.9}");
+    scene = replaced_again(scene, "\"position_angle_deg\": 30", "\"position_angle_deg\": 30, \"distance_pc\": 1.33");
+    scene =
+        replaced_again(scene, "\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40",
+                       "\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 1, \"semi_major_au\": 1,"
+                       " \"eccentricity\": 0.5");
+    toliman_sim_destroy(sim_of(scene));
+    check_changes(scene, changes, sizeof changes / sizeof *changes);
+    free(scene);
 }
 
 static void text_that_is_no_json(void **state) {
@@ -313,7 +386,9 @@ static void tables_are_read_and_refused(void **state) {
         toliman_status code;
         const char *message;
     } bad[] = {
-        {"wavelength_nm,flux\n540,1\n590,1\n", TOLIMAN_E_SCENE, "band: 550 to 600 nm is not within"},
+        {"wavelength_nm,flux\n540,1\n590,1\n", TOLIMAN_E_SCENE, "scene: band: 550 to 600 nm is not within"},
+        {"540,1\n590,1\n", TOLIMAN_E_SCENE, "star.csv, 540 to 590 nm"},
+        {"560.5,1\n650,1\n", TOLIMAN_E_SCENE, "star.csv, 560.5 to 650 nm"},
         {"540,1\n530,1\n", TOLIMAN_E_FORMAT, "line 2: wavelengths must increase"},
         {"540,1\n\n600,-1\n", TOLIMAN_E_FORMAT, "line 3: flux = -1: must be finite"},
         {"540,1\n600\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
@@ -370,6 +445,8 @@ int main(void) {
         cmocka_unit_test(unknown_keys),
         cmocka_unit_test(zernikes_have_an_index),
         cmocka_unit_test(not_built_yet),
+        cmocka_unit_test(impossible_orbits),
+        cmocka_unit_test(impossible_planets),
         cmocka_unit_test(text_that_is_no_json),
         cmocka_unit_test(names_are_utf8),
         cmocka_unit_test(masks_are_read),

@@ -159,6 +159,31 @@ static void energy_is_conserved(void **state) {
     free(text);
 }
 
+/* Photons are counted before the frame is cut out: a smaller frame holds the same pixels and less light. */
+static void cropping_loses_light(void **state) {
+    (void)state;
+    char *whole = replaced(kBinaryScene, "\"relative_flux\": 3", "\"photons_per_s\": 3e4");
+    whole = replaced_again(whole, "5260}}", "5260}, \"photons_per_s\": 1e4}");
+    whole = replaced_again(whole, "\"peak_photons\": 1e5", "\"exposure_s\": 100");
+    toliman_sim *const large = sim_of(whole), *const small = sim_with(whole, "[64, 64]", "[32, 32]");
+    double *const of_large = image_of(large, TOLIMAN_IMAGE_BOTH), *const of_small = image_of(small, TOLIMAN_IMAGE_BOTH);
+    for (int row = 0; row < 32; row++)
+        for (int col = 0; col < 32; col++)
+            assert_close(of_small[row * 32 + col], of_large[(row + 16) * 64 + col + 16], 1e-9, 1e-9);
+    double wavelength[5], a[5], b[5], photons = 0;
+    assert_ok(toliman_sim_get_spectrum(small, 5, wavelength, a, b));
+    for (int i = 0; i < 5; i++)
+        photons += a[i] + b[i];
+    assert_close(photons, 4e4 * 100, 1e-14, 0);
+    assert_true(info_of(small).total_photons < info_of(large).total_photons);
+    assert_true(info_of(large).total_photons < photons);
+    free(of_large);
+    free(of_small);
+    toliman_sim_destroy(large);
+    toliman_sim_destroy(small);
+    free(whole);
+}
+
 /* Uniform steps with half weights at the ends, photons of a black body, and the flux ratio over the band. */
 static void spectrum_is_a_trapezium(void **state) {
     (void)state;
@@ -251,7 +276,7 @@ int main(void) {
         cmocka_unit_test(angles_have_signs),   cmocka_unit_test(displacement_lengthens_the_separation),
         cmocka_unit_test(energy_is_conserved), cmocka_unit_test(spectrum_is_a_trapezium),
         cmocka_unit_test(lines_are_exact),     cmocka_unit_test(pupil_is_what_the_scene_says),
-        cmocka_unit_test(series_of_times),
+        cmocka_unit_test(series_of_times),     cmocka_unit_test(cropping_loses_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,6 +46,7 @@ Json result_json(const Scene &scene, const Experiment &experiment) {
     json.set("schema", "toliman-run/1").set("version", toliman_version());
     json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", static_cast<double>(experiment.seed));
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
+    json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
     json.set("crb_flux_shift_px", info.crb_flux_shift_px).set("crb_projected_px", info.crb_projected_px);
     json.set("latent_sigma_px", experiment.latent.sigma_px);

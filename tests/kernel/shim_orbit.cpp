@@ -1,0 +1,22 @@
+#include <cstring>
+
+#include "optics/light.hpp"
+#include "optics/orbit.hpp"
+
+using namespace toliman::optics;
+
+extern "C" {
+
+void shim_alpha_cen(double date, double *separation_arcsec, double *position_angle_deg) {
+    const Place place = place_on(kAlphaCen, date - kAlphaCen.epoch);
+    *separation_arcsec = place.separation_arcsec;
+    *position_angle_deg = place.position_angle_deg;
+}
+
+// {Ax, Ay, Bx, By} of a scene, days after its time 0.
+void shim_offsets(const char *json, double days, double *offsets_px) {
+    const Scene scene = read_scene(json, "scene", ".");
+    const Offsets offsets = offsets_at(scene, make_light(scene), days);
+    std::memcpy(offsets_px, offsets.data(), sizeof offsets);
+}
+}

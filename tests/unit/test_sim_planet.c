@@ -1,0 +1,144 @@
+/* A planet as the signal: its star's reflex, the sinusoid it becomes on a circular orbit, and no signal at all. */
+#include <stdio.h>
+
+#include "scene_text.h"
+
+static const double kPi = 3.14159265358979323846;
+static const char *const kSinusoid =
+    "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}";
+
+/* The binary scene at 0.375 arcsec/px and 1.33 pc, with the masses of alpha Centauri. */
+static toliman_sim *sim_with_signal(const char *signal) {
+    char *text = replaced(kBinaryScene, "\"relative_flux\": 3}", "\"relative_flux\": 3, \"mass_sun\": 1.0788}");
+    text = replaced_again(text, "5260}}", "5260}, \"mass_sun\": 0.9092}");
+    text = replaced_again(text, "\"position_angle_deg\": 30", "\"position_angle_deg\": 30, \"distance_pc\": 1.33");
+    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.375");
+    text = replaced_again(text, kSinusoid, signal);
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    return sim;
+}
+
+/* An Earth in the habitable zone of either star. The axes are rounded to 0.01 au, 0.4 % and 0.7 %, and so are the
+ * figures known of them; 0.705 au gives B's. */
+static void earths_of_alpha_centauri(void **state) {
+    (void)state;
+    const struct {
+        const char *star, *axis;
+        double years, uas, px;
+    } cases[] = {{"A", "1.23", 1.31, 2.57, 6.86e-6}, {"B", "0.705", 0.62, 1.75, 4.67e-6}};
+    for (int i = 0; i < 2; i++) {
+        char signal[200];
+        snprintf(signal, sizeof signal,
+                 "{\"kind\": \"planet\", \"star\": \"%s\", \"mass_earth\": 1, \"semi_major_au\": %s}", cases[i].star,
+                 cases[i].axis);
+        toliman_sim *const sim = sim_with_signal(signal);
+        const toliman_sim_info info = info_of(sim);
+        assert_close(info.period_days / 365.25, cases[i].years, 0, 0.005);
+        assert_close(info.amplitude_uas, cases[i].uas, 0, 0.005);
+        assert_close(info.amplitude_px, cases[i].px, 0, 0.01e-6);
+        assert_close(info.amplitude_px, info.amplitude_uas / 0.375e6, 1e-14, 0);
+        /* Solar units: a year and an au for a Sun; the Earth is 3.00349e-6 of it. */
+        const double mass = i == 0 ? 1.0788 : 0.9092, earth = 3.00349e-6, axis = atof(cases[i].axis);
+        assert_close(info.period_days, 365.25690 * sqrt(axis * axis * axis / (mass + earth)), 1e-8, 0);
+        assert_close(info.amplitude_uas, 1e6 * earth / (mass + earth) * axis / 1.33, 1e-6, 0);
+        toliman_sim_destroy(sim);
+    }
+}
+
+/* On a circular orbit phase and argument add up to the sinusoid's phase, and nothing else is different. */
+static void a_circular_orbit_is_a_sinusoid(void **state) {
+    (void)state;
+    char sinusoid[300];
+    toliman_sim *const circular = sim_with_signal(
+        "{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"phase_rad\": 0.7}");
+    toliman_sim *const turned =
+        sim_with_signal("{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3,"
+                        " \"eccentricity\": 0, \"argument_deg\": 90, \"phase_rad\": 0.7}");
+    const toliman_sim_info info = info_of(circular);
+    snprintf(sinusoid, sizeof sinusoid,
+             "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": %.17g, \"period_days\": %.17g,"
+             " \"phase_rad\": 0.7}",
+             info.amplitude_px, info.period_days);
+    toliman_sim *const same = sim_with_signal(sinusoid);
+    double times[100], of_planet[100], of_turned[100], of_sinusoid[100];
+    assert_ok(toliman_sim_get_series(circular, 0, 100, times, of_planet));
+    assert_ok(toliman_sim_get_series(turned, 0, 100, NULL, of_turned));
+    assert_ok(toliman_sim_get_series(same, 0, 100, NULL, of_sinusoid));
+    for (int i = 0; i < 100; i++) {
+        assert_close(of_planet[i], of_sinusoid[i], 0, 0);
+        const double mean = 2 * kPi * times[i] / info.period_days + 0.7;
+        assert_close(of_planet[i], info.amplitude_px * sin(mean), 0, 1e-14 * info.amplitude_px);
+        assert_close(of_turned[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
+    }
+    assert_close(info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
+    toliman_sim_destroy(circular);
+    toliman_sim_destroy(turned);
+    toliman_sim_destroy(same);
+}
+
+/* The smallest eccentricities go over into the circle. */
+static void eccentricity_is_continuous(void **state) {
+    (void)state;
+    const char *const form = "{\"kind\": \"planet\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"eccentricity\": %s,"
+                             " \"argument_deg\": 40, \"phase_rad\": -2}";
+    double circle[100], ellipse[100];
+    for (int i = 0; i < 2; i++) {
+        char signal[200];
+        snprintf(signal, sizeof signal, form, i == 0 ? "0" : "1e-13");
+        toliman_sim *const sim = sim_with_signal(signal);
+        assert_ok(toliman_sim_get_series(sim, 0, 100, NULL, i == 0 ? circle : ellipse));
+        toliman_sim_destroy(sim);
+    }
+    for (int i = 0; i < 100; i++)
+        assert_close(ellipse[i], circle[i], 0, 1e-12 * 1e-3);
+}
+
+/* kind none: the same as no signal at all. */
+static void no_signal(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_with_signal("{\"kind\": \"none\"}");
+    const toliman_sim_info info = info_of(sim);
+    assert_close(info.amplitude_px + info.amplitude_uas + info.period_days, 0, 0, 0);
+    assert_close(info.min_displacement_px, 0, 0, 0);
+    assert_close(info.max_displacement_px, 0, 0, 0);
+    toliman_sim_destroy(sim);
+}
+
+/* A single star may have a planet too; it moves along x. */
+static void a_single_star_has_a_planet(void **state) {
+    (void)state;
+    char *text = replaced(kSingleScene, "5790}}", "5790}, \"mass_sun\": 1}");
+    text = replaced_again(text, "{\"A\": [0, 0]}}",
+                          "{\"A\": [0, 0]}, \"distance_pc\": 2},"
+                          " \"signal\": {\"kind\": \"planet\", \"mass_earth\": 1, \"semi_major_au\": 1}");
+    toliman_sim *const sim = sim_of(text);
+    assert_close(info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
+    assert_close(info_of(sim).period_days, 365.2563, 1e-6, 0);
+    toliman_sim_destroy(sim);
+    free(text);
+}
+
+/* A caller who knows the struct as it was before amplitude_uas. */
+static void an_older_info(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    toliman_sim_info info;
+    memset(&info, 0x5a, sizeof info);
+    info.struct_size = offsetof(toliman_sim_info, amplitude_uas);
+    const double before = info.amplitude_uas;
+    assert_ok(toliman_sim_get_info(sim, &info));
+    assert_close(info.amplitude_px, 1e-3, 0, 0);
+    assert_memory_equal(&info.amplitude_uas, &before, sizeof before);
+    assert_close(info_of(sim).amplitude_uas, 1e-3 * 0.2e6, 1e-14, 0);
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(earths_of_alpha_centauri),   cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
+        cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
+        cmocka_unit_test(a_single_star_has_a_planet), cmocka_unit_test(an_older_info),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
