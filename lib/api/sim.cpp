@@ -8,6 +8,7 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
 
@@ -157,6 +158,8 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
     return api::guard([&] {
         api::required(json, "json");
         api::required(out, "out");
+        if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
+            fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
         const bool here = folder == nullptr || *folder == '\0';
         *out = new toliman_sim{
             optics::Simulator(std::string(json, size), "scene", here ? "." : folder, settings_of(options))};

@@ -9,6 +9,7 @@
 namespace toliman::optics {
 
 constexpr double kLargestDisplacement = 0.1; // px; the order-2 series holds up to here
+constexpr double kFewestPhotons = 1e-6;      // in the brightest pixel; far below any use, far above underflow
 
 struct Struts {
     int count = 0;
@@ -91,8 +92,8 @@ enum class Nuisance { flux_a, flux_b, shift_x, shift_y };
 const char *name_of(Nuisance nuisance) noexcept;
 
 struct Scene {
-    std::string source; // how messages call the scene: its path as given
-    std::string name;
+    std::string source;  // how messages call the scene: its path as given
+    std::string name;    // as base/name.hpp allows, or ""
     uint64_t digest = 0; // FNV-1a of the JSON text
     Telescope telescope;
     std::optional<Band> band;

@@ -124,7 +124,7 @@ Binary read_binary(const Reader &scene, size_t stars) {
     reader.allow({"separation_arcsec", "position_angle_deg", "centre", "offsets_px"}, {"date", "orbit", "distance_pc"});
     if (stars == 1)
         scene.refuse(Status::scene, "binary", ": a single star takes offsets_px only");
-    binary.separation_arcsec = reader.number("separation_arcsec", above(0, 1e5, "arcsec"));
+    binary.separation_arcsec = reader.number("separation_arcsec", within(1e-6, 1e5, "arcsec"));
     binary.position_angle_deg = reader.number_or("position_angle_deg", 0, within(-360, 360, "deg"));
     if (reader.has("centre"))
         binary.centre = static_cast<Binary::Centre>(reader.choice("centre", {"barycentre", "A", "B"}));

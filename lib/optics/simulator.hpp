@@ -46,6 +46,7 @@ class Simulator {
     FrameModel frame_model() const;
 
   private:
+    void check_use() const;
     double predict_truncation() const;
 
     Scene scene_;
