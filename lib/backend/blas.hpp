@@ -1,6 +1,5 @@
-// OpenBLAS: the GEMMs and the facts about its kernels.
+// OpenBLAS: the GEMM and the facts about its kernels.
 #pragma once
-#include <complex>
 #include <cstddef>
 
 namespace toliman::blas {
@@ -16,8 +15,6 @@ Facts facts() noexcept;
 double measure_gflops();
 
 // C (m x n, row stride ldc) = op(A) B, A is m x k (or k x m when transposed), B is k x n (or n x k when transposed).
-void zgemm(bool transpose_a, bool transpose_b, size_t m, size_t n, size_t k, const std::complex<double> *a, size_t lda,
-           const std::complex<double> *b, size_t ldb, std::complex<double> *c, size_t ldc);
 void dgemm(bool transpose_a, bool transpose_b, size_t m, size_t n, size_t k, const double *a, size_t lda,
            const double *b, size_t ldb, double *c, size_t ldc);
 
