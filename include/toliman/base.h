@@ -30,7 +30,7 @@ typedef int32_t toliman_status;
 #define TOLIMAN_OK 0
 #define TOLIMAN_E_INTERNAL 1    /* a bug in the library */
 #define TOLIMAN_E_ARGUMENT 2    /* NULL, NaN or otherwise impossible argument */
-#define TOLIMAN_E_MEMORY 3      /* out of memory */
+#define TOLIMAN_E_MEMORY 3      /* out of memory or another resource of the system */
 #define TOLIMAN_E_NOT_FOUND 4   /* an input file is missing or cannot be read */
 #define TOLIMAN_E_FORMAT 5      /* an input file or blob is malformed, truncated or corrupt */
 #define TOLIMAN_E_SCENE 6       /* a scene says something impossible */

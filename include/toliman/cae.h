@@ -16,7 +16,8 @@ typedef struct toliman_cae toliman_cae;
 
 /* Network of the `flight` layout with random weights drawn from seed, preprocessing taken from the scene; sim is not
  * kept. Its latent is scaled to pixels along the scene's signal, so that it may be encoded with as it is: the untrained
- * control. TOLIMAN_E_UNSUPPORTED when frames are smaller than 256x256. The caller destroys *out. Since 0.1. */
+ * control. TOLIMAN_E_UNSUPPORTED when frames are smaller than 256x256, TOLIMAN_E_SCENE when the nuisances of
+ * preprocess.project leave nothing of the signal's derivative. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;
 
@@ -44,8 +45,8 @@ typedef struct toliman_cae_training {
 /* Tied training from the network's own seed: the linear decoder, whose kernels are the encoder's transposed, is fitted
  * to the whitened derivative image; then both halves are scaled so that the latent is the separation in px. Needs no
  * data set and no noise. options and report may be NULL. Runs on the caller's thread. TOLIMAN_E_CANCELLED,
- * TOLIMAN_E_RANGE when a learning rate makes it diverge, TOLIMAN_E_STATE when the scene has no signal: the network is
- * as before. Since 0.1. */
+ * TOLIMAN_E_RANGE when a learning rate makes it diverge, TOLIMAN_E_STATE when a loaded network has no signal to be
+ * trained on: the network is as before. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
@@ -73,7 +74,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 
 /* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
  * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
- * displacements; ELU bends it to 0.998 at 1e-4 px, 0.98 at 1e-3 and 0.86 at 1e-2. Allocates nothing that
+ * displacements; ELU bends latent over displacement to 0.998 at 1e-4 px, 0.984 at 1e-3 and 0.859 at 1e-2, and to 0.999,
+ * 0.988 and 0.897 at the same negative ones (chapter's scene). Allocates nothing that
  * lasts. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
@@ -85,7 +87,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toli
                                                                       double *latents_px) TOLIMAN_NOEXCEPT;
 
 /* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
- * px; linear in it up to 1 px. |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT. Since 0.1. */
+ * px; linear in it up to 1 px. |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT; TOLIMAN_E_RANGE when a loaded network's
+ * weights are so large that it overflows. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
@@ -98,7 +101,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const tolim
  * mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean
  * squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03,
  * over the pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone
- * leaves. With any of the three a constant frame is TOLIMAN_E_ARGUMENT. Since 0.1. */
+ * leaves. With any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode;
+ * TOLIMAN_E_RANGE also for counts so far from the scene's that their latent is beyond 1e6 px or a result overflows.
+ * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
                                                                       size_t counts_stride, double *image,
                                                                       size_t stride, double *mmse, double *mssim,

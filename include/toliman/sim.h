@@ -63,20 +63,21 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Facts of a ready scene. Since 0.1. */
 typedef struct toliman_sim_info {
-    uint32_t struct_size;     /* in: sizeof(toliman_sim_info) */
-    int32_t wavelengths;      /* samples of the spectrum */
-    int64_t rows, cols;       /* of a frame */
-    int64_t frames;           /* of the cadence */
-    int64_t pupil_samples;    /* N of the N x N pupil */
-    uint64_t seed;            /* noise.seed of the scene */
-    double amplitude_px;      /* of the signal; 0 without one. A planet's: semi-major axis of its star's orbit */
-    double period_days;       /* of the signal; 0 without one */
-    double separation_px;     /* 0 for a single star */
-    double flux_ratio;        /* photons of A over photons of B; 0 for a single star */
-    double peak_photons;      /* brightest pixel of the mean frame */
-    double total_photons;     /* in the frame */
-    double crb_px;            /* Cramer-Rao bound of the separation a frame, all else known */
-    double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown; may be infinite */
+    uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
+    int32_t wavelengths;   /* samples of the spectrum */
+    int64_t rows, cols;    /* of a frame */
+    int64_t frames;        /* of the cadence */
+    int64_t pupil_samples; /* N of the N x N pupil */
+    uint64_t seed;         /* noise.seed of the scene */
+    double amplitude_px;   /* of the signal; 0 without one. A planet's: semi-major axis of its star's orbit */
+    double period_days;    /* of the signal; 0 without one */
+    double separation_px;  /* 0 for a single star */
+    double flux_ratio;     /* photons of A over photons of B; 0 for a single star */
+    double peak_photons;   /* brightest pixel of the mean frame */
+    double total_photons;  /* in the frame */
+    /* Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it */
+    double crb_px;            /* all else known; finite where the scene has a signal */
+    double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
     double crb_projected_px;  /* the same with exactly preprocess.project unknown; the yardstick of efficiency */
     double truncation;        /* predicted error of the order-2 series, largest pixel over that of the signal, at the
                                  signal's largest displacement; above the scene's accuracy it is logged as a warning */

@@ -43,11 +43,15 @@ inline void destroy_linear(toliman_linear *linear) {
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
+inline void destroy_track(toliman_track *track) {
+    toliman_track_destroy(track);
+}
 
 using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
 using periodogram = handle<toliman_period, destroy_period>;
+using frame_index = handle<toliman_track, destroy_track>;
 
 // Calls create(arguments..., &object) and owns the object.
 template <class Handle, class Create, class... Arguments> Handle make(Create create, Arguments... arguments) {

@@ -17,7 +17,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_DUPLICATE 1 /* seen with the same bytes */
 #define TOLIMAN_TRACK_CONFLICT 2  /* seen with other bytes; stays so for every later arrival of the key */
 
-/* Index for at most `capacity` frames, 1 ... 2^32; about 32 bytes a frame, all taken here. The caller destroys *out.
+/* Index for at most `capacity` frames, 1 ... 2^32; 36 bytes a frame, all taken here. The caller destroys *out.
  * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(int64_t capacity,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;

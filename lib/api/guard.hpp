@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <new>
+#include <system_error>
 
 #include <toliman/base.h>
 
@@ -20,6 +21,9 @@ template <class Body> toliman_status guard(Body &&body) noexcept {
         return static_cast<toliman_status>(error.status());
     } catch (const std::bad_alloc &) {
         set_last_error("out of memory");
+        return TOLIMAN_E_MEMORY;
+    } catch (const std::system_error &error) {
+        set_last_error(error.what());
         return TOLIMAN_E_MEMORY;
     } catch (const std::exception &error) {
         set_last_error(error.what());

@@ -9,6 +9,7 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
 
@@ -21,7 +22,6 @@ using toliman::Status;
 namespace {
 
 constexpr size_t kOldestOptions = sizeof(toliman_sim_options), kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
-constexpr double kFarthest = 100; // px, of a propagated displacement
 
 toliman_sim_options default_options() noexcept {
     toliman_sim_options options = {};
@@ -159,6 +159,8 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
     return api::guard([&] {
         api::required(json, "json");
         api::required(out, "out");
+        if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
+            fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
         const bool here = folder == nullptr || *folder == '\0';
         *out = new toliman_sim{
             optics::Simulator(std::string(json, size), "scene", here ? "." : folder, settings_of(options))};
@@ -241,7 +243,7 @@ toliman_status toliman_sim_get_offsets(const toliman_sim *sim, double offsets_px
 toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px, double *image,
                                      size_t stride) noexcept {
     return api::guard([&] {
-        check_displacement(displacement_px, kFarthest);
+        check_displacement(displacement_px, optics::kFarthestDisplacement);
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.propagate(displacement_px, whole);
         });
@@ -261,7 +263,7 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
 toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px, uint64_t seed, int64_t k,
                                  double *image, size_t stride) noexcept {
     return api::guard([&] {
-        check_displacement(displacement_px, optics::kLargestDisplacement);
+        check_displacement(displacement_px, simulator_of(sim).largest_displacement_px());
         if (k < 0)
             fail(Status::range, "k = %lld: must be at least 0", static_cast<long long>(k));
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
@@ -281,7 +283,7 @@ toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed, int
             return;
         api::required(images, "images");
         for (size_t i = 0; own && i < count; i++)
-            check_displacement(displacements_px[i], optics::kLargestDisplacement);
+            check_displacement(displacements_px[i], simulator.largest_displacement_px());
         make_frames(simulator, seed, first, count, displacements_px, threads, images);
     });
 }

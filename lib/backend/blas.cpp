@@ -24,18 +24,28 @@ void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size
                 1.0, a, length(lda), b, length(ldb), 0.0, c, length(ldc));
 }
 
-double measure_gflops() {
-    constexpr size_t n = 512;
-    const Buffer<double> a(n * n, 1.0), b(n * n, 0.5);
-    Buffer<double> c(n * n);
+namespace {
+// Best of some products of m x k and k x n.
+double measure(size_t m, size_t n, size_t k, int times) {
+    const Buffer<double> a(m * k, 1.0), b(k * n, 0.5);
+    Buffer<double> c(m * n);
     double best = 0;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < times; i++) {
         const auto start = std::chrono::steady_clock::now();
-        dgemm(false, n, n, n, a.data(), n, b.data(), n, c.data(), n);
+        dgemm(false, m, n, k, a.data(), k, b.data(), n, c.data(), n);
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        best = std::max(best, 2e-9 * n * n * n / seconds.count());
+        best = std::max(best, 2e-9 * static_cast<double>(m * n * k) / seconds.count());
     }
     return best;
+}
+} // namespace
+
+double measure_gflops() {
+    return measure(512, 512, 512, 8);
+}
+
+double measure_tile_gflops() {
+    return measure(64, 32, 128, 100);
 }
 
 } // namespace toliman::blas

@@ -1,4 +1,4 @@
-// OpenBLAS: the GEMMs and the facts about its kernels.
+// OpenBLAS: the GEMM and the facts about its kernels.
 #pragma once
 #include <cstddef>
 
@@ -13,6 +13,9 @@ Facts facts() noexcept;
 
 // Best of a few 512^3 products, in GFLOP/s.
 double measure_gflops();
+
+// The same of 64 x 32 x 128, the tiles that larger products are cut into; a millisecond.
+double measure_tile_gflops();
 
 // C (m x n, row stride ldc) = op(A) B; A is m x k (or k x m when transposed), B is k x n.
 void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb,

@@ -14,6 +14,8 @@ namespace toliman::file {
 
 namespace {
 
+constexpr int kMostTemporaries = 100;
+
 class Descriptor {
   public:
     explicit Descriptor(int number) noexcept : number_(number) {}
@@ -41,6 +43,19 @@ std::string folder_of(const std::string &path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
+// A new file beside target, whose name is left in `temporary`; negative with errno on failure. Names that are taken, by
+// other writers or by some that died, are passed over. The umask of the process applies.
+int open_beside(const std::string &target, std::string &temporary) {
+    int descriptor = -1;
+    for (int i = 0; i < kMostTemporaries; i++) {
+        temporary = target + "." + std::to_string(i) + ".tmp";
+        descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (descriptor >= 0 || errno != EEXIST)
+            break;
+    }
+    return descriptor;
+}
+
 bool write_all(int descriptor, const void *data, size_t size) noexcept {
     const auto *next = static_cast<const uint8_t *>(data);
     while (size > 0) {
@@ -59,7 +74,8 @@ bool write_all(int descriptor, const void *data, size_t size) noexcept {
 } // namespace
 
 std::vector<uint8_t> read(const std::string &path, size_t limit) {
-    Descriptor input(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    // Opening a pipe would otherwise wait for a writer; regular files know no waiting.
+    Descriptor input(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     if (input.get() < 0)
         fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
     struct stat facts = {};
@@ -85,25 +101,29 @@ std::vector<uint8_t> read(const std::string &path, size_t limit) {
 
 void replace(const std::string &path, const void *data, size_t size) {
     struct stat facts = {};
-    if (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode))
+    const bool exists = ::stat(path.c_str(), &facts) == 0;
+    if (exists && !S_ISREG(facts.st_mode))
         fail(Status::write, "%s: cannot be written: not a regular file", path.c_str());
     // A symbolic link keeps standing: its target is replaced.
     const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
     const std::string target = real ? real.get() : path;
-    // The thread's number makes the name unique among live writers; the umask of the process applies.
-    const std::string temporary = target + "." + std::to_string(::gettid()) + ".tmp";
-    Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
+    // Opened first: after the renaming nothing but its sync can fail.
+    Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (folder.get() < 0)
+        fail(Status::write, "%s: cannot be written: its folder cannot be opened: %s", path.c_str(),
+             std::strerror(errno));
+    std::string temporary;
+    Descriptor output(open_beside(target, temporary));
     if (output.get() < 0)
-        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
-    if (!write_all(output.get(), data, size) || ::fsync(output.get()) != 0 || output.close() != 0 ||
-        ::rename(temporary.c_str(), target.c_str()) != 0) {
+        fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
+    if ((exists && ::fchmod(output.get(), facts.st_mode & 0777) != 0) || !write_all(output.get(), data, size) ||
+        ::fsync(output.get()) != 0 || output.close() != 0 || ::rename(temporary.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(temporary.c_str());
-        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(reason));
+        fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));
     }
-    Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (folder.get() < 0 || ::fsync(folder.get()) != 0)
-        fail(Status::write, "%s: its folder cannot be synced: %s", path.c_str(), std::strerror(errno));
+    if (::fsync(folder.get()) != 0)
+        fail(Status::write, "%s: is written, but its folder cannot be synced: %s", path.c_str(), std::strerror(errno));
 }
 
 } // namespace toliman::file

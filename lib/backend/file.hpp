@@ -10,8 +10,11 @@ namespace toliman::file {
 // larger.
 std::vector<uint8_t> read(const std::string &path, size_t limit);
 
-// Writes a temporary beside path, syncs it and renames it over path, or over what path links to. Status::write on any
-// failure and for anything but a regular file; nothing is left behind.
+// Writes a temporary beside path (path.0.tmp, or the next number that is free), syncs it and renames it over path, or
+// over what path links to, then syncs the folder. A file that is replaced gives its permissions to the new one.
+// Status::write on any failure and for anything but a regular file; the old file then stands and nothing is left
+// behind, except when the very last step, the folder's sync, fails: the new file then stands, but a power cut may bring
+// back the old one.
 void replace(const std::string &path, const void *data, size_t size);
 
 } // namespace toliman::file

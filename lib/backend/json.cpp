@@ -12,7 +12,6 @@ namespace toliman::json {
 
 namespace {
 
-constexpr size_t kLargestText = size_t{256} * 1024;
 constexpr size_t kMostLevels = 16;
 constexpr size_t kMostValues = 4096;
 

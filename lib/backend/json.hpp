@@ -1,9 +1,12 @@
 // JSON text to a tree of plain values; cJSON behind a scan that refuses what it would let through.
 #pragma once
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace toliman::json {
+
+constexpr size_t kLargestText = size_t{256} * 1024;
 
 struct Value {
     enum class Kind { null, boolean, number, text, array, object } kind = Kind::null;

@@ -9,7 +9,7 @@
 namespace toliman {
 
 unsigned worker_count(unsigned requested) noexcept {
-    return requested != 0 ? requested : std::max(1u, std::thread::hardware_concurrency());
+    return std::clamp(requested != 0 ? requested : std::thread::hardware_concurrency(), 1u, kMostWorkers);
 }
 
 void run_jobs(unsigned workers, size_t count, const std::function<void(size_t)> &job,
@@ -32,13 +32,13 @@ void run_jobs(unsigned workers, size_t count, const std::function<void(size_t)> 
     std::vector<std::thread> threads;
     threads.reserve(used - 1);
     try {
-        for (size_t worker = 1; worker < used; worker++)
-            threads.emplace_back(work, worker);
-        work(0);
-    } catch (...) { // no thread could be started: what was started must end before we leave
-        stop.store(true, std::memory_order_relaxed);
-        failure[0] = std::current_exception();
+        while (threads.size() < used - 1)
+            threads.emplace_back(work, threads.size() + 1);
+    } catch (...) { // no more threads to be had: the caller works for those that are missing
     }
+    work(0);
+    for (size_t worker = threads.size() + 1; worker < used; worker++)
+        work(worker);
     for (std::thread &thread : threads)
         thread.join();
     for (const std::exception_ptr &exception : failure)

@@ -119,6 +119,10 @@ void Network::encode_many(const double *counts, size_t count, unsigned workers, 
 void Network::decode(double latent, double *image) const {
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::argument, "latent_px = %g: must be in [%g, %g]", latent, -kLargestLatent, kLargestLatent);
+    paint(latent, image);
+}
+
+void Network::paint(double latent, double *image) const {
     Buffer<float> features(kFeatures);
     for (size_t i = 0; i < kFeatures; i++)
         features[i] = static_cast<float>(latent) * parameters_[kExpandWeight][i] + parameters_[kExpandBias][i];
@@ -133,11 +137,17 @@ void Network::decode(double latent, double *image) const {
     }
     Buffer<float> out(kPixels);
     get_inside(images[0], kSide, kSide, 1, out.data());
+    if (!std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); }))
+        fail(Status::range, "cae: what the decoder paints for %g px overflows: the weights are too large", latent);
     std::copy(out.begin(), out.end(), image);
 }
 
 void Network::reconstruct(ImageView<const double> frame, double *image) const {
-    decode(encode(frame), image);
+    const double latent = encode(frame);
+    if (!(std::fabs(latent) <= kLargestLatent))
+        fail(Status::range, "counts: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
+             latent, -kLargestLatent, kLargestLatent);
+    paint(latent, image);
     for (size_t i = 0; i < kPixels; i++)
         image[i] = preprocess_.reference[i] + std::sqrt(preprocess_.variance[i]) * image[i];
 }

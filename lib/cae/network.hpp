@@ -66,16 +66,19 @@ class Network {
     // The same for counts [count][rows][cols].
     void encode_many(const double *counts, size_t count, unsigned workers, double *latents) const;
 
-    // Whitened residual image [kPixels] for a latent in px.
+    // Whitened residual image [kPixels] for a latent in px. Status::argument for a latent beyond 1e6 px, Status::range
+    // when weights are so large that the image overflows.
     void decode(double latent, double *image) const;
 
-    // Frame as the network sees it again, image [kPixels] in counts.
+    // Frame as the network sees it again, image [kPixels] in counts. Errors as of encode; Status::range for a latent
+    // beyond 1e6 px and an image that overflows.
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
     struct Workspace;
     double encode(ImageView<const double> frame, Workspace &workspace) const;
     double features_to_latent(float *features) const noexcept;
+    void paint(double latent, double *image) const;
 
     Preprocess preprocess_;
     Parameters parameters_;

@@ -11,6 +11,8 @@ namespace toliman::cae {
 
 namespace {
 
+constexpr double kLeastLeft = 1e-5; // of the derivative's length; float32 rounding would make 0.6 % of it
+
 // First row (or column) of a crop centred on `centre`, inside 0 ... size.
 size_t crop_start(double centre, size_t size) {
     const double start = std::floor(centre - (static_cast<double>(kSide) - 1) / 2 + 0.5);
@@ -52,6 +54,18 @@ void round_to_two_floats(Buffer<double> &plane) {
     }
 }
 
+// What the nuisances leave of the derivative must stand above the rounding of their float32 planes.
+void check_signal(const Preprocess &preprocess) {
+    Buffer<double> target = preprocess.target;
+    const auto [before, left] =
+        kernels::project_out_twice(preprocess.units.data(), preprocess.projected, kPixels, target.data());
+    if (!(left > kLeastLeft * before))
+        fail(Status::scene,
+             "sim: the scene tells nothing of the separation: %g of the information of %g px^-2 a frame is left after "
+             "preprocess.project",
+             before > 0 ? left / before * left / before : 0, before * before);
+}
+
 } // namespace
 
 Preprocess Preprocess::from_model(const FrameModel &model) {
@@ -71,8 +85,6 @@ Preprocess Preprocess::from_model(const FrameModel &model) {
     round_to_two_floats(out.reference);
     out.variance = crop(model, model.variance, out);
     round_to_float(out.variance);
-    if (!(*std::min_element(out.variance.begin(), out.variance.end()) > 0))
-        fail(Status::scene, "sim: a pixel of the reference frame has no variance: neither light nor read noise");
 
     out.units.resize(model.projected.size() * kPixels);
     for (size_t k = 0; k < model.projected.size(); k++) {
@@ -81,10 +93,11 @@ Preprocess Preprocess::from_model(const FrameModel &model) {
     }
     out.projected = kernels::orthonormalise(out.units.data(), model.projected.size(), kPixels);
     out.units.resize(out.projected * kPixels);
-    round_to_float(out.units);
-
     out.target = crop(model, model.derivative, out);
     kernels::whiten(out.target.data(), out.variance.data(), kPixels, out.target.data());
+    check_signal(out);
+
+    round_to_float(out.units);
     kernels::project_out(out.units.data(), out.projected, kPixels, out.target.data());
     round_to_float(out.target);
     out.derive();

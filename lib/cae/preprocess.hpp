@@ -26,7 +26,8 @@ struct Preprocess {
     Buffer<double> units;         // [projected][pixels], whitened nuisance images, orthonormal
     Buffer<double> inverse_sigma; // 1/sqrt(variance), derived
 
-    // Crop about the light's barycentre of the reference. Status::unsupported for frames below 256x256.
+    // Crop about the light's barycentre of the reference. Status::unsupported for frames below 256x256,
+    // Status::scene when nothing of the derivative is left beside the nuisances.
     static Preprocess from_model(const FrameModel &model);
 
     // Sets what follows from the other planes.

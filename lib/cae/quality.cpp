@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "cae/network.hpp"
@@ -25,8 +26,12 @@ Quality quality(const Network &network, ImageView<const double> frame, const dou
     }
     Buffer<double> scratch(5 * kSide);
     const double pixels = static_cast<double>(kPixels);
-    return {error / pixels, kernels::mean_ssim(seen.data(), painted.data(), kSide, kSide, scratch.data()),
-            variance / pixels / range / range};
+    const Quality quality = {error / pixels,
+                             kernels::mean_ssim(seen.data(), painted.data(), kSide, kSide, scratch.data()),
+                             variance / pixels / range / range};
+    if (!std::isfinite(quality.mmse) || !std::isfinite(quality.mssim) || !std::isfinite(quality.photon_floor))
+        fail(Status::range, "counts: span %g, too little beside the image of the network to compare them", range);
+    return quality;
 }
 
 } // namespace toliman::cae

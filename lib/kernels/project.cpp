@@ -31,17 +31,22 @@ void project_out(const double *units, size_t count, size_t n, double *vector) no
     }
 }
 
+Lengths project_out_twice(const double *units, size_t count, size_t n, double *vector) noexcept {
+    const double before = std::sqrt(dot(vector, vector, n));
+    project_out(units, count, n, vector);
+    project_out(units, count, n, vector);
+    const double after = std::sqrt(dot(vector, vector, n));
+    return {before, after > kRounding * before ? after : 0};
+}
+
 size_t orthonormalise(double *vectors, size_t count, size_t n) noexcept {
     size_t rank = 0;
     for (size_t k = 0; k < count; k++) {
         double *vector = vectors + rank * n;
         for (size_t i = 0; i < n; i++)
             vector[i] = vectors[k * n + i];
-        const double before = std::sqrt(dot(vector, vector, n));
-        project_out(vectors, rank, n, vector);
-        project_out(vectors, rank, n, vector);
-        const double after = std::sqrt(dot(vector, vector, n));
-        if (!(after > 1e-10 * before))
+        const double after = project_out_twice(vectors, rank, n, vector).after;
+        if (after == 0)
             continue;
         for (size_t i = 0; i < n; i++)
             vector[i] /= after;

@@ -17,9 +17,20 @@ void whiten(const double *image, const double *variance, size_t n, double *out) 
 // Returned  vector less its components along them
 void project_out(const double *units, size_t count, size_t n, double *vector) noexcept;
 
+// Given     units, vector as of project_out
+// Returned  vector less its components along them; its length before and after
+// Notes     Projects twice, as the first pass leaves its own rounding behind. What is left below kRounding of the
+// length
+//           is rounding, and `after` then 0.
+constexpr double kRounding = 1e-10;
+struct Lengths {
+    double before, after;
+};
+Lengths project_out_twice(const double *units, size_t count, size_t n, double *vector) noexcept;
+
 // Given     vectors [count][n]
 // Returned  the first r rows: an orthonormal basis of their span; r itself
-// Notes     Gram-Schmidt done twice; a vector that loses all but 1e-10 of its length to the others is dropped.
+// Notes     Gram-Schmidt done twice; a vector that loses all but kRounding of its length to the others is dropped.
 size_t orthonormalise(double *vectors, size_t count, size_t n) noexcept;
 
 } // namespace toliman::kernels

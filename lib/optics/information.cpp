@@ -1,6 +1,5 @@
 #include "optics/information.hpp"
 
-#include <cmath>
 #include <limits>
 
 #include "kernels/project.hpp"
@@ -18,12 +17,8 @@ double bound_with(const Images &images, const std::vector<Nuisance> &free) {
         kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, units.data() + k * n);
     kernels::whiten(images.motion[0].data(), images.variance.data(), n, signal.data());
     const size_t rank = kernels::orthonormalise(units.data(), free.size(), n);
-    const double before = std::sqrt(kernels::dot(signal.data(), signal.data(), n));
-    kernels::project_out(units.data(), rank, n, signal.data());
-    kernels::project_out(units.data(), rank, n, signal.data());
-    const double after = std::sqrt(kernels::dot(signal.data(), signal.data(), n));
-    // What is left of a signal that the nuisances span is rounding.
-    return after > 1e-10 * before ? 1 / after : std::numeric_limits<double>::infinity();
+    const double after = kernels::project_out_twice(units.data(), rank, n, signal.data()).after;
+    return after > 0 ? 1 / after : std::numeric_limits<double>::infinity();
 }
 
 } // namespace

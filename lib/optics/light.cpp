@@ -28,6 +28,7 @@ std::vector<Sample> sample_band(const Band &band) {
     for (size_t i = 0; i <= band.steps; i++)
         samples.push_back({band.min_nm + (band.max_nm - band.min_nm) * (static_cast<double>(i) / steps),
                            i == 0 || i == band.steps ? 0.5 : 1.0});
+    samples.back().wavelength_nm = band.max_nm; // the sum may round above it
     return samples;
 }
 

@@ -104,19 +104,6 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
     return coefficients;
 }
 
-double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
-    const Light rough = project_on_nodes(light, kRough);
-    const Engine engine = [&](const Grid &, size_t fields) { return std::make_unique<MatrixDft>(pupil, grid, fields); };
-    Buffer<double> both(grid.rows * grid.cols);
-    for (size_t star = 0; star < 2; star++)
-        if (!light.photons[star].empty()) {
-            const StarImages images = propagate(engine, rough, grid, star, 0, Wanted(), workers);
-            for (size_t i = 0; i < both.size(); i++)
-                both[i] += images.at(0, 0)[i];
-        }
-    return *std::max_element(both.begin(), both.end());
-}
-
 } // namespace
 
 Light project_on_nodes(const Light &light, size_t count) {
@@ -148,6 +135,19 @@ Light project_on_nodes(const Light &light, size_t count) {
     return result;
 }
 
+double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
+    const Light rough = light.wavelength_m.size() > kRough ? project_on_nodes(light, kRough) : light;
+    const Engine engine = [&](const Grid &, size_t fields) { return std::make_unique<MatrixDft>(pupil, grid, fields); };
+    Buffer<double> both(grid.rows * grid.cols);
+    for (size_t star = 0; star < 2; star++)
+        if (!light.photons[star].empty()) {
+            const StarImages images = propagate(engine, rough, grid, star, 0, Wanted(), workers);
+            for (size_t i = 0; i < both.size(); i++)
+                both[i] += images.at(0, 0)[i];
+        }
+    return *std::max_element(both.begin(), both.end());
+}
+
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
     const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid))) + kBeyondPhase;
     // The same field of view in few points; places are in units of the pitch.
@@ -175,12 +175,8 @@ std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Gr
             errors[nodes] += unit * worst;
         }
     }
-    const double peak = rough_peak(pupil, light, grid, workers);
-    for (double &error : errors)
-        error /= peak;
     for (size_t nodes = count - 1; nodes-- > 1;) // what is better by chance does not count
         errors[nodes] = std::max(errors[nodes], errors[nodes + 1]);
-    errors[0] = 1;
     return errors;
 }
 

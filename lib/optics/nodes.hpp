@@ -11,7 +11,10 @@ namespace toliman::optics {
 // Reference: Berrut and Trefethen 2004 (barycentric interpolation).
 Light project_on_nodes(const Light &light, size_t count);
 
-// Expected error of both stars' image, max error / peak, for each number of nodes from 0 on. It is found on a few
+// Photons of both stars' brightest pixel, to a few per cent.
+double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers);
+
+// Expected largest error of both stars' image, in photons, for each number of nodes from 0 on. It is found on a few
 // pixels all over the grid, where the Chebyshev coefficients of the intensity and the moments of the spectrum are
 // computed: the error is what the moments beyond the nodes would have added.
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers);

@@ -75,8 +75,8 @@ void PaddedFft::transform(long double wavenumber, const long double *offset,
                 const kernels::FieldTerm &term = terms[field - 1];
                 const double centre = 0.5 * static_cast<double>(n - 1);
                 const double x = static_cast<double>(i % n) - centre, y = static_cast<double>(i / n) - centre;
-                const double slope = term.slope_x * x + term.slope_y * y +
-                                     (term.mode != nullptr ? term.mode_scale * term.mode[i] : 0);
+                const double slope =
+                    term.slope_x * x + term.slope_y * y + (term.mode != nullptr ? term.mode_scale * term.mode[i] : 0);
                 value = std::complex<double>(0, slope) * fields_[term.parent][i];
             }
             fields_[field][i] = value;

@@ -1,5 +1,6 @@
 // The chapter's engine, kept as a baseline: the pupil is sampled with N_E = N_out d_pix D / (lambda f) cells, embedded
-// in N_out x N_out zeros and transformed by an FFT. N_E must be whole, so every wavelength has a plate scale of its own.
+// in N_out x N_out zeros and transformed by an FFT. N_E must be whole, so every wavelength has a plate scale of its
+// own.
 #pragma once
 #include "backend/fft.hpp"
 #include "optics/transform.hpp"

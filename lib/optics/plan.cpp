@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "backend/blas.hpp"
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
 
@@ -13,7 +15,16 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNodeMargin = 4;     // node errors are found on a few pixels: measured 0.3 to 3 of those of all pixels
 constexpr size_t kFewWavelengths = 8; // not worth fewer
+constexpr double kGreyOffset = 0.2;   // cells
+constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
+
+// For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
+// those of a 2020s server core and only steer expectations.
+constexpr double kFieldFlops = 60, kImageFlops = 12, kElementRate = 4e10, kPaddedRate = 3;
+constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9;
+constexpr size_t kStarFields = 4;  // the image, its slopes and focus
+constexpr size_t kFrameImages = 9; // kept besides the derivatives along the displacement
 
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
@@ -46,13 +57,14 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
     plan.plate_scale_error = plate_scale_error(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
 }
 
-void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, unsigned workers, Plan &plan) {
+void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,
+                        Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
     if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft)
         return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
-        const double error = kNodeMargin * errors[nodes];
+        const double error = kNodeMargin * errors[nodes] / peak;
         if (error > std::max(scene.accuracy, kRounding))
             continue;
         plan.nodes = true;
@@ -62,10 +74,14 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
     }
 }
 
+double farthest_of(const Signal &signal) noexcept {
+    return signal.amplitude_px * (1 + signal.eccentricity);
+}
+
 // Bernstein: a derivative of an image is at most 2 pi cutoff times the one before. The first term left out, against the
 // signal d I1, is d^n/(n + 1)! times the n-th derivative of that.
 void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
-    const double turn = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * scene.signal.amplitude_px;
+    const double turn = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * farthest_of(scene.signal);
     double error = 1;
     for (size_t order = 1; order <= kMostOrder; order++) {
         error *= turn / static_cast<double>(order + 1);
@@ -78,7 +94,66 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     plan.series_error = 0;
 }
 
+// Where the phase jumps between two cells the boundary may run anywhere between their centres: the field there is off
+// by the jump times an area spread evenly over half a cell to either side. Grey cells at the edge of the aperture hold
+// their light off their own centre by a tenth of a cell or so. Both add at random over the pupil, and the sum stands
+// against the field of the brightest pixel.
+double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, double peak) {
+    const size_t n = pupil.samples;
+    const double wavenumber = 1 / light.wavelength_m[light.wavelength_m.size() / 2];
+    const double off_centre = kGreyOffset * 2 * kPi / static_cast<double>(n);
+    double sum = 0;
+    for (size_t i = 0; i + n < n * n; i++) {
+        const double here = pupil.amplitude[i];
+        for (const size_t next : {i + 1, i + n}) {
+            const double jump = 2 * std::sin(kPi * wavenumber * (pupil.opd_m[next] - pupil.opd_m[i]));
+            sum += here * pupil.amplitude[next] * jump * jump / 12;
+        }
+        if (here > 0 && here < 1)
+            sum += off_centre * off_centre;
+    }
+    double photons = 0;
+    for (const std::vector<double> &star : light.photons)
+        photons = std::max(photons, std::accumulate(star.begin(), star.end(), 0.0));
+    const auto step = static_cast<double>(step_of(pupil, pixels, wavenumber));
+    return 2 * kWorstOfMany * std::sqrt(sum * photons / (peak * pupil.area)) * step;
+}
+
 } // namespace
+
+Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
+    const Grid grid = sampling_grid(plan.pixels, plan.filter);
+    const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
+    const auto samples = static_cast<double>(grid.rows * grid.cols);
+    const auto wavelengths = static_cast<double>(plan.wavelengths);
+    const bool padded = plan.engine == EngineKind::padded_fft;
+    const auto n = static_cast<double>(pupil.samples), rows = static_cast<double>(grid.rows);
+    const auto cols = static_cast<double>(grid.cols), side = static_cast<double>(padded_side(grid));
+    // A fifth of the first product is outside the round pupil and skipped.
+    const double transform = padded ? 10 * side * side * std::log2(side) : n * cols * (1.6 * n + 2 * rows);
+    const double elements = kFieldFlops * n * n + kImageFlops * samples;
+    const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps.size()) * 2 * samples;
+    const double one_image = wavelengths * (transform + elements) + filter;
+
+    double fields = static_cast<double>(plan.order) + 1; // of the moving star, beyond those of any star
+    fields += static_cast<double>(kStarFields * scene.stars.size());
+    const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
+    Cost cost;
+    cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);
+    cost.setup_s = fields * ((wavelengths * transform + filter) / rate + wavelengths * elements / kElementRate);
+    cost.frame_flops = 2 * static_cast<double>(plan.order) * pixels;
+    cost.frame_s = pixels * (kTermSeconds * static_cast<double>(plan.order) +
+                             (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
+    if (plan.exact_frames) {
+        cost.frame_flops += one_image;
+        cost.frame_s += wavelengths * (transform / rate + elements / kElementRate) + filter / rate;
+    }
+    const double images = static_cast<double>(kFrameImages + plan.order + 1);
+    const double worker = padded ? 2 * side * side : 8 * n * n + 8 * n * cols + 2 * samples;
+    cost.bytes =
+        sizeof(double) * (images * pixels + fields / static_cast<double>(scene.stars.size()) * (worker + samples));
+    return cost;
+}
 
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers) {
     Plan plan;
@@ -90,7 +165,12 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
         check_padded_fft(scene, light, plan);
     else
         refuse_aliases(scene, pupil, light, plan);
-    choose_wavelengths(scene, pupil, light, workers, plan);
+    const double peak = rough_peak(pupil, light, plan.pixels, workers);
+    choose_wavelengths(scene, pupil, light, peak, workers, plan);
+    plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
+    if (getenv("PE"))
+        fprintf(stderr, "P %g nodes %zu err %g order %zu series %g\n", plan.pupil_error, plan.wavelengths,
+                plan.spectrum_error, plan.order, plan.series_error);
     choose_order(scene, pupil, light, plan);
     return plan;
 }

@@ -28,6 +28,15 @@ struct Plan {
     double pupil_error = 0; // of N samples against many
 };
 
+// What carrying a plan out takes on one core: all images once, and then each frame.
+struct Cost {
+    double setup_flops = 0, frame_flops = 0;
+    double bytes = 0; // of memory, all images and one worker
+    double setup_s = 0, frame_s = 0;
+};
+
+Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan);
+
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers);
 
 } // namespace toliman::optics

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "base/hash.hpp"
+#include "base/name.hpp"
 #include "optics/scene_groups.hpp"
 
 namespace toliman::optics {
@@ -12,6 +13,15 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kLargestWhole = 9007199254740992.0; // 2^53: JSON numbers are doubles
+
+std::string read_name(const Reader &scene) {
+    if (!scene.has("name"))
+        return "";
+    const std::string &name = scene.text("name");
+    if (!is_name(name))
+        scene.refuse(Status::scene, "name", " = \"%.40s\": %s", name.c_str(), kNameRule);
+    return name;
+}
 
 Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
     const Reader reader = scene.object("cadence");
@@ -27,7 +37,7 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
         if (!std::all_of(stars.begin(), stars.end(), rated))
             reader.refuse(Status::scene, "exposure_s", ": every star needs photons_per_s with it");
     } else {
-        cadence.peak_photons = reader.number("peak_photons", above(0, 1e12, "photons"));
+        cadence.peak_photons = reader.number("peak_photons", within(kFewestPhotons, 1e12, "photons"));
         if (std::any_of(stars.begin(), stars.end(), rated) && !std::all_of(stars.begin(), stars.end(), rated))
             scene.refuse(Status::scene, "stars", ": give photons_per_s for both or for none");
     }
@@ -45,7 +55,7 @@ Detector read_detector(const Reader &scene) {
     Detector detector;
     detector.rows = static_cast<size_t>(shape[0]);
     detector.cols = static_cast<size_t>(shape[1]);
-    detector.pixel_scale_arcsec = reader.number("pixel_scale_arcsec", above(0, 100, "arcsec"));
+    detector.pixel_scale_arcsec = reader.number("pixel_scale_arcsec", within(1e-6, 100, "arcsec"));
     if (reader.has("pixel"))
         detector.integrated = reader.choice("pixel", {"point", "integrated"}) == 1;
     detector.rotation_deg = reader.number_or("rotation_deg", 0, within(-360, 360, "deg"));
@@ -123,8 +133,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     Scene scene;
     scene.source = source;
     scene.digest = fnv1a(json.data(), json.size());
-    if (reader.has("name"))
-        scene.name = reader.text("name");
+    scene.name = read_name(reader);
     scene.telescope = read_telescope(reader, folder);
     scene.band = read_band(reader);
     scene.stars = read_stars(reader, folder);

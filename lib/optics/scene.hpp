@@ -12,6 +12,7 @@ namespace toliman::optics {
 
 constexpr double kLargestDisplacement = 0.1;  // px, of a series
 constexpr double kFarthestDisplacement = 100; // px, of an image propagated anew
+constexpr double kFewestPhotons = 1e-6;       // in the brightest pixel; far below any use, far above underflow
 
 struct Struts {
     int count = 0;
@@ -108,8 +109,8 @@ constexpr size_t kNuisances = 8;
 const char *name_of(Nuisance nuisance) noexcept;
 
 struct Scene {
-    std::string source; // how messages call the scene: its path as given
-    std::string name;
+    std::string source;  // how messages call the scene: its path as given
+    std::string name;    // as base/name.hpp allows, or ""
     uint64_t digest = 0; // FNV-1a of the JSON text
     Telescope telescope;
     std::optional<Band> band;

@@ -88,7 +88,7 @@ Binary read_binary(const Reader &scene, size_t stars) {
     if (by_orbit) {
         read_orbit(reader, binary);
     } else {
-        binary.place.separation_arcsec = reader.number("separation_arcsec", above(0, 1e5, "arcsec"));
+        binary.place.separation_arcsec = reader.number("separation_arcsec", within(1e-6, 1e5, "arcsec"));
         binary.place.position_angle_deg = reader.number_or("position_angle_deg", 0, kTurn);
     }
     if (reader.has("centre"))

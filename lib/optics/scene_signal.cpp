@@ -22,9 +22,9 @@ void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
     signal.eccentricity = reader.number_or("eccentricity", 0, kEccentricity);
     signal.argument_rad = reader.number_or("argument_deg", 0, kTurn) * kPi / 180;
     const double farthest = signal.amplitude_px * (1 + signal.eccentricity);
-    if (farthest > kLargestDisplacement)
+    if (farthest > kFarthestDisplacement)
         reader.refuse(Status::scene, "mass_earth", " = %g: moves star %c by up to %.3g px: at most %g px are allowed",
-                      planet.mass_earth, star, farthest, kLargestDisplacement);
+                      planet.mass_earth, star, farthest, kFarthestDisplacement);
 }
 
 void read_sinusoid(const Reader &reader, const Scene &known, Signal &signal) {
@@ -32,10 +32,10 @@ void read_sinusoid(const Reader &reader, const Scene &known, Signal &signal) {
     if (reader.has("amplitude_px") == reader.has("amplitude_uas"))
         reader.refuse(Status::scene, "amplitude_px", ": give either amplitude_px or amplitude_uas");
     if (reader.has("amplitude_px")) {
-        signal.amplitude_px = reader.number("amplitude_px", within(0, kLargestDisplacement, "px"));
+        signal.amplitude_px = reader.number("amplitude_px", within(0, kFarthestDisplacement, "px"));
     } else {
         const double microarcsec_per_px = known.detector.pixel_scale_arcsec * 1e6;
-        const Range range = within(0, kLargestDisplacement * microarcsec_per_px, "uas");
+        const Range range = within(0, kFarthestDisplacement * microarcsec_per_px, "uas");
         signal.amplitude_px = reader.number("amplitude_uas", range) / microarcsec_per_px;
     }
     signal.period_days = reader.number("period_days", above(0, 1e9, "days"));

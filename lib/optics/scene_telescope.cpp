@@ -114,7 +114,7 @@ Telescope read_telescope(const Reader &scene, const std::string &folder) {
     const Reader reader = scene.object("telescope");
     reader.allow({"aperture_m", "secondary_m", "struts", "pupil_samples", "amplitude", "mask", "aberrations"});
     Telescope telescope;
-    telescope.aperture_m = reader.number("aperture_m", above(0, 100, "m"));
+    telescope.aperture_m = reader.number("aperture_m", within(1e-3, 100, "m"));
     telescope.secondary_m = reader.number_or("secondary_m", 0, within(0, 100, "m"));
     if (telescope.secondary_m >= telescope.aperture_m)
         reader.refuse(Status::scene, "secondary_m", " = %g: must be less than aperture_m = %g m", telescope.secondary_m,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "backend/file.hpp"
+#include "backend/json.hpp"
 #include "base/workers.hpp"
 #include "kernels/poisson.hpp"
 #include "optics/wobble.hpp"
@@ -28,6 +29,7 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
       plan_(make_plan(scene_, pupil_, light_, settings.engine, worker_count(settings.workers))),
       imager_(scene_, pupil_, plan_, worker_count(settings.workers)),
       images_(make_images(scene_, imager_, plan_, light_, settings.progress)), bounds_(bound(scene_, images_)) {
+    check_use();
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
@@ -38,6 +40,17 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
     if (truncation_ > scene_.accuracy)
         settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
                           source.c_str(), scene_.accuracy, truncation_);
+}
+
+// Light enough for finite whitened images, and a signal that shows in them.
+void Simulator::check_use() const {
+    const double peak = *std::max_element(images_.both.begin(), images_.both.end());
+    if (!(peak >= kFewestPhotons))
+        fail(Status::scene, "%s: cadence: the brightest pixel expects %g photons: must be at least %g",
+             scene_.source.c_str(), peak, kFewestPhotons);
+    if (scene_.signal.amplitude_px != 0 && !std::isfinite(bounds_.alone))
+        fail(Status::scene, "%s: signal: star %c's motion changes no pixel of the frame", scene_.source.c_str(),
+             scene_.signal.star == 0 ? 'A' : 'B');
 }
 
 // The first term that the series leaves out, at its largest pixel and displacement, against the signal's largest.
@@ -122,7 +135,7 @@ FrameModel Simulator::frame_model() const {
 }
 
 Simulator open_scene(const std::string &path, const Settings &settings) {
-    const std::vector<uint8_t> bytes = file::read(path, kLargestScene);
+    const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
     return Simulator(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
 }
 

@@ -55,6 +55,7 @@ class Simulator {
     FrameModel frame_model() const;
 
   private:
+    void check_use() const;
     double predict_truncation() const;
 
     Scene scene_;

@@ -61,6 +61,7 @@ SpectrumTable::SpectrumTable(const std::string &path) {
 }
 
 double SpectrumTable::at(double wavelength_nm) const noexcept {
+    wavelength_nm = std::clamp(wavelength_nm, first_nm(), last_nm());
     const auto above = std::lower_bound(wavelength_nm_.begin(), wavelength_nm_.end(), wavelength_nm);
     const auto i = static_cast<size_t>(above - wavelength_nm_.begin());
     if (*above == wavelength_nm)

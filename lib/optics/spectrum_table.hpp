@@ -12,7 +12,7 @@ class SpectrumTable {
 
     double first_nm() const noexcept { return wavelength_nm_.front(); }
     double last_nm() const noexcept { return wavelength_nm_.back(); }
-    // Linear between the table's points; wavelength_nm within first and last.
+    // Linear between the table's points; beyond first and last the value there.
     double at(double wavelength_nm) const noexcept;
 
   private:

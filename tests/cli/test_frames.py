@@ -101,7 +101,7 @@ class Refusals(ProgramTest):
         mask = {"kind": "file", "quantity": "opd_m"}
         cases = (
             (2, lambda s: s["telescope"].update(apertur_m=1), ("telescope.apertur_m", "aperture_m")),
-            (2, lambda s: s["telescope"].update(aperture_m=-0.125), ("telescope.aperture_m = -0.125", "(0, 100] m")),
+            (2, lambda s: s["telescope"].update(aperture_m=-0.125), ("telescope.aperture_m = -0.125", "[0.001, 100] m")),
             (2, lambda s: s["telescope"].update(aperture_m="wide"), ("telescope.aperture_m", "number")),
             (2, lambda s: s["detector"].update(shape=[-256, 256]), ("detector.shape", "-256")),
             (2, lambda s: s["telescope"].update(aberrations={"zernike_rms_nm": {"0": 5}}), ("zernike_rms_nm.0", "Noll")),

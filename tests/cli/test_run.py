@@ -47,6 +47,27 @@ class ChapterRun(ProgramTest):
         top = max(power, key=lambda row: float(row["power"]))
         self.assertAlmostEqual(float(top["frequency"]), 1 / result["period_days"], delta=result["grid"]["df"])
 
+    def test_seed_is_told_in_full(self):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["cadence"]["frames"] = 20
+        scene["band"] = {"wavelength_nm": 580}
+        scene["name"] = "short.1"
+        for star in scene["stars"].values():
+            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        out = self.succeed("run", "scene.json", "--seed", "9007199254740993", "--json")
+        self.assertIn('"seed":\t9007199254740993,', out)
+        self.assertEqual(json.loads((self.folder / "short.1.run" / "result.json").read_text())["seed"], 2**53 + 1)
+
+    def test_the_default_folder_stays_here(self):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        inside = self.folder / "inside"
+        inside.mkdir()
+        for name in ("../escaped", "/escaped", ".hidden", "a/b", ""):
+            scene["name"] = name
+            (inside / "scene.json").write_text(json.dumps(scene))
+            self.refuse(2, "scene.json: name = ", "must be 1 to 64 of A-Z", arguments=("run", "inside/scene.json"))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -85,20 +85,6 @@ static void nuisances_do_not_leak_and_the_slope_is_one(void **state) {
     assert_close(values[2], 0.01, 1e-11, 0);
 }
 
-static void pixels_without_variance_are_ignored(void **state) {
-    (void)state;
-    double dark[PIXELS], value, sigma, changed_value, changed_sigma;
-    memcpy(dark, variance, sizeof dark);
-    dark[0] = dark[57] = 0;
-    assert_int_equal(shim_template(ROWS, COLS, reference, dark, derivative, 0, NULL, 1, counts, &value, &sigma), 0);
-    assert_true(isfinite(value) && sigma > 0);
-    counts[0] += 1e6;
-    counts[57] -= 1e6;
-    assert_int_equal(
-        shim_template(ROWS, COLS, reference, dark, derivative, 0, NULL, 1, counts, &changed_value, &changed_sigma), 0);
-    assert_true(value == changed_value && sigma == changed_sigma);
-}
-
 static void a_derivative_that_nuisances_explain_is_refused(void **state) {
     (void)state;
     double value, sigma;
@@ -118,7 +104,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(estimate_is_that_of_least_squares, make_model),
         cmocka_unit_test_setup(nuisances_do_not_leak_and_the_slope_is_one, make_model),
-        cmocka_unit_test_setup(pixels_without_variance_are_ignored, make_model),
         cmocka_unit_test_setup(a_derivative_that_nuisances_explain_is_refused, make_model),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

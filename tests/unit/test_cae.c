@@ -347,6 +347,79 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_encode(trained, image, kSide, &latent), TOLIMAN_E_RANGE, "not finite");
 }
 
+/* Counts that can be encoded, but lie so far off that their latent is beyond what is painted: the counts are blamed. */
+static void test_counts_too_far_to_reconstruct(void **unused) {
+    (void)unused;
+    static double frame[kPixels], image[kPixels];
+    double latent = 0;
+    for (double size = 1e9; fabs(latent) <= 1e6; size *= 10) {
+        assert_true(size < 1e40);
+        for (int i = 0; i < kPixels; i++)
+            frame[i] = size;
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+    }
+    image[0] = -5;
+    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,
+                 "counts: their latent is");
+    assert_true(image[0] == -5);
+}
+
+/* A frame whose contrast is nothing beside the image it is compared with. */
+static void test_figures_that_overflow(void **unused) {
+    (void)unused;
+    static double frame[kPixels], image[kPixels];
+    double mmse = -5;
+    frame[7] = 1e-300;
+    assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, NULL, NULL), TOLIMAN_E_RANGE,
+                 "counts: span 1e-300");
+    assert_true(mmse == -5);
+    assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
+}
+
+/* A single star whose shift along x is projected out: no signal is left, and rounding is none. */
+static void test_no_signal_is_left(void **unused) {
+    (void)unused;
+    const char *const projects[] = {"\"shift_x\"", "\"shift_x\", \"shift_y\", \"flux_a\""};
+    for (int k = 0; k < 2; k++) {
+        char json[1024];
+        const int size =
+            snprintf(json, sizeof json,
+                     "{\"schema\": \"toliman-scene/1\", \"telescope\": {\"aperture_m\": 0.125, \"pupil_samples\": 128},"
+                     "\"band\": {\"wavelength_nm\": 550},"
+                     "\"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}}},"
+                     "\"cadence\": {\"frames\": 10, \"peak_photons\": 1e6},"
+                     "\"detector\": {\"shape\": [256, 256], \"pixel_scale_arcsec\": 0.1},"
+                     "\"preprocess\": {\"project\": [%s]}}",
+                     projects[k]);
+        toliman_sim *single = NULL;
+        toliman_sim_info info = {.struct_size = sizeof info};
+        toliman_cae *out = NULL;
+        assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &single));
+        assert_ok(toliman_sim_get_info(single, &info));
+        assert_true(isinf(info.crb_projected_px) && isfinite(info.crb_px));
+        assert_fails(toliman_cae_create(single, 1, &out), TOLIMAN_E_SCENE, "tells nothing of the separation");
+        assert_null(out);
+        toliman_sim_destroy(single);
+    }
+}
+
+/* What the header says of ELU: latent over displacement, on either side. Chapter's scene, default training. */
+static void test_slope_of_the_header(void **unused) {
+    (void)unused;
+    const struct {
+        double displacement, slope;
+    } said[] = {{1e-4, 0.998}, {1e-3, 0.984}, {1e-2, 0.859}, {-1e-4, 0.999}, {-1e-3, 0.988}, {-1e-2, 0.897}};
+    toliman_sim *chapter = NULL;
+    assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &chapter));
+    toliman_cae *cae = make_cae(chapter, 1, 600, NULL);
+    const double zero = encode_expected(cae, chapter, 0);
+    for (size_t k = 0; k < sizeof said / sizeof *said; k++)
+        assert_close((encode_expected(cae, chapter, said[k].displacement) - zero) / said[k].displacement, said[k].slope,
+                     0, 1e-3);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(chapter);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_info),
@@ -362,6 +435,10 @@ int main(void) {
         cmocka_unit_test(test_reconstruction),
         cmocka_unit_test(test_crop_and_projection),
         cmocka_unit_test(test_arguments),
+        cmocka_unit_test(test_counts_too_far_to_reconstruct),
+        cmocka_unit_test(test_figures_that_overflow),
+        cmocka_unit_test(test_no_signal_is_left),
+        cmocka_unit_test(test_slope_of_the_header),
     };
     return cmocka_run_group_tests_name("cae", tests, set_up, tear_down);
 }

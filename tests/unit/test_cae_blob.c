@@ -204,6 +204,33 @@ static void test_blob_written_from_the_page(void **unused) {
     toliman_cae_destroy(cae);
 }
 
+/* Weights as large as the format allows: whatever they overflow to is no result. */
+static void test_weights_that_overflow(void **unused) {
+    (void)unused;
+    static float weights[kParameters];
+    static double frame[kSide * 260], image[kPixels];
+    const float sizes[] = {1e30f, -1e30f};
+    for (int k = 0; k < 2; k++) {
+        size_t size;
+        double latent;
+        toliman_cae *cae = NULL;
+        for (int i = 0; i < kParameters; i++)
+            weights[i] = i % 3 == 0 ? -sizes[k] : sizes[k];
+        uint8_t *bytes = with_payloads(weights, NULL, 0, &size);
+        assert_ok(toliman_cae_load(bytes, size, &cae));
+        image[0] = latent = -5;
+        assert_fails(toliman_cae_decode(cae, 1, image, kSide), TOLIMAN_E_RANGE, "overflows");
+        assert_true(image[0] == -5);
+        assert_ok(toliman_sim_frame(sim, 0, 1, 0, frame, 260));
+        const toliman_status status = toliman_cae_encode(cae, frame, 260, &latent);
+        assert_true(status == TOLIMAN_OK ? isfinite(latent) : status == TOLIMAN_E_RANGE && latent == -5);
+        assert_int_equal(toliman_cae_reconstruct(cae, frame, 260, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE);
+        assert_true(image[0] == -5);
+        toliman_cae_destroy(cae);
+        free(bytes);
+    }
+}
+
 static void test_truncated_or_longer(void **unused) {
     (void)unused;
     for (size_t size = 0; size < 200; size++)
@@ -307,6 +334,27 @@ static void test_unusable_numbers(void **unused) {
     free(bytes);
 }
 
+/* A network whose target is zero has nothing to be trained on. */
+static void test_no_target(void **unused) {
+    (void)unused;
+    enum { kFloats = 5 * kPixels };
+    static float planes[kFloats];
+    for (int i = 0; i < kFloats; i++)
+        planes[i] = i / kPixels != 3;
+    size_t size, size_after;
+    toliman_cae *cae = NULL;
+    uint8_t *bytes = with_payloads(NULL, planes, kFloats, &size);
+    assert_ok(toliman_cae_load(bytes, size, &cae));
+    free(bytes);
+    bytes = saved(cae, &size);
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_STATE, "nothing to train on");
+    uint8_t *after = saved(cae, &size_after);
+    assert_true(size == size_after);
+    assert_memory_equal(bytes, after, size);
+    free(bytes), free(after);
+    toliman_cae_destroy(cae);
+}
+
 static void test_arguments(void **unused) {
     (void)unused;
     toliman_cae *out = NULL;
@@ -322,10 +370,12 @@ int main(void) {
         cmocka_unit_test(test_training_goes_on_after_loading),
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_blob_written_from_the_page),
+        cmocka_unit_test(test_weights_that_overflow),
         cmocka_unit_test(test_truncated_or_longer),
         cmocka_unit_test(test_every_flipped_byte),
         cmocka_unit_test(test_impossible_headers),
         cmocka_unit_test(test_unusable_numbers),
+        cmocka_unit_test(test_no_target),
         cmocka_unit_test(test_arguments),
     };
     return cmocka_run_group_tests_name("cae_blob", tests, set_up, tear_down);

@@ -28,10 +28,10 @@ static void impossible_values(void **state) {
     (void)state;
     const change changes[] = {
         {"\"aperture_m\": 0.125", "\"aperture_m\": -0.125", TOLIMAN_E_SCENE,
-         "scene: telescope.aperture_m = -0.125: must be in (0, 100] m"},
-        {"\"aperture_m\": 0.125", "\"aperture_m\": 0", TOLIMAN_E_SCENE, "= 0: must be in (0, 100] m"},
+         "scene: telescope.aperture_m = -0.125: must be in [0.001, 100] m"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 0", TOLIMAN_E_SCENE, "= 0: must be in [0.001, 100] m"},
         {"\"aperture_m\": 0.125", "\"aperture_m\": \"big\"", TOLIMAN_E_SCENE,
-         "telescope.aperture_m = \"big\": must be a number in (0, 100] m"},
+         "telescope.aperture_m = \"big\": must be a number in [0.001, 100] m"},
         {"\"aperture_m\": 0.125", "\"aperture_m\": null", TOLIMAN_E_SCENE, "aperture_m = null: must be a number"},
         {"\"aperture_m\": 0.125,", "", TOLIMAN_E_SCENE, "scene: telescope.aperture_m: is missing"},
         {"\"secondary_m\": 0.01875", "\"secondary_m\": 0.125", TOLIMAN_E_SCENE,
@@ -255,6 +255,7 @@ static void text_that_is_no_json(void **state) {
     char *const large = malloc(LARGE + 2);
     memset(large, ' ', LARGE);
     refused(large, LARGE, TOLIMAN_E_FORMAT, "at most 262144 are allowed");
+    refused("{}", SIZE_MAX, TOLIMAN_E_FORMAT, "18446744073709551615 bytes: at most 262144 are allowed");
     large[0] = '[';
     for (int i = 0; i < 5000; i++)
         memcpy(large + 1 + 2 * i, "1,", 2);
@@ -264,12 +265,74 @@ static void text_that_is_no_json(void **state) {
     free(large);
 }
 
-/* Non-ASCII text is welcome, and what stands in a name comes back. */
-static void names_are_utf8(void **state) {
+/* A name becomes that of a folder: no path fits in, and none is cut short. */
+static void names_are_no_paths(void **state) {
     (void)state;
-    toliman_sim *const sim = sim_with(kBinaryScene, "\"name\": \"binary\"", "\"name\": \"\xce\xb1 Cen \\u03b2\"");
-    assert_string_equal(toliman_sim_get_name(sim), "\xce\xb1 Cen \xce\xb2");
+    const char *const rule = "must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
+    const char *const bad[] = {"../escaped", "/escaped",
+                               ".",          "..",
+                               ".hidden",    "a/b",
+                               "",           "a b",
+                               "a\\n",       "\xce\xb1 Cen",
+                               "caf\\u00e9", "x0123456789012345678901234567890123456789012345678901234567890123"};
+    char name[100];
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        snprintf(name, sizeof name, "\"name\": \"%s\"", bad[i]);
+        const change changes[] = {{"\"name\": \"binary\"", name, TOLIMAN_E_SCENE, rule}};
+        CHECK(changes);
+    }
+    const char *const longest = "0123456789.ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxy-";
+    snprintf(name, sizeof name, "\"name\": \"%s\"", longest);
+    toliman_sim *const sim = sim_with(kBinaryScene, "\"name\": \"binary\"", name);
+    assert_string_equal(toliman_sim_get_name(sim), longest);
     toliman_sim_destroy(sim);
+}
+
+/* Numbers so small that images or bounds would underflow to NaN are refused; the least ones allowed do not. */
+static void sizes_far_below_use(void **state) {
+    (void)state;
+    const change changes[] = {
+        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 1e-150", TOLIMAN_E_SCENE,
+         "detector.pixel_scale_arcsec = 1e-150: must be in [1e-06, 100] arcsec"},
+        {"\"peak_photons\": 1e5", "\"peak_photons\": 5e-324", TOLIMAN_E_SCENE, "must be in [1e-06, 1e+12] photons"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": 1e-150", TOLIMAN_E_SCENE, "must be in [0.001, 100] m"},
+        {"\"separation_arcsec\": 4", "\"separation_arcsec\": 1e-322", TOLIMAN_E_SCENE,
+         "must be in [1e-06, 100000] arcsec"},
+    };
+    CHECK(changes);
+    char *faint = replaced(kSingleScene, "\"peak_photons\": 1e6", "\"exposure_s\": 1e-300");
+    faint = replaced_again(faint, "5790}", "5790}, \"photons_per_s\": 1");
+    refused(faint, strlen(faint), TOLIMAN_E_SCENE, "must be at least 1e-06");
+    free(faint);
+    /* One pixel in the middle of a star: its light does not change to first order. */
+    char *still = replaced(kSingleScene, "[32, 32]", "[1, 1]");
+    toliman_sim *const silent = sim_of(still);
+    assert_true(isinf(info_of(silent).crb_px));
+    toliman_sim_destroy(silent);
+    still = replaced_again(still, "\"cadence\"",
+                           "\"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
+                           "\"cadence\"");
+    refused(still, strlen(still), TOLIMAN_E_SCENE, "signal: star A's motion changes no pixel of the frame");
+    free(still);
+
+    const struct {
+        const char *from, *to;
+    } least[] = {{"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 1e-6"},
+                 {"\"peak_photons\": 1e5", "\"peak_photons\": 1e-6"},
+                 {"\"aperture_m\": 0.125, \"secondary_m\": 0.01875", "\"aperture_m\": 0.001"},
+                 {"\"separation_arcsec\": 4", "\"separation_arcsec\": 1e-6"}};
+    for (size_t i = 0; i < sizeof least / sizeof *least; i++) {
+        toliman_sim *const sim = sim_with(kBinaryScene, least[i].from, least[i].to);
+        const toliman_sim_info info = info_of(sim);
+        assert_true(info.crb_px > 0 && isfinite(info.crb_px) && isfinite(info.truncation));
+        for (int32_t kind = TOLIMAN_IMAGE_BOTH; kind <= TOLIMAN_IMAGE_VARIANCE; kind++) {
+            double *const image = image_of(sim, kind);
+            for (int k = 0; k < 64 * 64; k++)
+                assert_true(isfinite(image[k]));
+            free(image);
+        }
+        toliman_sim_destroy(sim);
+    }
 }
 
 static const char *const kSpiral =
@@ -417,6 +480,40 @@ static void tables_are_read_and_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* 308.9 + (1772.7 - 308.9) rounds above 1772.7: the last sample is still the band's end, which ends the table too. */
+static void the_band_ends_where_it_says(void **state) {
+    (void)state;
+    char *text = replaced(kSingleScene, "{\"wavelength_nm\": 550}",
+                          "{\"min_nm\": 308.9, \"max_nm\": 1772.7, \"step_nm\": 1463.8}");
+    text = replaced_again(text, "{\"kind\": \"blackbody\", \"temperature_k\": 5790}",
+                          "{\"kind\": \"table\", \"file\": \"star.csv\"}");
+    write_file("star.csv", "308.9,1\n1772.7,3\n", 17);
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(text, strlen(text), folder, NULL, &sim));
+    double wavelength[2], a[2];
+    assert_ok(toliman_sim_get_spectrum(sim, 2, wavelength, a, NULL));
+    assert_true(wavelength[1] == 1772.7 * 1e-9);
+    assert_close(a[1] / a[0], 3, 1e-14, 0);
+    toliman_sim_destroy(sim);
+    free(text);
+}
+
+/* A pipe that nobody writes to is refused, not waited for. */
+static void pipes_are_refused(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    unlink(path_of("star.csv"));
+    assert_int_equal(mkfifo(path_of("star.csv"), 0600), 0);
+    alarm(20);
+    assert_fails(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
+                             "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim),
+                 TOLIMAN_E_NOT_FOUND, "star.csv: not a regular file");
+    assert_fails(toliman_sim_create(path_of("star.csv"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    alarm(0);
+    assert_null(sim);
+    unlink(path_of("star.csv"));
+}
+
 /* A scene file is named in messages as it was given, and its files are found beside it. */
 static void files_are_found_beside_the_scene(void **state) {
     (void)state;
@@ -428,7 +525,7 @@ static void files_are_found_beside_the_scene(void **state) {
     write_file("scene.json", bad, strlen(bad));
     free(bad);
     assert_fails(toliman_sim_create(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE,
-                 "/scene.json: telescope.aperture_m = -0.125: must be in (0, 100] m");
+                 "/scene.json: telescope.aperture_m = -0.125: must be in [0.001, 100] m");
     assert_null(sim);
     char *const good = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
                                 "{\"kind\": \"table\", \"file\": \"star.csv\"}");
@@ -441,19 +538,14 @@ static void files_are_found_beside_the_scene(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(impossible_values),
-        cmocka_unit_test(unknown_keys),
-        cmocka_unit_test(zernikes_have_an_index),
-        cmocka_unit_test(not_built_yet),
-        cmocka_unit_test(impossible_orbits),
-        cmocka_unit_test(impossible_planets),
-        cmocka_unit_test(text_that_is_no_json),
-        cmocka_unit_test(names_are_utf8),
-        cmocka_unit_test(masks_are_read),
-        cmocka_unit_test(masks_are_refused),
-        cmocka_unit_test(amplitudes_and_surfaces_are_refused),
-        cmocka_unit_test(tables_are_read_and_refused),
-        cmocka_unit_test(files_are_found_beside_the_scene),
+        cmocka_unit_test(impossible_values),           cmocka_unit_test(unknown_keys),
+        cmocka_unit_test(zernikes_have_an_index),      cmocka_unit_test(not_built_yet),
+        cmocka_unit_test(impossible_orbits),           cmocka_unit_test(impossible_planets),
+        cmocka_unit_test(text_that_is_no_json),        cmocka_unit_test(names_are_no_paths),
+        cmocka_unit_test(sizes_far_below_use),         cmocka_unit_test(masks_are_read),
+        cmocka_unit_test(masks_are_refused),           cmocka_unit_test(amplitudes_and_surfaces_are_refused),
+        cmocka_unit_test(tables_are_read_and_refused), cmocka_unit_test(the_band_ends_where_it_says),
+        cmocka_unit_test(pipes_are_refused),           cmocka_unit_test(files_are_found_beside_the_scene),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

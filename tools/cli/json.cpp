@@ -12,6 +12,11 @@ Json &Json::set(const char *name, double value) {
     return *this;
 }
 
+Json &Json::set_whole(const char *name, uint64_t value) {
+    cJSON_AddRawToObject(object_.get(), name, std::to_string(value).c_str());
+    return *this;
+}
+
 Json &Json::set(const char *name, const std::string &value) {
     cJSON_AddStringToObject(object_.get(), name, value.c_str());
     return *this;

@@ -1,6 +1,7 @@
 // JSON results: owned cJSON objects; numbers that are not finite become null.
 #pragma once
 #include <cjson/cJSON.h>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -10,6 +11,7 @@ class Json {
   public:
     Json() : object_(cJSON_CreateObject()) {}
     Json &set(const char *name, double value);
+    Json &set_whole(const char *name, uint64_t value); // every digit, where a double would round
     Json &set(const char *name, const std::string &value);
     Json &set(const char *name, Json &&value); // nested
     std::string text() const;                  // indented, with a line end

@@ -13,35 +13,61 @@
 
 namespace cli {
 
+namespace {
+constexpr int kMostTemporaries = 100;
+} // namespace
+
 OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard output" : path), file_(nullptr) {
     struct stat facts = {};
+    const bool exists = path != "-" && ::stat(path.c_str(), &facts) == 0;
     int descriptor;
     if (path == "-") {
         descriptor = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
-    } else if (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode)) {
+    } else if (exists && !S_ISREG(facts.st_mode)) {
         descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     } else {
         const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
         target_ = real ? real.get() : path;
-        temporary_ = target_ + "." + std::to_string(::getpid()) + ".tmp";
-        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        descriptor = open_temporary();
     }
     if (descriptor >= 0)
         file_ = ::fdopen(descriptor, "wb");
     if (file_ == nullptr)
         fail();
-}
-
-OutputFile::~OutputFile() {
-    if (file_ != nullptr) {
-        std::fclose(file_);
-        if (!temporary_.empty())
-            ::unlink(temporary_.c_str());
+    if (exists && !temporary_.empty() && ::fchmod(descriptor, facts.st_mode & 0777) != 0) {
+        abandon();
+        fail();
     }
 }
 
+// Passes over names that are taken, by other writers or by some that died.
+int OutputFile::open_temporary() {
+    int descriptor = -1;
+    for (int i = 0; i < kMostTemporaries; i++) {
+        temporary_ = target_ + "." + std::to_string(i) + ".tmp";
+        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (descriptor >= 0 || errno != EEXIST)
+            break;
+    }
+    return descriptor;
+}
+
+OutputFile::~OutputFile() {
+    if (file_ != nullptr)
+        abandon();
+}
+
+void OutputFile::abandon() noexcept {
+    const int reason = errno;
+    std::fclose(file_);
+    if (!temporary_.empty())
+        ::unlink(temporary_.c_str());
+    errno = reason;
+}
+
 void OutputFile::fail() const {
-    throw Failure(kExitOutput, path_ + ": cannot be written: " + std::strerror(errno));
+    const std::string where = temporary_.empty() ? "" : temporary_ + ": ";
+    throw Failure(kExitOutput, path_ + ": cannot be written: " + where + std::strerror(errno));
 }
 
 void OutputFile::write(const void *data, size_t size) {

@@ -5,8 +5,9 @@
 
 namespace cli {
 
-// Written beside `path` under a temporary name; commit() renames it, destruction without commit removes it. A symbolic
-// link keeps standing and its target is replaced. "-" (standard output), a pipe or a device is written straight.
+// Written beside `path` as `path`.0.tmp, or the next number that is free; commit() renames it, destruction without
+// commit removes it. A symbolic link keeps standing and its target is replaced. "-" (standard output), a pipe or a
+// device is written straight. A file that is replaced gives its permissions to the new one.
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path);
@@ -19,6 +20,8 @@ class OutputFile {
 
   private:
     [[noreturn]] void fail() const;
+    int open_temporary();
+    void abandon() noexcept;
     std::string path_;               // as messages name it
     std::string target_, temporary_; // both empty when written straight
     std::FILE *file_;

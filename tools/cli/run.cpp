@@ -44,7 +44,7 @@ Json result_json(const Scene &scene, const Experiment &experiment) {
     timings.set("total_s", spent.total);
 
     json.set("schema", "toliman-run/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", static_cast<double>(experiment.seed));
+    json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", experiment.seed);
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
@@ -108,7 +108,7 @@ void run(const Options &options, Progress &progress) {
     const Scene scene(options.scene, progress);
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
-    const std::string path = options.folder.empty() ? name + ".run" : options.folder;
+    const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
     OutputFolder folder(path);
     OutputFile result(folder.file("result.json")), series(folder.file("series.csv"));
     OutputFile periodogram(folder.file("periodogram.csv"));
@@ -136,7 +136,8 @@ void add_run(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("run", kDescription);
     auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->folder, "folder for the results, default ./<scene name>.run");
+    command->add_option("--out", options->folder,
+                        "folder for the results, default ./<scene name>.run, scene.run without a name");
     CLI::Option *seed = command->add_option("--seed", options->seed, "seed of noise and weights, default the scene's");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, seed] {

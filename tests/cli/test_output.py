@@ -1,0 +1,46 @@
+"""Files that the program replaces: stale temporaries, permissions, and which file an error names."""
+import json
+import os
+import unittest
+
+from program import ProgramTest
+
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
+    "band": {"wavelength_nm": 550},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
+    "cadence": {"frames": 10, "peak_photons": 1e6},
+    "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
+}
+
+
+class Output(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "scene.json").write_text(json.dumps(SCENE))
+
+    def test_temporaries_of_writers_that_died(self):
+        for number in range(3):
+            (self.folder / f"x.npy.{number}.tmp").touch()
+        self.succeed("psf", "scene.json", "--out", "x.npy")
+        self.assertGreater((self.folder / "x.npy").stat().st_size, 8 * 64)
+        self.assertFalse((self.folder / "x.npy.3.tmp").exists())
+        for number in range(3, 100):
+            (self.folder / f"x.npy.{number}.tmp").touch()
+        self.refuse(6, "x.npy: cannot be written: ", "x.npy.99.tmp: ", arguments=("psf", "scene.json", "--out", "x.npy"))
+
+    def test_permissions_are_kept(self):
+        for mode in (0o600, 0o666):
+            (self.folder / "x.npy").touch()
+            (self.folder / "x.npy").chmod(mode)
+            self.succeed("psf", "scene.json", "--out", "x.npy")
+            self.assertEqual((self.folder / "x.npy").stat().st_mode & 0o777, mode)
+
+    def test_a_pipe_is_no_scene(self):
+        os.mkfifo(self.folder / "pipe.json")
+        self.refuse(3, "pipe.json: not a regular file", arguments=("psf", "pipe.json", "--out", "x.npy"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,162 @@
+/* What the system refuses: names that are taken, folders that cannot be opened, threads that cannot be had. */
+#include <stdio.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <toliman/period.h>
+
+#include "scene_text.h"
+
+static char folder[] = P_tmpdir "/toliman-system-XXXXXX";
+static char path[100];
+static toliman_period *first, *second; /* two objects that save different bytes */
+
+static int set_up(void **state) {
+    (void)state;
+    if (mkdtemp(folder) == NULL)
+        return 1;
+    snprintf(path, sizeof path, "%s/state.tlmp", folder);
+    assert_ok(toliman_period_create(0, 0.1, 3, NULL, &first));
+    assert_ok(toliman_period_create(0, 0.2, 3, NULL, &second));
+    return 0;
+}
+
+static int tear_down(void **state) {
+    (void)state;
+    toliman_period_destroy(first);
+    toliman_period_destroy(second);
+    unlink(path);
+    return rmdir(folder);
+}
+
+static const char *temporary(int number) {
+    static char name[120];
+    snprintf(name, sizeof name, "%s.%d.tmp", path, number);
+    return name;
+}
+
+static void write_file(const char *name, const char *text) {
+    FILE *const file = fopen(name, "wb");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* The file holds what this object saves. */
+static void assert_holds(const toliman_period *period) {
+    static unsigned char expected[10000], found[10000];
+    size_t size;
+    assert_ok(toliman_period_save(period, expected, sizeof expected, &size));
+    FILE *const file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fread(found, 1, sizeof found, file), size);
+    fclose(file);
+    assert_memory_equal(found, expected, size);
+}
+
+static void names_that_are_taken(void **state) {
+    (void)state;
+    const int self = (int)gettid(); /* numbers of threads come again, always the same ones in containers */
+    write_file(temporary(self), "");
+    for (int number = 0; number < 3; number++)
+        write_file(temporary(number), "left by a writer that died");
+    assert_ok(toliman_period_save_file(first, path));
+    assert_int_equal(self < 3 ? 0 : unlink(temporary(self)), 0);
+    assert_holds(first);
+    assert_int_equal(access(temporary(2), F_OK), 0);
+    assert_int_not_equal(access(temporary(3), F_OK), 0);
+    for (int number = 3; number < 100; number++)
+        write_file(temporary(number), "");
+    assert_fails(toliman_period_save_file(second, path), TOLIMAN_E_WRITE, temporary(99));
+    assert_holds(first);
+    for (int number = 0; number < 100; number++)
+        assert_int_equal(unlink(temporary(number)), 0);
+}
+
+static mode_t mode_of(const char *name) {
+    struct stat facts;
+    assert_int_equal(stat(name, &facts), 0);
+    return facts.st_mode & 07777;
+}
+
+static void permissions(void **state) {
+    (void)state;
+    unlink(path);
+    const mode_t mask = umask(027);
+    assert_ok(toliman_period_save_file(first, path));
+    assert_int_equal(mode_of(path), 0640); /* a new file: as the process makes files */
+    const mode_t modes[] = {0600, 0666, 0751};
+    for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
+        assert_int_equal(chmod(path, modes[i]), 0);
+        assert_ok(toliman_period_save_file(second, path));
+        assert_int_equal(mode_of(path), modes[i]);
+    }
+    umask(mask);
+}
+
+/* Runs body in a child without the rights of root; its result is the child's exit code. */
+static int as_nobody(int (*body)(void)) {
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0)
+        _exit(geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0) ? 99 : body());
+    int status = 0;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+static int save_where_the_folder_cannot_be_opened(void) {
+    if (toliman_period_save_file(second, path) != TOLIMAN_E_WRITE)
+        return 1;
+    return strstr(toliman_last_error(), "its folder cannot be opened: Permission denied") == NULL ? 2 : 0;
+}
+
+/* A folder that takes files but cannot be read cannot be synced: said before the old file is replaced. */
+static void a_folder_that_cannot_be_opened(void **state) {
+    (void)state;
+    assert_ok(toliman_period_save_file(first, path));
+    assert_int_equal(chmod(path, 0644), 0);
+    assert_int_equal(chmod(folder, 0333), 0);
+    assert_int_equal(as_nobody(save_where_the_folder_cannot_be_opened), 0);
+    assert_int_equal(chmod(folder, 0700), 0);
+    assert_holds(first);
+    assert_int_not_equal(access(temporary(0), F_OK), 0);
+}
+
+enum { kFrames = 50, kFramePixels = 32 * 32 };
+static toliman_sim *sim;
+static const double displacements[kFrames];
+static double expected[kFrames * kFramePixels], frames[kFrames * kFramePixels];
+
+static int make_frames_without_threads(void) {
+    const struct rlimit none = {0, 0};
+    if (setrlimit(RLIMIT_NPROC, &none) != 0)
+        return 98;
+    if (toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, 8, frames) != TOLIMAN_OK)
+        return 1;
+    return memcmp(frames, expected, sizeof frames) != 0 ? 2 : 0;
+}
+
+/* With fewer threads than asked for, even with none, the same frames are made. */
+static void threads_that_cannot_be_had(void **state) {
+    (void)state;
+    sim = sim_with(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
+    assert_ok(toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, 1, expected));
+    assert_int_equal(as_nobody(make_frames_without_threads), 0);
+    assert_ok(toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, UINT32_MAX, frames));
+    assert_memory_equal(frames, expected, sizeof frames);
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(names_that_are_taken),
+        cmocka_unit_test(permissions),
+        cmocka_unit_test(a_folder_that_cannot_be_opened),
+        cmocka_unit_test(threads_that_cannot_be_had),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
