@@ -11,7 +11,7 @@ module toliman
     type, bind(C), public :: toliman_period_options
         integer(c_int32_t) :: struct_size
         integer(c_int32_t) :: flags
-        real(c_double) :: time_offset, value_offset, value_bound, sigma_floor
+        real(c_double) :: time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling
     end type
 
     type, bind(C), public :: toliman_period_peak

@@ -5,8 +5,10 @@
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 1e-12; within 1e-17 (f T)^-4 where f times the time span T is below 0.05; and 3e-17 more
- *              for every standard deviation by which the mean is away from value_offset.
+ * Accuracy     power within 1e-12, for sigmas from sigma_floor to sigma_ceiling in any proportion (up to 1 to 1e8);
+ *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05; and 3e-17 more for every standard
+ *              deviation by which the mean is away from value_offset. Queries refuse values that scatter too little for
+ *              value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -27,15 +29,22 @@ typedef struct toliman_period_options {
     uint32_t flags;      /* TOLIMAN_PERIOD_..., default 0 */
     double time_offset;  /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
     double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
-    double value_bound;  /* largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it */
-    double sigma_floor;  /* smallest sigma to come; default 1. Weights (sigma_floor/sigma)^2 are kept to 2^-50 */
+    /* Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
+     * enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150. */
+    double value_bound;
+    double sigma_floor; /* smallest sigma to come; default 1 */
+    /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
+     * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above they are wide, 50 bits
+     * more for every term: a push takes three times as long, a query of the power some fifteen times. */
+    double sigma_ceiling;
 } toliman_period_options;
 
 /* Fills *options with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
-/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26. options may be NULL. All memory (about 144 bytes a
- * frequency) is taken here, none later. The caller destroys *out. Since 0.1. */
+/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26. options may be NULL. All memory is taken
+ * here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
+ * samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -44,8 +53,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, d
 TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT;
 
 /* Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma
- * is beyond what the options promised, or f t exceeds 2^50 cycles; the sums are then unchanged. Unweighted data: give 1
- * (or sigma_floor) everywhere. Duplicate times are allowed. Since 0.1. */
+ * is beyond what the options promised, f (t - time_offset) exceeds 2^50 cycles, |t - time_offset| exceeds 1e100, or
+ * 2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Duplicate
+ * times are allowed. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;
 
@@ -68,6 +78,7 @@ typedef struct toliman_period_info {
     double time_offset, value_offset, value_bound, sigma_floor;
     int64_t count;   /* samples */
     uint64_t digest; /* identity of grid and options; equal digests may be compared sum by sum */
+    double sigma_ceiling;
 } toliman_period_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -76,7 +87,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
  * parameters as samples give 1, a frequency at which cosine and sine coincide is solved in the one that is left.
- * Since 0.1. */
+ * TOLIMAN_E_RANGE if the values scatter too little for value_bound. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
 
@@ -84,50 +95,53 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const t
 typedef struct toliman_period_peak {
     uint32_t struct_size; /* in: sizeof(toliman_period_peak) */
     uint32_t reserved;
-    double frequency;        /* between grid points, where the power is greatest */
-    double period;           /* 1/frequency */
-    double power;            /* in [0, 1] */
-    double log10_residual;   /* log10(1 - power), formed from residual/total */
-    double fwhm;             /* full width at half maximum of the peak, in frequency; NaN if it leaves the grid */
+    double frequency;      /* between grid points, where the power is greatest */
+    double period;         /* 1/frequency */
+    double power;          /* in [0, 1] */
+    double log10_residual; /* log10(1 - power), formed from residual/total; -4900 at least */
+    double fwhm; /* full width at half maximum of the peak, in frequency; +infinity if a side never falls so low */
     double fwhm_error;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
     double half_width_error; /* half of it, as the chapter's table prints it */
-    double frequency_error;  /* least-squares standard error; NaN from query_peak, which sees no samples */
+    double frequency_error;  /* least-squares standard error, +infinity if the samples cannot tell; NaN from
+                              * query_peak, which sees no samples */
     double amplitude;        /* of the sinusoid; NaN from query_peak */
-    double amplitude_error;  /* least-squares standard error; NaN from query_peak */
+    double amplitude_error;  /* the same; NaN from query_peak */
     double phase;            /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
     double offset;           /* NaN as above */
     double log10_fap;        /* Baluev's upper bound of the chance that noise alone peaks so high on this grid */
 } toliman_period_peak;
 
 /* Highest peak of the grid, refined by a parabola. 1 - power is resolved to 1e-14 only. TOLIMAN_E_STATE with fewer than
- * five samples or constant values. Since 0.1. */
+ * five samples or constant values, TOLIMAN_E_RANGE as query_power. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* The same peak refined against the samples themselves, which must be those pushed (their number is checked; sigma may
  * be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the residuals
- * and therefore right even when it is 1e-31. Since 0.1. */
+ * and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine coincide at
+ * every sample, as at the Nyquist frequency of even times, the one that is left is fitted. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* log10 of Baluev's false alarm probability of a power P given as log10(1 - P), for the samples pushed and frequencies
- * up to the grid's last. 0 for P = 0; -infinity never: 1 - P is at least 10^-4900. Since 0.1. */
+ * up to the grid's last. 0 for P = 0; never NaN or infinite: 1 - P is at least 10^-4900. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period,
                                                                        double log10_residual,
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;
 
-/* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set; otherwise capacity must be at least that
- * (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1. */
+/* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
+ * least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
- * impossible content. The caller destroys *out. Since 0.1. */
+ * impossible content: before 1.0 only this version's bytes load. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
-/* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
+/* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
+ * reads the header first, and no more of a file that has not the size it tells. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,

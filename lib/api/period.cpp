@@ -20,8 +20,6 @@ struct toliman_period {
 
 namespace {
 
-constexpr size_t kMaxStateFile = size_t{1} << 34;
-
 period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
     if ((options.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
         fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
@@ -34,6 +32,7 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.value_offset = options.value_offset;
     grid.value_bound = options.value_bound;
     grid.sigma_floor = options.sigma_floor;
+    grid.sigma_ceiling = options.sigma_ceiling;
     return grid;
 }
 
@@ -134,6 +133,7 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         info.value_offset = grid.value_offset;
         info.value_bound = grid.value_bound;
         info.sigma_floor = grid.sigma_floor;
+        info.sigma_ceiling = grid.sigma_ceiling;
         info.count = stream.totals().count;
         info.digest = grid.digest();
         deliver(info, out, "out", sizeof info);
@@ -150,6 +150,7 @@ toliman_status toliman_period_query_power(const toliman_period *period, int64_t 
             fail(Status::range, "first = %lld, count = %zu: the grid has %lld frequencies",
                  static_cast<long long>(first), count, static_cast<long long>(nf));
         const period::PowerQuery query(stream);
+        query.check();
         for (size_t i = 0; i < count; i++)
             power[i] = query.at(first + static_cast<int64_t>(i));
     });
@@ -188,7 +189,13 @@ toliman_status toliman_period_query_fap(const toliman_period *period, double log
 
 toliman_status toliman_period_save(const toliman_period *period, void *bytes, size_t capacity,
                                    size_t *needed) noexcept {
-    return guard([&] { deliver_bytes(required(period, "period").stream.save(), bytes, capacity, needed); });
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        if (bytes == nullptr)
+            required(needed, "needed") = stream.saved_size();
+        else
+            deliver_bytes(stream.save(), bytes, capacity, needed);
+    });
 }
 
 toliman_status toliman_period_load(const void *bytes, size_t size, toliman_period **out) noexcept {
@@ -209,7 +216,9 @@ toliman_status toliman_period_save_file(const toliman_period *period, const char
 toliman_status toliman_period_load_file(const char *path, toliman_period **out) noexcept {
     return guard([&] {
         required(out, "out");
-        const std::vector<uint8_t> bytes = file::read(&required(path, "path"), kMaxStateFile);
+        const std::vector<uint8_t> header = file::head(&required(path, "path"), period::Stream::kHeaderSize);
+        const size_t size = period::Stream::saved_size(header.data(), header.size());
+        const std::vector<uint8_t> bytes = file::read(path, size);
         *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())};
     });
 }

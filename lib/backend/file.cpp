@@ -71,32 +71,53 @@ bool write_all(int descriptor, const void *data, size_t size) noexcept {
     return true;
 }
 
-} // namespace
-
-std::vector<uint8_t> read(const std::string &path, size_t limit) {
+// A regular file for reading.
+struct Input {
     // Opening a pipe would otherwise wait for a writer; regular files know no waiting.
-    Descriptor input(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-    if (input.get() < 0)
-        fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+    explicit Input(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+        if (descriptor.get() < 0)
+            fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+        if (::fstat(descriptor.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
+            fail(Status::not_found, "%s: not a regular file", path.c_str());
+    }
+    Descriptor descriptor;
     struct stat facts = {};
-    if (::fstat(input.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
-        fail(Status::not_found, "%s: not a regular file", path.c_str());
-    if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
-        fail(Status::format, "%s: %lld bytes, at most %zu are allowed", path.c_str(),
-             static_cast<long long>(facts.st_size), limit);
-    std::vector<uint8_t> bytes(static_cast<size_t>(facts.st_size));
+};
+
+// Up to `size` bytes from where the descriptor stands; fewer only at the end of the file.
+std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, size_t size) {
+    std::vector<uint8_t> bytes(size);
     size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t got = ::read(input.get(), bytes.data() + done, bytes.size() - done);
+    while (done < size) {
+        const ssize_t got = ::read(input.descriptor.get(), bytes.data() + done, size - done);
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
             fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
         if (got == 0)
-            fail(Status::format, "%s: became shorter while it was read", path.c_str());
+            break;
         done += static_cast<size_t>(got);
     }
+    bytes.resize(done);
     return bytes;
+}
+
+} // namespace
+
+std::vector<uint8_t> read(const std::string &path, size_t limit) {
+    const Input input(path);
+    const struct stat &facts = input.facts;
+    if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
+        fail(Status::format, "%s: %lld bytes, at most %zu are allowed", path.c_str(),
+             static_cast<long long>(facts.st_size), limit);
+    std::vector<uint8_t> bytes = read_bytes(path, input, static_cast<size_t>(facts.st_size));
+    if (bytes.size() < static_cast<size_t>(facts.st_size))
+        fail(Status::format, "%s: became shorter while it was read", path.c_str());
+    return bytes;
+}
+
+std::vector<uint8_t> head(const std::string &path, size_t size) {
+    return read_bytes(path, Input(path), size);
 }
 
 void replace(const std::string &path, const void *data, size_t size) {

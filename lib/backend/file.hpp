@@ -10,6 +10,9 @@ namespace toliman::file {
 // larger.
 std::vector<uint8_t> read(const std::string &path, size_t limit);
 
+// The first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read.
+std::vector<uint8_t> head(const std::string &path, size_t size);
+
 // Writes a temporary beside path (path.0.tmp, or the next number that is free), syncs it and renames it over path, or
 // over what path links to, then syncs the folder. A file that is replaced gives its permissions to the new one.
 // Status::write on any failure and for anything but a regular file; the old file then stands and nothing is left

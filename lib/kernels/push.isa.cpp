@@ -51,8 +51,8 @@ void set_anchors(double f0, double df, size_t blocks, const PushSample &sample, 
 
 // The block's eight rows of terms; a short pass of its own, because the compiler gives up on one loop with eight
 // outputs.
-inline void block_terms(double c0, double s0, const double *table_c, const double *table_s, const PushSample &sample,
-                        double (*terms)[kBlock]) noexcept {
+inline void narrow_terms(double c0, double s0, const double *table_c, const double *table_s, const PushSample &sample,
+                         double (*terms)[kBlock]) noexcept {
     const double w = sample.weight * kOne, y = sample.weight * (sample.value_high * kOne);
     const double y_low =
         (sample.weight * sample.value_low * kOne + product_error(sample.weight, sample.value_high * kOne, y)) * kOne;
@@ -70,8 +70,63 @@ inline void block_terms(double c0, double s0, const double *table_c, const doubl
     }
 }
 
+// A number as value + error, |error| below an ulp of value.
+struct Pair {
+    double value, error;
+};
+
+inline Pair product(double a, double b) noexcept {
+    const double p = a * b;
+    return {p, product_error(a, b, p)};
+}
+
+inline Pair difference(double a, double b) noexcept {
+    const double d = a - b, back = d - a;
+    return {d, (a - (d - back)) - (b + back)};
+}
+
+// factor x, to 2^-104 of itself.
+inline Pair scaled(double factor, Pair x) noexcept {
+    const Pair p = product(factor, x.value);
+    return {p.value, p.error + factor * x.error};
+}
+
+// A term to two limbs, and what is left below them. The kernel's quantise() rounds each limb.
+inline double put(Pair term, double &high, double &low) noexcept {
+    const Pair left = difference(term.value - nearest_whole(term.value), -term.error);
+    high = term.value;
+    low = left.value * kOne;
+    return ((low - nearest_whole(low)) + left.error * kOne) * kOne;
+}
+
+inline void wide_terms(double c0, double s0, const double *table_c, const double *table_s, const PushSample &sample,
+                       double (*terms)[kBlock]) noexcept {
+    const double w = sample.weight * kOne;
+    const Pair y = scaled(sample.weight, {sample.value_high * kOne, sample.value_low * kOne});
+    for (size_t j = 0; j < kBlock; j++) {
+        const double c = table_c[j] * c0 - table_s[j] * s0, s = table_s[j] * c0 + table_c[j] * s0;
+        // c + i s is some 1e-16 off the unit circle: off = 1 - c^2 - s^2, and times 1 + off/2 it is on it to 1e-31.
+        const Pair cc = product(c, c), ss = product(s, s), sc = product(s, c), rest = difference(1.0, cc.value);
+        const Pair left = difference(rest.value, ss.value), gap = difference(cc.value, ss.value);
+        const double off = left.value + (left.error + ((rest.error - cc.error) - ss.error));
+        const Pair unit_c = {c, c * (0.5 * off)}, unit_s = {s, s * (0.5 * off)};
+        put(scaled(w, unit_c), terms[kC1][j], terms[kC1Low][j]);
+        put(scaled(w, unit_s), terms[kS1][j], terms[kS1Low][j]);
+        put(scaled(w, {gap.value, (gap.error + (cc.error - ss.error)) + gap.value * off}), terms[kC2][j],
+            terms[kC2Low][j]);
+        put(scaled(2 * w, {sc.value, sc.error + sc.value * off}), terms[kS2][j], terms[kS2Low][j]);
+        const Pair yc = scaled(y.value, unit_c), ys = scaled(y.value, unit_s);
+        terms[kYCLowest][j] = put({yc.value, yc.error + y.error * c}, terms[kYC][j], terms[kYCLow][j]);
+        terms[kYSLowest][j] = put({ys.value, ys.error + y.error * s}, terms[kYS][j], terms[kYSLow][j]);
+    }
+}
+
+using Terms = void(double c0, double s0, const double *table_c, const double *table_s, const PushSample &sample,
+                   double (*terms)[kBlock]) noexcept;
+
+template <int sums, Terms make_terms>
 void push(double f0, double df, size_t blocks, const PushSample &sample, double *anchors, int64_t *const *lo) noexcept {
-    alignas(64) double table_c[kBlock], table_s[kBlock], terms[kSums][kBlock];
+    alignas(64) double table_c[kBlock], table_s[kBlock], terms[sums][kBlock];
     for (size_t j = 0; j < kBlock; j++) {
         const double k = static_cast<double>(j), step = df * k;
         cis_product(step, product_error(df, k, step), sample.t_high, sample.t_low, table_c[j], table_s[j]);
@@ -79,8 +134,8 @@ void push(double f0, double df, size_t blocks, const PushSample &sample, double 
     double *const anchor_c = anchors, *const anchor_s = anchors + blocks;
     set_anchors(f0, df, blocks, sample, anchor_c, anchor_s);
     for (size_t b = 0; b < blocks; b++) {
-        block_terms(anchor_c[b], anchor_s[b], table_c, table_s, sample, terms);
-        for (int sum = 0; sum < kSums; sum++) {
+        make_terms(anchor_c[b], anchor_s[b], table_c, table_s, sample, terms);
+        for (int sum = 0; sum < sums; sum++) {
             int64_t *__restrict out = lo[sum] + b * kBlock;
             const double *__restrict term = terms[sum];
             for (size_t j = 0; j < kBlock; j++)
@@ -104,5 +159,7 @@ void cis(double f_high, double f_low, double t_high, double t_low, double *cosin
 } // namespace toliman::kernels::TOLIMAN_ISA
 
 namespace toliman::kernels {
-extern const PushKernels TOLIMAN_ISA_TABLE(push) = {TOLIMAN_ISA::push, TOLIMAN_ISA::fold, TOLIMAN_ISA::cis};
+extern const PushKernels TOLIMAN_ISA_TABLE(push) = {TOLIMAN_ISA::push<kNarrowSums, TOLIMAN_ISA::narrow_terms>,
+                                                    TOLIMAN_ISA::push<kSums, TOLIMAN_ISA::wide_terms>,
+                                                    TOLIMAN_ISA::fold, TOLIMAN_ISA::cis};
 }

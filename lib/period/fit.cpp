@@ -2,9 +2,11 @@
 // a fit that is good to the last bit of its data still has a residual with digits.
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "period/peak.hpp"
+#include "period/power.hpp"
 
 namespace toliman::period {
 
@@ -22,9 +24,12 @@ struct Point {
 
 struct Fit {
     Real frequency;
-    Vector coefficients; // offset, cosine, sine; the last unused
-    Real residual;       // weighted sum of squares
+    Real offset, cosine, sine;
+    Real residual; // weighted sum of squares
+    int rank;      // of cosine and sine: 1 where they coincide at every sample, as at the Nyquist frequency
 };
+
+constexpr double kCannotTell = std::numeric_limits<double>::infinity();
 
 // 2 pi f t, reduced modulo one cycle while the product still has all its digits.
 Real phase_of(Real frequency, Real t) noexcept {
@@ -34,21 +39,22 @@ Real phase_of(Real frequency, Real t) noexcept {
     return kTwoPi * (static_cast<Real>(product - std::nearbyint(product)) + (static_cast<Real>(error) + rest));
 }
 
-// Solves a symmetric positive definite system in place by elimination; false if it is singular.
-bool solve(Matrix a, Vector b, size_t n, Vector &x) noexcept {
-    for (size_t i = 0; i < n; i++) {
-        if (!(a[i][i] > 0))
+// Solves a symmetric positive definite system by elimination; false if a pivot is nothing beside its diagonal.
+bool solve(Matrix a, Vector b, Vector &x) noexcept {
+    const Matrix whole = a;
+    for (size_t i = 0; i < kParameters; i++) {
+        if (!(a[i][i] > kCoincident * whole[i][i]))
             return false;
-        for (size_t r = i + 1; r < n; r++) {
+        for (size_t r = i + 1; r < kParameters; r++) {
             const Real factor = a[r][i] / a[i][i];
-            for (size_t c = i; c < n; c++)
+            for (size_t c = i; c < kParameters; c++)
                 a[r][c] -= factor * a[i][c];
             b[r] -= factor * b[i];
         }
     }
-    for (size_t i = n; i-- > 0;) {
+    for (size_t i = kParameters; i-- > 0;) {
         Real sum = b[i];
-        for (size_t c = i + 1; c < n; c++)
+        for (size_t c = i + 1; c < kParameters; c++)
             sum -= a[i][c] * x[c];
         x[i] = sum / a[i][i];
     }
@@ -59,10 +65,12 @@ class Sinusoid {
   public:
     Sinusoid(const Samples &samples, bool fixed_mean);
 
+    // Least squares at one frequency; what cosine and sine cannot tell apart is left out, as in the power.
     Fit at(Real frequency) const;
-    // Gauss-Newton from f, never leaving [f - reach, f + reach] and never uphill.
-    Fit refine(Real frequency, Real reach) const;
-    // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual.
+    // Gauss-Newton from a fit, never leaving its frequency by more than `reach` and never uphill.
+    Fit refine(Fit best, Real reach) const;
+    // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity where the
+    // samples cannot tell.
     void errors(const Fit &fit, Peak &peak) const;
     // Frequency distance from the peak on one side where the power has fallen to half, 0 if not within `far`.
     Real half_power(const Fit &fit, Real step, Real far) const;
@@ -74,7 +82,10 @@ class Sinusoid {
   private:
     // Normal equations of (offset, cosine, sine, frequency) at a fit, the right side from its residuals.
     void normal(const Fit &fit, Matrix &matrix, Vector &right) const;
-    Real residual(Fit &fit) const;
+    // Weighted means of cosine and sine, which a fixed mean leaves as they are.
+    void centre(Real frequency, Real &cosine, Real &sine) const;
+    // Adds the least-squares solution for what the fit leaves, and forms its residual.
+    void improve(Fit &fit, Real mean_cosine, Real mean_sine) const;
 
     std::vector<Point> points_;
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
@@ -108,8 +119,8 @@ void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) const {
     right = {};
     for (const Point &point : points_) {
         const Real phase = phase_of(fit.frequency, point.t), c = std::cos(phase), s = std::sin(phase);
-        const Vector row = {1, c, s, kTwoPi * point.t * (fit.coefficients[2] * c - fit.coefficients[1] * s)};
-        const Real model = fit.coefficients[0] + fit.coefficients[1] * c + fit.coefficients[2] * s;
+        const Vector row = {1, c, s, kTwoPi * point.t * (fit.sine * c - fit.cosine * s)};
+        const Real model = fit.offset + fit.cosine * c + fit.sine * s;
         for (size_t i = 0; i < kParameters; i++) {
             right[i] += point.w * row[i] * (point.y - model);
             for (size_t j = 0; j < kParameters; j++)
@@ -124,45 +135,66 @@ void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) const {
     }
 }
 
-Real Sinusoid::residual(Fit &fit) const {
+void Sinusoid::centre(Real frequency, Real &cosine, Real &sine) const {
+    cosine = sine = 0;
+    if (first_ == 1)
+        return;
+    for (const Point &point : points_) {
+        const Real phase = phase_of(frequency, point.t);
+        cosine += point.w * std::cos(phase);
+        sine += point.w * std::sin(phase);
+    }
+}
+
+void Sinusoid::improve(Fit &fit, Real mean_cosine, Real mean_sine) const {
+    Moments m = {};
+    Real mean = 0;
     fit.residual = 0;
     for (const Point &point : points_) {
-        const Real phase = phase_of(fit.frequency, point.t);
-        const Real gap = point.y - (fit.coefficients[0] + fit.coefficients[1] * std::cos(phase) +
-                                    fit.coefficients[2] * std::sin(phase));
+        const Real phase = phase_of(fit.frequency, point.t), cosine = std::cos(phase), sine = std::sin(phase);
+        const Real c = cosine - mean_cosine, s = sine - mean_sine;
+        const Real gap = point.y - (fit.offset + fit.cosine * cosine + fit.sine * sine);
         fit.residual += point.w * gap * gap;
+        mean += point.w * gap;
+        m.cc += point.w * c * c;
+        m.cs += point.w * c * s;
+        m.ss += point.w * s * s;
+        m.yc += point.w * gap * c;
+        m.ys += point.w * gap * s;
     }
-    return fit.residual;
+    m.determinant = m.cc * m.ss - m.cs * m.cs;
+    // Phases are rounded to 2^-64 of a cycle or so: less than that is no direction.
+    const Solved solved = period::solve(m, 1e-36L + kCoincident * (m.cc + m.ss));
+    fit.rank = solved.rank;
+    fit.cosine += solved.cosine;
+    fit.sine += solved.sine;
+    if (first_ == 0)
+        fit.offset += mean - solved.cosine * mean_cosine - solved.sine * mean_sine;
 }
 
 Fit Sinusoid::at(Real frequency) const {
-    Fit fit = {frequency, {}, total_};
-    Matrix matrix;
-    Vector right, step = {};
-    for (int pass = 0; pass < 2; pass++) { // the second pass removes the rounding of the first
-        normal(fit, matrix, right);
-        if (!solve(matrix, right, 3, step))
-            return {frequency, {}, total_};
-        for (size_t i = 0; i < 3; i++)
-            fit.coefficients[i] += step[i];
-    }
-    residual(fit);
+    Real mean_cosine, mean_sine;
+    centre(frequency, mean_cosine, mean_sine);
+    Fit fit = {frequency, 0, 0, 0, total_, 0};
+    improve(fit, mean_cosine, mean_sine);
+    improve(fit, mean_cosine, mean_sine); // removes the rounding of the first
+    Fit last = fit;
+    improve(last, mean_cosine, mean_sine); // forms the residual of what stands in fit
+    fit.residual = last.residual;
     return fit;
 }
 
-Fit Sinusoid::refine(Real frequency, Real reach) const {
+Fit Sinusoid::refine(Fit best, Real reach) const {
     constexpr int max_steps = 60;
-    const Real low = frequency - reach, high = frequency + reach;
-    Fit best = at(frequency);
+    const Real low = best.frequency - reach, high = best.frequency + reach;
     Matrix matrix;
     Vector right, step = {};
     Real shorten = 1;
     for (int i = 0; i < max_steps && shorten > 1e-6L; i++) {
         normal(best, matrix, right);
-        if (!solve(matrix, right, kParameters, step))
+        if (!solve(matrix, right, step))
             break;
-        const Real next = std::fmin(high, std::fmax(low, best.frequency + shorten * step[3]));
-        const Fit fit = at(next);
+        const Fit fit = at(std::fmin(high, std::fmax(low, best.frequency + shorten * step[3])));
         if (fit.residual < best.residual) {
             best = fit;
             shorten = std::fmin(1.0L, 2 * shorten);
@@ -174,27 +206,34 @@ Fit Sinusoid::refine(Real frequency, Real reach) const {
 }
 
 void Sinusoid::errors(const Fit &fit, Peak &peak) const {
+    peak.frequency_error = peak.amplitude_error = kCannotTell;
+    const Real amplitude = std::hypot(fit.cosine, fit.sine);
+    const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
+    const Real freedom = static_cast<Real>(points_.size()) - parameters;
+    if (!(freedom > 0 && amplitude > 0))
+        return;
+    const Real scale = fit.residual / freedom, c = fit.cosine / amplitude, s = fit.sine / amplitude;
     Matrix matrix;
-    Vector right;
+    Vector right, column = {};
     normal(fit, matrix, right);
-    const auto count = static_cast<Real>(points_.size());
-    const Real freedom = count - static_cast<Real>(kParameters - first_);
-    const Real scale = freedom > 0 ? fit.residual / freedom : 0;
-    const Real amplitude = std::hypot(fit.coefficients[1], fit.coefficients[2]);
-    Vector column = {}, unit = {};
-    unit[3] = 1;
-    peak.frequency_error = peak.amplitude_error = NAN;
-    if (freedom > 0 && solve(matrix, unit, kParameters, column))
-        peak.frequency_error = static_cast<double>(std::sqrt(std::fmax(0.0L, column[3] * scale)));
-    unit = {0, fit.coefficients[1] / amplitude, fit.coefficients[2] / amplitude, 0};
-    if (freedom > 0 && amplitude > 0 && solve(matrix, unit, kParameters, column))
-        peak.amplitude_error =
-            static_cast<double>(std::sqrt(std::fmax(0.0L, (unit[1] * column[1] + unit[2] * column[2]) * scale)));
+    if (fit.rank < 2) { // one wave of known shape: no frequency to tell
+        const Real mean = c * matrix[0][1] + s * matrix[0][2];
+        const Real square = c * c * matrix[1][1] + 2 * c * s * matrix[1][2] + s * s * matrix[2][2] - mean * mean;
+        peak.amplitude_error = static_cast<double>(std::sqrt(scale / square));
+        return;
+    }
+    if (!solve(matrix, {0, 0, 0, 1}, column))
+        return;
+    peak.frequency_error = static_cast<double>(std::sqrt(std::fmax(0.0L, column[3] * scale)));
+    if (solve(matrix, {0, c, s, 0}, column))
+        peak.amplitude_error = static_cast<double>(std::sqrt(std::fmax(0.0L, (c * column[1] + s * column[2]) * scale)));
 }
 
 Real Sinusoid::half_power(const Fit &fit, Real step, Real far) const {
     const auto power = [&](Real frequency) { return 1 - at(frequency).residual / total_; };
     const Real half = power(fit.frequency) / 2;
+    if (fit.rank == 0)
+        return 0;
     Real inside = 0, outside = step;
     while (power(fit.frequency + outside) > half) {
         inside = outside;
@@ -220,22 +259,23 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
         stream.check(samples.t[i], samples.y[i],
                      samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor, static_cast<int64_t>(i));
     const Sinusoid sinusoid(samples, stream.grid().fixed_mean);
-    const Fit fit = sinusoid.refine(peak.frequency, stream.grid().df);
-    const Real ratio = fit.residual / sinusoid.total();
+    const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
+    const Fit fit = sinusoid.refine(parabola.residual < grid.residual ? parabola : grid, stream.grid().df);
+    const Real ratio = fit.rank > 0 ? std::fmin(1.0L, fit.residual / sinusoid.total()) : 1;
     peak.frequency = static_cast<double>(fit.frequency);
     peak.power = static_cast<double>(1 - ratio);
-    peak.log10_residual = static_cast<double>(std::log10(ratio));
+    peak.log10_residual = static_cast<double>(std::log10(std::fmax(ratio, kLeastRatio)));
     const Real far = 1000 * static_cast<Real>(stream.grid().df);
     const Real left = sinusoid.half_power(fit, -stream.grid().df, far);
     const Real right = sinusoid.half_power(fit, stream.grid().df, far);
-    peak.fwhm = left > 0 && right > 0 ? static_cast<double>(left + right) : NAN;
+    peak.fwhm = left > 0 && right > 0 ? static_cast<double>(left + right) : kCannotTell;
     sinusoid.errors(fit, peak);
     // From cosine and sine about the mean time to a sine about time_offset.
     const Real turn = phase_of(fit.frequency, static_cast<Real>(stream.grid().time_offset) - sinusoid.mean_time());
-    const Real phase = std::atan2(fit.coefficients[1], fit.coefficients[2]) + turn;
+    const Real phase = std::atan2(fit.cosine, fit.sine) + turn;
     peak.phase = static_cast<double>(std::remainder(phase, kTwoPi));
-    peak.amplitude = static_cast<double>(std::hypot(fit.coefficients[1], fit.coefficients[2]));
-    peak.offset = static_cast<double>(fit.coefficients[0] + sinusoid.mean());
+    peak.amplitude = static_cast<double>(std::hypot(fit.cosine, fit.sine));
+    peak.offset = static_cast<double>(fit.offset + sinusoid.mean());
     return peak;
 }
 

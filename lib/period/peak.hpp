@@ -6,7 +6,8 @@ namespace toliman::period {
 
 struct Peak {
     double frequency, power, log10_residual;
-    double fwhm; // NaN when the peak has no half-power point on one of its sides
+    double grid_frequency; // of the highest grid point
+    double fwhm;           // +infinity when the peak has no half-power point on one of its sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
 };
 
@@ -15,8 +16,10 @@ struct Samples {
     size_t count;
 };
 
-// Highest grid point, refined by a parabola through its neighbours.
+// Highest grid point, refined by a parabola through its neighbours. Allocates nothing.
 Peak find_peak(const Stream &stream);
+
+constexpr long double kLeastRatio = 1e-4900L; // of residual to total: a perfect fit still has a logarithm
 
 // The same, then least squares in frequency, amplitude, phase and offset on the samples.
 Peak fit_peak(const Stream &stream, const Samples &samples);

@@ -5,59 +5,79 @@
 
 namespace toliman::period {
 
-namespace {
-
-// b^T M^+ b for the symmetric 2 x 2 matrix M = (cc, cs; cs, ss), directions with eigenvalues up to `noise` left out.
-struct Solved {
-    long double explained;
-    int rank;
-};
-
-Solved solve(long double cc, long double cs, long double ss, long double yc, long double ys,
-             long double noise) noexcept {
-    const long double half_gap = (cc - ss) / 2, radius = std::hypot(half_gap, cs);
-    const long double large = (cc + ss) / 2 + radius;
+// b^T M^+ b in the eigenvectors of M = (cc, cs; cs, ss), so that a small eigenvalue cannot blur the large one's share.
+Solved solve(const Moments &m, long double noise) noexcept {
+    const long double half_gap = (m.cc - m.ss) / 2, radius = std::sqrt(half_gap * half_gap + m.cs * m.cs);
+    const long double large = (m.cc + m.ss) / 2 + radius;
     if (!(large > noise))
-        return {0, 0};
-    const long double determinant = cc * ss - cs * cs;
-    if (determinant / large > noise)
-        return {(ss * yc * yc + cc * ys * ys - 2 * cs * yc * ys) / determinant, 2};
+        return {0, 0, 0, 0};
     // The eigenvector of the large eigenvalue, from the row that does not cancel.
-    const long double u = half_gap >= 0 ? half_gap + radius : cs, v = half_gap >= 0 ? cs : radius - half_gap;
-    const long double along = u * yc + v * ys;
-    return {along * along / ((u * u + v * v) * large), 1};
+    long double u = half_gap >= 0 ? half_gap + radius : m.cs, v = half_gap >= 0 ? m.cs : radius - half_gap;
+    if (radius == 0)
+        u = 1;
+    const long double square = u * u + v * v, along = u * m.yc + v * m.ys, most = along / (square * large);
+    Solved solved = {u * most, v * most, along * most, 1};
+    const long double small = m.determinant / large;
+    if (small > noise) {
+        const long double across = u * m.ys - v * m.yc, rest = across / (square * small);
+        solved = {solved.cosine - v * rest, solved.sine + u * rest, solved.explained + across * rest, 2};
+    }
+    return solved;
 }
 
-} // namespace
-
 PowerQuery::PowerQuery(const Stream &stream) noexcept
-    : stream_(stream), weight_(stream.weight()), mean_(0), spread_(0), noise_(0) {
-    if (!(weight_ > 0))
+    : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0) {
+    const Wide weight = stream.weight();
+    if (!(weight > 0))
         return;
+    part_ = 1 / weight;
     mean_ = stream.mean();
     spread_ = stream.spread();
-    const auto count = static_cast<long double>(stream.totals().count);
-    noise_ = count * 0x1p-51L / weight_ + 4e-16L; // quantisation of each term, and sine and cosine
+    share_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(part_);
+    // Quantisation of each term, and sine and cosine: in wide sums both belong to one phase, and errors come squared.
+    noise_ = stream.grid().wide() ? share_ * 0x1p-99L + 4e-31L : share_ * 0x1p-51L + 4e-16L;
 }
 
 bool PowerQuery::meaningful() const noexcept {
     return stream_.totals().count >= 5 && spread_ > 0;
 }
 
-double PowerQuery::at(int64_t k) const noexcept {
+void PowerQuery::check() const {
     if (!(spread_ > 0))
-        return 0;
-    const SumsAt sums = stream_.sums(k);
-    const long double c = sums.c1 / weight_, s = sums.s1 / weight_;
-    long double cc = (1 + sums.c2 / weight_) / 2, ss = (1 - sums.c2 / weight_) / 2, cs = sums.s2 / weight_ / 2;
-    const bool floating = !stream_.grid().fixed_mean;
-    if (floating) {
+        return;
+    const Grid &grid = stream_.grid();
+    // Terms w y are kept to `unit`; cosine and sine may vary as little as the weights, relative to the heaviest sample.
+    const long double unit = grid.wide() ? 0x1p-150L : 0x1p-100L, varies = grid.sigma_floor / grid.sigma_ceiling;
+    const long double least = 1e12L * unit * share_ / varies, spread = std::sqrt(spread_);
+    if (spread < least)
+        fail(Status::range,
+             "values scatter by %.3Lg about their mean, value_bound = %g keeps 12 digits from %.3Lg on: create with a "
+             "smaller value_bound",
+             spread * grid.value_bound, grid.value_bound, least * grid.value_bound);
+}
+
+template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
+    const SumsAt<Real> sums = stream_.sums<Real>(k);
+    const Real part = static_cast<Real>(part_), half = part / 2, mean = static_cast<Real>(mean_);
+    const Real c = sums.c1 * part, s = sums.s1 * part, one_half = static_cast<Real>(0.5);
+    Real cc = one_half + sums.c2 * half, ss = one_half - sums.c2 * half, cs = sums.s2 * half;
+    if (!stream_.grid().fixed_mean) {
         cc -= c * c;
         ss -= s * s;
         cs -= c * s;
     }
-    const Solved solved = solve(cc, cs, ss, sums.yc / weight_ - mean_ * c, sums.ys / weight_ - mean_ * s, noise_);
-    if (solved.rank > 0 && solved.rank + (floating ? 1 : 0) >= stream_.totals().count)
+    const Real yc = sums.yc * part - mean * c, ys = sums.ys * part - mean * s;
+    return {static_cast<long double>(cc), static_cast<long double>(cs), static_cast<long double>(ss),
+            static_cast<long double>(yc), static_cast<long double>(ys), static_cast<long double>(cc * ss - cs * cs)};
+}
+
+double PowerQuery::at(int64_t k) const noexcept {
+    if (!(spread_ > 0))
+        return 0;
+    const Grid &grid = stream_.grid();
+    const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
+    const Solved solved = solve(m, noise_ + kCoincident * (m.cc + m.ss));
+    if (solved.rank > 0 && solved.rank + (grid.fixed_mean ? 0 : 1) >= stream_.totals().count)
         return 1; // as many free parameters as samples
     return static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
 }

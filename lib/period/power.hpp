@@ -4,6 +4,22 @@
 
 namespace toliman::period {
 
+// Weighted means about the mean (or as they are, where the mean is fixed): of cosine and sine, and of y with each.
+struct Moments {
+    long double cc, cs, ss, yc, ys;
+    long double determinant; // cc ss - cs^2, formed before rounding
+};
+
+// Least squares y = cosine c + sine s by the moments; directions with eigenvalues up to `noise` are left out.
+struct Solved {
+    long double cosine, sine, explained;
+    int rank;
+};
+Solved solve(const Moments &moments, long double noise) noexcept;
+
+// Cosine and sine coincide where one eigenvalue is below this part of both together.
+constexpr long double kCoincident = 1e-17L;
+
 // What one query needs of the totals, computed once.
 class PowerQuery {
   public:
@@ -12,10 +28,16 @@ class PowerQuery {
     double at(int64_t k) const noexcept;
     // Samples enough and not all equal: a peak means something.
     bool meaningful() const noexcept;
+    // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.
+    void check() const;
 
   private:
+    template <class Real> Moments moments(int64_t k) const noexcept;
+
     const Stream &stream_;
-    long double weight_, mean_, spread_;
+    Wide part_, mean_; // 1/W, Wy/W
+    long double spread_;
+    long double share_; // samples over W
     long double noise_; // error of a sum over W: an eigenvalue below it is nothing
 };
 

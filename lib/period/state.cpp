@@ -10,17 +10,16 @@ namespace toliman::period {
 namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'P'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr uint32_t kFixedMean = 1;
 constexpr char kKind[] = "periodogram state";
-constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 7 * 8 + 8;
 constexpr size_t kExactSize = size_t{ExactSum::kPlaces} * 8;
 constexpr size_t kSumSize = 12; // i64 upper part, u32 lower part
 constexpr size_t kTotalsSize = 8 + 3 * kSumSize + 5 * kExactSize;
 constexpr size_t kCrcSize = 4;
 
-size_t state_size(int64_t nf) noexcept {
-    return kHeaderSize + kTotalsSize + static_cast<size_t>(nf) * kernels::kSums * kSumSize + kCrcSize;
+size_t state_size(const Grid &grid) noexcept {
+    return Stream::kHeaderSize + kTotalsSize + static_cast<size_t>(grid.nf) * grid.sums() * kSumSize + kCrcSize;
 }
 
 // A carry-save pair in its one canonical form.
@@ -29,8 +28,9 @@ void save_pair(ByteWriter &out, int64_t lo, int64_t hi) {
     out.u32(static_cast<uint32_t>(lo & (kernels::kFoldBase - 1)));
 }
 
-void load_pair(ByteReader &in, int64_t &lo, int64_t &hi) {
-    constexpr int64_t limit = int64_t{1} << 61; // 2^43 samples of weight 1; leaves room for as many more
+// Every term is at most 2^50.
+void load_pair(ByteReader &in, int64_t count, int64_t &lo, int64_t &hi) {
+    const int64_t limit = (count + 1) << 18;
     hi = in.i64();
     lo = in.u32();
     if (hi < -limit || hi > limit)
@@ -42,14 +42,19 @@ void save_exact(ByteWriter &out, const ExactSum &sum) {
         out.i64(place);
 }
 
-void load_exact(ByteReader &in, ExactSum &sum) {
+void load_exact(ByteReader &in, double limit, ExactSum &sum) {
     ExactSum::Places digits;
     for (size_t i = 0; i < digits.size(); i++) {
         digits[i] = in.i64();
         if (i + 1 < digits.size() && (digits[i] < 0 || digits[i] >= kernels::kFoldBase))
             fail(Status::format, "%s: digit %zu of an exact sum is out of range", kKind, i);
     }
+    if (digits.back() != 0 && digits.back() != -1) // the sign
+        fail(Status::format, "%s: the last digit of an exact sum is out of range", kKind);
     sum.assign(digits);
+    const Wide value = sum.value(), most = static_cast<Wide>(limit);
+    if (value > most || value < -most)
+        fail(Status::format, "%s: an exact sum is out of range", kKind);
 }
 
 Grid load_header(ByteReader &in) {
@@ -57,15 +62,16 @@ Grid load_header(ByteReader &in) {
         fail(Status::format, "%s: does not begin with \"TLMP\"", kKind);
     const uint32_t version = in.u32();
     if (version != kVersion)
-        fail(Status::format, "%s: version %u, this library reads %u", kKind, version, kVersion);
+        fail(Status::format, "%s: version %u, this library reads %u only: push the samples anew", kKind, version,
+             kVersion);
     const uint32_t flags = in.u32();
     if ((flags & ~kFixedMean) != 0 || in.u32() != 0)
         fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
     grid.fixed_mean = (flags & kFixedMean) != 0;
     grid.nf = in.i64();
-    for (double *value :
-         {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound, &grid.sigma_floor})
+    for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
+                          &grid.sigma_floor, &grid.sigma_ceiling})
         *value = in.f64();
     try {
         grid.check();
@@ -79,6 +85,15 @@ Grid load_header(ByteReader &in) {
 
 } // namespace
 
+size_t Stream::saved_size() const noexcept {
+    return state_size(grid_);
+}
+
+size_t Stream::saved_size(const void *header, size_t size) {
+    ByteReader in(header, size, kKind);
+    return state_size(load_header(in));
+}
+
 std::vector<uint8_t> Stream::save() const {
     ByteWriter out;
     out.raw(kMagic, sizeof kMagic);
@@ -86,8 +101,8 @@ std::vector<uint8_t> Stream::save() const {
     out.u32(grid_.fixed_mean ? kFixedMean : 0);
     out.u32(0);
     out.i64(grid_.nf);
-    for (double value :
-         {grid_.f0, grid_.df, grid_.time_offset, grid_.value_offset, grid_.value_bound, grid_.sigma_floor})
+    for (double value : {grid_.f0, grid_.df, grid_.time_offset, grid_.value_offset, grid_.value_bound,
+                         grid_.sigma_floor, grid_.sigma_ceiling})
         out.f64(value);
     out.u64(grid_.digest());
     out.i64(totals_.count);
@@ -96,7 +111,7 @@ std::vector<uint8_t> Stream::save() const {
     save_pair(out, totals_.value_low, totals_.value_low_high);
     for (const ExactSum *sum : {&totals_.w, &totals_.wy, &totals_.wyy, &totals_.wt, &totals_.wtt})
         save_exact(out, *sum);
-    for (size_t sum = 0; sum < kernels::kSums; sum++)
+    for (size_t sum = 0; sum < grid_.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid_.nf); k++)
             save_pair(out, lo_[sum * padded() + k], hi_[sum * padded() + k]);
     out.u32(zip::crc32(out.bytes().data(), out.bytes().size()));
@@ -106,25 +121,30 @@ std::vector<uint8_t> Stream::save() const {
 Stream Stream::load(const void *bytes, size_t size) {
     ByteReader in(bytes, size, kKind);
     const Grid grid = load_header(in);
-    if (size != state_size(grid.nf))
+    if (size != state_size(grid))
         fail(Status::format, "%s: %zu bytes, a grid of %lld frequencies takes %zu", kKind, size,
-             static_cast<long long>(grid.nf), state_size(grid.nf));
+             static_cast<long long>(grid.nf), state_size(grid));
     ByteReader trailer(static_cast<const uint8_t *>(bytes) + size - kCrcSize, kCrcSize, kKind);
     if (trailer.u32() != zip::crc32(bytes, size - kCrcSize))
         fail(Status::format, "%s: checksum mismatch, the bytes are damaged", kKind);
     Stream stream(grid);
     Totals &totals = stream.totals_;
     totals.count = in.i64();
-    if (totals.count < 0)
-        fail(Status::format, "%s: count = %lld", kKind, static_cast<long long>(totals.count));
-    load_pair(in, totals.weight, totals.weight_high);
-    load_pair(in, totals.value, totals.value_high);
-    load_pair(in, totals.value_low, totals.value_low_high);
-    for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy, &totals.wt, &totals.wtt})
-        load_exact(in, *sum);
-    for (size_t sum = 0; sum < kernels::kSums; sum++)
+    const int64_t count = totals.count;
+    if (count < 0 || count > kMostSamples)
+        fail(Status::format, "%s: count = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
+             static_cast<long long>(kMostSamples));
+    load_pair(in, count, totals.weight, totals.weight_high);
+    load_pair(in, count, totals.value, totals.value_high);
+    load_pair(in, count, totals.value_low, totals.value_low_high);
+    const double most = 2 * static_cast<double>(count); // weights and values are at most 1, up to rounding
+    for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy})
+        load_exact(in, most, *sum);
+    load_exact(in, most * kMostTime, totals.wt);
+    load_exact(in, most * kMostTime * kMostTime, totals.wtt);
+    for (size_t sum = 0; sum < grid.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
-            load_pair(in, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);
+            load_pair(in, count, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);
     return stream;
 }
 

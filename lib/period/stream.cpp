@@ -1,5 +1,6 @@
 #include "period/stream.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -14,6 +15,7 @@ namespace {
 
 constexpr int64_t kMaxFrequencies = int64_t{1} << 26;
 constexpr double kMaxCycles = 0x1p50;
+constexpr double kUnit = 0x1p-50, kLowUnit = 0x1p-100, kLowestUnit = 0x1p-150; // of the limbs
 
 // a - b as an unevaluated sum (Knuth).
 void difference(double a, double b, double &high, double &low) noexcept {
@@ -31,8 +33,8 @@ void fold_pair(int64_t &lo, int64_t &hi) noexcept {
     lo &= kernels::kFoldBase - 1;
 }
 
-long double joined(int64_t lo, int64_t hi) noexcept {
-    return static_cast<long double>(hi) * 0x1p32L + static_cast<long double>(lo);
+template <class Real> Real joined(int64_t lo, int64_t hi) noexcept {
+    return static_cast<Real>(hi) * static_cast<Real>(0x1p32) + static_cast<Real>(lo);
 }
 
 } // namespace
@@ -53,11 +55,17 @@ void Grid::check() const {
         fail(Status::argument, "value_bound = %g: must be in [1e-100, 1e100]", value_bound);
     if (!(sigma_floor >= 1e-100 && sigma_floor <= 1e100))
         fail(Status::argument, "sigma_floor = %g: must be in [1e-100, 1e100]", sigma_floor);
+    if (!(sigma_ceiling >= sigma_floor))
+        fail(Status::argument, "sigma_ceiling = %g: must be at least sigma_floor = %g, or 0 for %g times that",
+             sigma_ceiling, sigma_floor, kNarrowRatio);
+    if (!(sigma_ceiling <= kMostRatio * sigma_floor * (1 + 1e-12)))
+        fail(Status::range, "sigma_ceiling = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
+             sigma_ceiling, sigma_floor, kMostRatio);
 }
 
 uint64_t Grid::digest() const {
     ByteWriter identity;
-    for (double value : {f0, df, time_offset, value_offset, value_bound, sigma_floor})
+    for (double value : {f0, df, time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling})
         identity.f64(value);
     identity.i64(nf);
     identity.u8(fixed_mean);
@@ -65,10 +73,12 @@ uint64_t Grid::digest() const {
 }
 
 Stream::Stream(const Grid &grid) : grid_(grid) {
+    if (grid_.sigma_ceiling == 0)
+        grid_.sigma_ceiling = kNarrowRatio * grid_.sigma_floor;
     grid_.check();
     blocks_ = (static_cast<size_t>(grid_.nf) + kernels::kBlock - 1) / kernels::kBlock;
-    lo_.resize(kernels::kSums * padded());
-    hi_.resize(kernels::kSums * padded());
+    lo_.resize(grid_.sums() * padded());
+    hi_.resize(grid_.sums() * padded());
     anchors_.resize(2 * blocks_);
 }
 
@@ -82,6 +92,8 @@ void Stream::check(double t, double y, double sigma, int64_t index) const {
         fail(Status::argument, "%sy = %g: must be finite", where, y);
     if (!(std::isfinite(sigma) && sigma > 0))
         fail(Status::argument, "%ssigma = %g: must be finite and above 0", where, sigma);
+    if (!(std::fabs(t - grid_.time_offset) <= kMostTime))
+        fail(Status::range, "%st = %g: further than %g from time_offset = %g", where, t, kMostTime, grid_.time_offset);
     if (!(std::fabs(t - grid_.time_offset) * grid_.last() <= kMaxCycles))
         fail(Status::range, "%st = %g: more than 2^50 cycles from time_offset = %g", where, t, grid_.time_offset);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
@@ -89,6 +101,11 @@ void Stream::check(double t, double y, double sigma, int64_t index) const {
              where, y, grid_.value_bound, grid_.value_offset);
     if (sigma < grid_.sigma_floor)
         fail(Status::range, "%ssigma = %g: below sigma_floor = %g, fixed at creation", where, sigma, grid_.sigma_floor);
+    if (sigma > grid_.sigma_ceiling)
+        fail(Status::range, "%ssigma = %g: above sigma_ceiling = %g, fixed at creation", where, sigma,
+             grid_.sigma_ceiling);
+    if (totals_.count + std::max<int64_t>(0, index) >= kMostSamples)
+        fail(Status::range, "%smore than %lld samples", where, static_cast<long long>(kMostSamples));
 }
 
 void Stream::push(double t, double y, double sigma) noexcept {
@@ -103,9 +120,10 @@ void Stream::push(double t, double y, double sigma) noexcept {
     sample.value_low = (std::fma(-sample.value_high, grid_.value_bound, y_high) + y_low) / grid_.value_bound;
 
     int64_t *rows[kernels::kSums];
-    for (size_t i = 0; i < kernels::kSums; i++)
+    for (size_t i = 0; i < grid_.sums(); i++)
         rows[i] = lo_.data() + i * padded();
-    kernels::push_kernels().push(grid_.f0, grid_.df, blocks_, sample, anchors_.data(), rows);
+    const kernels::PushKernels &known = kernels::push_kernels();
+    (grid_.wide() ? known.push_wide : known.push)(grid_.f0, grid_.df, blocks_, sample, anchors_.data(), rows);
 
     const double w = sample.weight, product = w * (sample.value_high * kernels::kOne);
     const double product_low =
@@ -141,27 +159,42 @@ void Stream::reset() noexcept {
     pending_ = 0;
 }
 
-SumsAt Stream::sums(int64_t k) const noexcept {
-    const auto at = [&](kernels::Sum sum) {
+template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
+    const auto at = [&](kernels::Sum sum, double unit) {
         const size_t place = static_cast<size_t>(sum) * padded() + static_cast<size_t>(k);
-        return joined(lo_[place], hi_[place]);
+        return joined<Real>(lo_[place], hi_[place]) * static_cast<Real>(unit);
     };
-    constexpr long double unit = 0x1p-50L, low_unit = 0x1p-100L;
-    return {at(kernels::kC1) * unit,
-            at(kernels::kS1) * unit,
-            at(kernels::kC2) * unit,
-            at(kernels::kS2) * unit,
-            at(kernels::kYC) * unit + at(kernels::kYCLow) * low_unit,
-            at(kernels::kYS) * unit + at(kernels::kYSLow) * low_unit};
+    using namespace kernels;
+    SumsAt<Real> sums = {at(kC1, kUnit),
+                         at(kS1, kUnit),
+                         at(kC2, kUnit),
+                         at(kS2, kUnit),
+                         at(kYC, kUnit) + at(kYCLow, kLowUnit),
+                         at(kYS, kUnit) + at(kYSLow, kLowUnit)};
+    if (grid_.wide()) {
+        sums.c1 += at(kC1Low, kLowUnit);
+        sums.s1 += at(kS1Low, kLowUnit);
+        sums.c2 += at(kC2Low, kLowUnit);
+        sums.s2 += at(kS2Low, kLowUnit);
+        sums.yc += at(kYCLowest, kLowestUnit);
+        sums.ys += at(kYSLowest, kLowestUnit);
+    }
+    return sums;
+}
+template SumsAt<long double> Stream::sums(int64_t) const noexcept;
+template SumsAt<Wide> Stream::sums(int64_t) const noexcept;
+
+// Narrow sums: of the same rounded terms as the sums of each frequency, so that what is constant cancels to nothing.
+Wide Stream::weight() const noexcept {
+    return grid_.wide() ? totals_.w.value()
+                        : joined<Wide>(totals_.weight, totals_.weight_high) * static_cast<Wide>(kUnit);
 }
 
-long double Stream::weight() const noexcept {
-    return joined(totals_.weight, totals_.weight_high) * 0x1p-50L;
-}
-
-long double Stream::mean() const noexcept {
-    const long double sum = joined(totals_.value, totals_.value_high) * 0x1p-50L +
-                            joined(totals_.value_low, totals_.value_low_high) * 0x1p-100L;
+Wide Stream::mean() const noexcept {
+    const Wide sum = grid_.wide()
+                         ? totals_.wy.value()
+                         : joined<Wide>(totals_.value, totals_.value_high) * static_cast<Wide>(kUnit) +
+                               joined<Wide>(totals_.value_low, totals_.value_low_high) * static_cast<Wide>(kLowUnit);
     return sum / weight();
 }
 

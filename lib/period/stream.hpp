@@ -3,10 +3,16 @@
 #include <cstdint>
 
 #include "base/buffer.hpp"
+#include "base/wide.hpp"
 #include "kernels/push.hpp"
 #include "period/exact_sum.hpp"
 
 namespace toliman::period {
+
+constexpr double kNarrowRatio = 32;                // of sigmas, in narrow sums: weights keep 40 bits
+constexpr double kMostRatio = 1e8;                 // in wide sums: weights keep 47 bits
+constexpr int64_t kMostSamples = int64_t{1} << 43; // of weight 1 fill a sum to 2^61, and leave room for as many more
+constexpr double kMostTime = 1e100;                // its square must have an exact sum
 
 // Frequencies f0 + k df, k < nf, and everything else that the bits of the sums depend on.
 struct Grid {
@@ -16,18 +22,20 @@ struct Grid {
     double time_offset = 0, value_offset = 0;
     double value_bound = 0x1p20;
     double sigma_floor = 1;
+    double sigma_ceiling = 0; // 0 becomes the largest that narrow sums carry
 
     void check() const;
     uint64_t digest() const;
+    // Weights too different for sums of 2^-50: every sum has its lower limb.
+    bool wide() const noexcept { return sigma_ceiling > kNarrowRatio * sigma_floor; }
+    size_t sums() const noexcept { return wide() ? size_t{kernels::kSums} : kernels::kNarrowSums; }
     double last() const noexcept { return f0 + df * static_cast<double>(nf - 1); }
 };
 
 // Sums of one frequency in units of one sample of weight 1; values in units of value_bound.
-struct SumsAt {
-    long double c1, s1, c2, s2, yc, ys;
-};
+template <class Real> struct SumsAt { Real c1, s1, c2, s2, yc, ys; };
 
-// Sums that no frequency enters. W and Wy are sums of the same quantised terms as C1 and YC at f = 0.
+// Sums that no frequency enters. The quantised ones are sums of the same terms as C1 and YC of narrow sums at f = 0.
 struct Totals {
     int64_t count = 0;
     int64_t weight = 0, weight_high = 0;       // quantised at 2^-50, carry-save as in kernels/push.hpp
@@ -48,9 +56,10 @@ class Stream {
 
     const Grid &grid() const noexcept { return grid_; }
     const Totals &totals() const noexcept { return totals_; }
-    SumsAt sums(int64_t k) const noexcept;
-    long double weight() const noexcept; // W
-    long double mean() const noexcept;   // Wy/W, in units of value_bound
+    // long double holds narrow sums; wide ones cancel in more digits than it has.
+    template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;
+    Wide weight() const noexcept; // W
+    Wide mean() const noexcept;   // Wy/W, in units of value_bound
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
     long double spread() const noexcept;
     long double time_variance() const noexcept;
@@ -58,6 +67,10 @@ class Stream {
     // Bytes of lib/FORMATS.md, "TLMP".
     std::vector<uint8_t> save() const;
     static Stream load(const void *bytes, size_t size);
+    size_t saved_size() const noexcept;
+    // The size that state bytes must have which begin with these, kHeaderSize or more.
+    static size_t saved_size(const void *header, size_t size);
+    static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 8 * 8 + 8;
 
   private:
     size_t padded() const noexcept { return blocks_ * kernels::kBlock; }
@@ -67,7 +80,7 @@ class Stream {
     Totals totals_;
     size_t blocks_;
     int pending_ = 0;
-    Buffer<int64_t> lo_, hi_; // [kSums][padded]
+    Buffer<int64_t> lo_, hi_; // [grid_.sums()][padded]
     Buffer<double> anchors_;
 };
 

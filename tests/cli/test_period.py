@@ -1,13 +1,17 @@
 """toliman period against astropy and against 45-digit arithmetic."""
 import json
 import math
+import os
+import signal
+import subprocess
+import time
 import unittest
 
 import mpmath
 import numpy
 from astropy.timeseries import LombScargle
 from astropy.timeseries.periodograms.lombscargle._statistics import fap_baluev
-from program import ROOT, ProgramTest
+from program import PROGRAM, ROOT, ProgramTest
 
 DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
 GRID = ("--f0", 1e-4, "--df", 2e-5, "--nf", 2500)
@@ -99,6 +103,69 @@ class PureSignal(ProgramTest):
             return float(mpmath.log10(tau + ratio ** ((free - 2) / 2)))
 
 
+class HardSeries(ProgramTest):
+    def write(self, *columns):
+        numpy.savetxt(self.folder / "series.csv", numpy.column_stack(columns), delimiter=",", fmt="%.17g")
+
+    def test_nyquist_frequency(self):
+        """The sine vanishes at every sample: the amplitude is the mean of +-y, and no error is NaN."""
+        t = numpy.arange(40.0)
+        self.write(t, (-1.0) ** t)
+        result = json.loads(self.succeed("period", "series.csv", "--json"))
+        peak = result["peak"]
+        self.assertAlmostEqual(peak["period"], 2, delta=1e-12)
+        self.assertAlmostEqual(peak["amplitude"], 1, delta=1e-12)
+        self.assertIsNone(peak["frequency_error"])
+        self.assertGreaterEqual(peak["log10_residual"], -4900)
+        self.assertLess(result["log10_fap"], -100)
+        self.assertNotIn("nan", self.succeed("period", "series.csv"))
+
+    def test_one_sigma_of_1e_8(self):
+        """astropy loses its digits here too; without the heavy sample the answer is nearly the same."""
+        t = numpy.arange(200.0)
+        y = numpy.sin(2 * numpy.pi * t / 10) + 0.3 * numpy.random.default_rng(1).standard_normal(200)
+        sigma = numpy.ones(200)
+        self.write(t, y, sigma)
+        plain = json.loads(self.succeed("period", "series.csv", "--json"))
+        sigma[77] = 1e-8
+        self.write(t, y, sigma)
+        peak = json.loads(self.succeed("period", "series.csv", "--json", "--power", "power.npy"))["peak"]
+        self.assertAlmostEqual(peak["period"], plain["peak"]["period"], delta=0.02)
+        self.assertAlmostEqual(numpy.load(self.folder / "power.npy").max(), peak["power"], delta=0.01)
+        sigma[78] = 2e-9
+        sigma[79] = 10
+        self.write(t, y, sigma)
+        self.refuse(2, "sigma_ceiling = 10", "1e+08 at most", arguments=("period", "series.csv"))
+
+    def test_a_signal_stops_it(self):
+        self.write(numpy.arange(20000.0), numpy.arange(20000.0) % 7)
+        command = [PROGRAM, "--progress=json", "period", "series.csv", "--power", "p.npy"]
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertIn('"progress":"period"', child.stderr.readline())
+            child.send_signal(number)
+            start = time.monotonic()
+            self.assertIn("stopped by a signal", child.communicate(timeout=60)[1])
+            self.assertEqual(child.returncode, code)
+            self.assertLess(time.monotonic() - start, 5)
+        self.assertFalse((self.folder / "p.npy").exists())
+
+    def test_progress_only_on_a_terminal(self):
+        self.write(numpy.arange(50.0), numpy.arange(50.0) % 7)
+        self.assertEqual(self.run_program("period", "series.csv").stderr, "")
+        controller, terminal = os.openpty()
+        subprocess.run([PROGRAM, "period", "series.csv"], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=terminal)
+        self.assertIn(b"period     [", os.read(controller, 4096))
+        os.close(controller)
+        os.close(terminal)
+
+    def test_default_grid_that_is_too_long(self):
+        for step, span in ((1e-15, 1e9), (1e-300, 1e300), (1e-3, 1e7)):
+            self.write(numpy.r_[numpy.arange(6) * step, span, 2 * span], numpy.arange(8) % 3)
+            self.refuse(2, "more than 67108864", f"time step is {step:g}", "time span", "--nf",
+                        arguments=("period", "series.csv"))
+
+
 class BadSeries(ProgramTest):
     def test_malformed_files(self):
         for text, *expected in (
@@ -109,12 +176,25 @@ class BadSeries(ProgramTest):
             ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "t,y,sigma"),
             ("1,2,3,4\n", "bad.csv:1: has 4 columns", "t,y or t,y,sigma"),
             ("1,1e999\n", "bad.csv:1: y", "finite number"),
+            ("0,1\n1,2\n2,1 5\n", 'bad.csv:3: y = "1 5"', "finite number"),
+            ("0,1\n1,2\n2 ,1\t5\n", "bad.csv:3: y", "finite number"),
+            ("0,1\n1,2\0junk\n", 'bad.csv:2: y = "2?junk"', "finite number"),
+            ("0,1\n1,\0\n", "bad.csv:2: y", "finite number"),
+            ("1 5,2 1\n1,2\n", 'bad.csv:1: t = "1 5"', "finite number"),
+            ("nan,inf\n1,2\n", "bad.csv:1: t", "finite number"),
             ("", "bad.csv: holds no samples"),
             ("t,y\n1,2\n2,3\n", "five different times"),
         ):
             with self.subTest(text=text):
                 (self.folder / "bad.csv").write_text(text)
                 self.refuse(3, *expected, arguments=("period", "bad.csv"))
+
+    def test_space_around_numbers(self):
+        rows = [f"{k},{k % 3}" for k in range(9)]
+        (self.folder / "plain.csv").write_text("t,y\n" + "".join(row + "\n" for row in rows))
+        spaced = "".join(" " + row.replace(",", "\t, ") + " \r\n" for row in rows)
+        (self.folder / "spaced.csv").write_bytes((" t , y\r\n  # a comment\r\n \r\n" + spaced).encode())
+        self.assertEqual(self.succeed("period", "plain.csv"), self.succeed("period", "spaced.csv"))
 
     def test_standard_input_that_is_no_series(self):
         done = self.run_program("period", "-", input="t,y\n1,2\n2,three\n")

@@ -6,11 +6,12 @@
 #include "assert_close.h"
 
 int shim_push_isas(void);
-void shim_push(int isa, double f0, double df, size_t blocks, const double *sample, double *anchors, int64_t *lo);
+void shim_push(int isa, int wide, double f0, double df, size_t blocks, const double *sample, double *anchors,
+               int64_t *lo);
 void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
 void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine);
 
-enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8 };
+enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, WIDE_SUMS = 14 };
 
 static double uniform(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
@@ -48,7 +49,7 @@ static void terms_follow_their_definition(void **unused) {
     double anchors[2 * BLOCKS];
     static int64_t lo[SUMS * WIDTH];
     memset(lo, 0, sizeof lo);
-    shim_push(0, f0, df, BLOCKS, sample, anchors, lo);
+    shim_push(0, 0, f0, df, BLOCKS, sample, anchors, lo);
     for (int k = 0; k < WIDTH; k++) {
         const __float128 cycles = ((__float128)f0 + k * (__float128)df) * ((__float128)sample[0] + sample[1]);
         const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles)), c = cosq(angle), s = sinq(angle);
@@ -66,32 +67,75 @@ static void terms_follow_their_definition(void **unused) {
     }
 }
 
-static void equal_bits_on_all_instruction_sets(void **unused) {
+/* The limbs of a wide push, heavy sample or light: near the phase, and of one point of the unit circle to 2^-98. */
+static void wide_terms_lie_on_the_circle(void **unused) {
     (void)unused;
-    static int64_t lo[3][SUMS * WIDTH], hi[3][SUMS * WIDTH];
+    const double f0 = 0.013, df = 0.00171;
+    const __float128 unit = 0x1p-50Q;
+    double anchors[2 * BLOCKS];
+    static int64_t lo[WIDE_SUMS * WIDTH];
+    for (int light = 0; light < 2; light++) {
+        const double sample[5] = {777.123, 1e-14, light ? 1e-16 / 3 : 1, -0.61, 1.3e-18};
+        const __float128 w = sample[2], y = (__float128)sample[3] + sample[4];
+        memset(lo, 0, sizeof lo);
+        shim_push(0, 1, f0, df, BLOCKS, sample, anchors, lo);
+        for (int k = 0; k < WIDTH; k++) {
+            const __float128 cycles = ((__float128)f0 + k * (__float128)df) * ((__float128)sample[0] + sample[1]);
+            const __float128 angle = 2 * M_PIq * (cycles - rintq(cycles));
+            __float128 term[6];
+            static const int low[6] = {8, 9, 10, 11, 6, 7};
+            for (int i = 0; i < 6; i++)
+                term[i] = unit * (lo[i * WIDTH + k] + unit * lo[low[i] * WIDTH + k]);
+            for (int i = 4; i < 6; i++)
+                term[i] += unit * unit * unit * lo[(i + 8) * WIDTH + k];
+            const __float128 c = term[0] / w, s = term[1] / w, atol = light ? 1e-13 : 4e-30;
+            assert_close((double)(c - cosq(angle)), 0, 0, light ? 3e-14 : 4.1e-16);
+            assert_close((double)(s - sinq(angle)), 0, 0, light ? 3e-14 : 4.1e-16);
+            assert_true(fabsq(c * c + s * s - 1) <= atol);
+            assert_true(fabsq(c * c - s * s - term[2] / w) <= atol);
+            assert_true(fabsq(2 * c * s - term[3] / w) <= atol);
+            assert_true(fabsq(y * c - term[4] / w) <= atol);
+            assert_true(fabsq(y * s - term[5] / w) <= atol);
+            if (light) /* the third limb: values keep their digits under the smallest weight */
+                assert_true(fabsq(y * cosq(angle) - term[4] / w) <= 4e-16);
+        }
+    }
+}
+
+static void equal_bits(int wide, int sums) {
+    static int64_t lo[3][WIDE_SUMS * WIDTH], hi[3][WIDE_SUMS * WIDTH];
     double anchors[2 * BLOCKS];
     const int isas = shim_push_isas();
+    memset(lo, 0, sizeof lo);
+    memset(hi, 0, sizeof hi);
     for (int isa = 0; isa < isas; isa++) {
         uint64_t state = 11;
         for (int n = 0; n < 3000; n++) {
             const double t = 1e6 * uniform(&state), y = 2 * uniform(&state) - 1;
             const double sample[5] = {t, t * 0x1p-55, uniform(&state), y, y * 0x1p-56};
-            shim_push(isa, 1.0 / 3, 0.001 / 7, BLOCKS, sample, anchors, lo[isa]);
+            shim_push(isa, wide, 1.0 / 3, 0.001 / 7, BLOCKS, sample, anchors, lo[isa]);
             if (n % 1000 == 0)
-                shim_fold(isa, lo[isa], hi[isa], SUMS * WIDTH);
+                shim_fold(isa, lo[isa], hi[isa], (size_t)sums * WIDTH);
         }
-        shim_fold(isa, lo[isa], hi[isa], SUMS * WIDTH);
+        shim_fold(isa, lo[isa], hi[isa], (size_t)sums * WIDTH);
         assert_memory_equal(lo[isa], lo[0], sizeof lo[0]);
         assert_memory_equal(hi[isa], hi[0], sizeof hi[0]);
     }
-    for (int i = 0; i < SUMS * WIDTH; i++)
+    for (int i = 0; i < sums * WIDTH; i++)
         assert_true(lo[0][i] >= 0 && lo[0][i] < (int64_t)1 << 32);
+}
+
+static void equal_bits_on_all_instruction_sets(void **unused) {
+    (void)unused;
+    equal_bits(0, SUMS);
+    equal_bits(1, WIDE_SUMS);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cosine_and_sine),
         cmocka_unit_test(terms_follow_their_definition),
+        cmocka_unit_test(wide_terms_lie_on_the_circle),
         cmocka_unit_test(equal_bits_on_all_instruction_sets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

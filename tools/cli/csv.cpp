@@ -1,6 +1,6 @@
 #include "csv.hpp"
 
-#include <cctype>
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -14,23 +14,39 @@ namespace cli {
 
 namespace {
 
+// Without the white space around it; what is inside stays and makes no number.
+std::string trimmed(const std::string &text) {
+    constexpr char space[] = " \t\r\v\f";
+    const size_t first = text.find_first_not_of(space);
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(space) - first + 1);
+}
+
 std::vector<std::string> fields_of(const std::string &line) {
-    std::vector<std::string> fields(1);
-    for (char c : line)
-        if (c == ',')
-            fields.emplace_back();
-        else if (!std::isspace(static_cast<unsigned char>(c)))
-            fields.back() += c;
+    std::vector<std::string> fields;
+    size_t start = 0;
+    for (size_t comma; (comma = line.find(',', start)) != std::string::npos; start = comma + 1)
+        fields.push_back(trimmed(line.substr(start, comma - start)));
+    fields.push_back(trimmed(line.substr(start)));
     return fields;
 }
 
+// All of the field is a number, NUL bytes included.
 bool number_of(const std::string &field, double &value) {
     char *end = nullptr;
     value = std::strtod(field.c_str(), &end);
-    return !field.empty() && *end == '\0';
+    return !field.empty() && end == field.c_str() + field.size();
 }
 
-[[noreturn]] void malformed(const std::string &path, size_t line, const std::string &why) {
+// A name of a column, not a damaged number.
+bool heading(const std::string &field) {
+    double number;
+    return field.empty() || (std::strchr("0123456789+-.", field[0]) == nullptr && !number_of(field, number));
+}
+
+// `why` may quote the file: what does not print becomes ?.
+[[noreturn]] void malformed(const std::string &path, size_t line, std::string why) {
+    std::replace_if(
+        why.begin(), why.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
     throw Failure(kExitInput, path + ":" + std::to_string(line) + ": " + why);
 }
 
@@ -57,7 +73,7 @@ Series read_series(const std::string &name) {
             continue;
         double values[3] = {0, 0, 1};
         const bool first = columns == 0 && series.t.empty();
-        if (first && fields.size() >= 2 && !number_of(fields[0], values[0]) && !number_of(fields[1], values[1])) {
+        if (first && fields.size() >= 2 && heading(fields[0]) && heading(fields[1])) {
             columns = fields.size(); // header line
             if (columns > 3)
                 malformed(path, number, "has " + std::to_string(columns) + " columns: t,y or t,y,sigma are read");

@@ -178,11 +178,11 @@ Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t s
     result.untrained.sigma_px = deviation(blank_untrained);
 
     const auto peak_of = [&](const std::vector<double> &values) {
-        return find_period({cadence.times, values, {}}, result.grid, false).peak;
+        return find_period({cadence.times, values, {}}, result.grid, false, progress).peak;
     };
     {
         const Stopwatch watch(result.timings.period);
-        const Periodogram periodogram = find_period({cadence.times, result.latents, {}}, result.grid, false);
+        const Periodogram periodogram = find_period({cadence.times, result.latents, {}}, result.grid, false, progress);
         result.latent.peak = periodogram.peak;
         result.power = power_of(periodogram, result.grid.nf);
     }

@@ -28,7 +28,8 @@ Examples:
   cut -d, -f1,5 chapter.run/series.csv | toliman period -
 
 Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
-1/(2 median dt), with T the time span plus one median step; the FAP depends on the grid, so it stands in the result.)";
+1/(2 median dt), with T the time span plus one median step; the FAP depends on the grid, so it stands in the result.
+An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
 
 FrequencyGrid grid_of(const Options &options, const Series &series) {
     const bool any = std::isfinite(options.f0) || std::isfinite(options.df) || options.nf != 0;
@@ -70,10 +71,11 @@ void write_power(const std::string &path, const std::vector<double> &power) {
     out.commit();
 }
 
-void period(const Options &options) {
+void period(const Options &options, Progress &progress) {
     const Series series = read_series(options.file);
     const FrequencyGrid grid = grid_of(options, series);
-    const Periodogram periodogram = find_period(series, grid, options.fixed_mean);
+    const Periodogram periodogram = find_period(series, grid, options.fixed_mean, progress);
+    progress.clear();
     if (!options.power_file.empty())
         write_power(options.power_file, power_of(periodogram, grid.nf));
     if (options.as_json)
@@ -94,7 +96,12 @@ void add_period(CLI::App &app, Context &context) {
     command->add_flag("--fixed-mean", options->fixed_mean, "subtract the weighted mean once instead of fitting it");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->add_option("--power", options->power_file, "write the power of every frequency as .npy");
-    command->callback([&context, options] { context.action = [options] { period(*options); }; });
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            period(*options, progress);
+        };
+    });
 }
 
 } // namespace cli

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "failure.hpp"
 
 namespace cli {
 
 namespace {
+
+constexpr double kMostFrequencies = 1 << 26; // of toliman_period_create
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -28,10 +31,19 @@ FrequencyGrid default_grid(const std::vector<double> &times) {
                                       std::to_string(sorted.empty() ? 0 : steps.size() + 1));
     const double step = median(steps), span = sorted.back() - sorted.front() + step;
     const double f0 = 1.5 / span, df = 0.1 / span;
-    return {f0, df, std::max<int64_t>(1, static_cast<int64_t>(std::floor((0.5 / step - f0) / df * (1 + 1e-12))) + 1)};
+    const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
+    if (!(count <= kMostFrequencies) || !(df > 0)) {
+        char text[256];
+        std::snprintf(text, sizeof text,
+                      "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
+                      "span %g; give --f0, --df and --nf",
+                      kMostFrequencies, step, span);
+        throw Failure(kExitUsage, text);
+    }
+    return {f0, df, static_cast<int64_t>(count)};
 }
 
-Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fixed_mean) {
+Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fixed_mean, Progress &progress) {
     using namespace toliman;
     toliman_period_options options;
     toliman_period_options_init(&options);
@@ -43,13 +55,18 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
     options.value_bound = std::clamp(std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))), 1e-99, 1e99);
     const double *sigma = nullptr;
     if (!series.sigma.empty()) {
-        options.sigma_floor = *std::min_element(series.sigma.begin(), series.sigma.end());
+        const auto [finest, coarsest] = std::minmax_element(series.sigma.begin(), series.sigma.end());
+        options.sigma_floor = *finest;
+        options.sigma_ceiling = *coarsest;
         sigma = series.sigma.data();
     }
     Periodogram result = {make<periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options), {}};
-    for (size_t i = 0; i < series.t.size(); i++)
+    for (size_t i = 0; i < series.t.size(); i++) {
         check(toliman_period_push(result.handle.get(), series.t[i], series.y[i],
                                   sigma != nullptr ? sigma[i] : options.sigma_floor));
+        progress.show("period", static_cast<double>(i + 1) / static_cast<double>(series.t.size()));
+        stop_if_asked();
+    }
     result.peak.struct_size = sizeof result.peak;
     check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigma, series.t.size(),
                                    &result.peak));

@@ -9,7 +9,7 @@ from ._library import check, library
 
 class _Options(ctypes.Structure):
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
-        (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor")
+        (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor", "sigma_ceiling")
     ]
 
 
@@ -61,19 +61,21 @@ def _series(t, y, sigma):
 class Periodogram:
     """Lomb-Scargle periodogram on the grid f0 + k df, k < nf, that takes one sample at a time.
 
-    time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound and sigma must
-    not fall below sigma_floor. The sums are exact: any order of pushes gives the same bits.
+    time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
+    between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
+    order of pushes gives the same bits.
     """
 
     def __init__(self, f0, df, nf, *, fit_mean=True, time_offset=0.0, value_offset=0.0, value_bound=2.0**20,
-                 sigma_floor=1.0):
+                 sigma_floor=1.0, sigma_ceiling=0.0):
         self._handle = c_void_p()
         self.nf = int(nf)
         options = _Options()
         _options_init(byref(options))
         options.flags = 0 if fit_mean else _FIXED_MEAN
         options.time_offset, options.value_offset = time_offset, value_offset
-        options.value_bound, options.sigma_floor = value_bound, sigma_floor
+        options.value_bound = value_bound
+        options.sigma_floor, options.sigma_ceiling = sigma_floor, sigma_ceiling
         self._sigma = sigma_floor
         check(_create(f0, df, nf, byref(options), byref(self._handle)))
 

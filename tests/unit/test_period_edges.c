@@ -1,0 +1,386 @@
+/* Periodogram at its edges: sigmas and values of very different size, the Nyquist frequency, perfect fits, crafted
+ * state bytes, and what it allocates. */
+#include <malloc.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "assert_close.h"
+#include "quad_period.h"
+
+#include <toliman/period.h>
+
+enum { N = 200, NF = 90 };
+static double times[N], values[N], sigmas[N];
+
+static double uniform(uint64_t *state) {
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
+}
+
+/* A sine of period 10 with noise at 200 even times. */
+static void fill_sine(double mean, double scale) {
+    uint64_t state = 3;
+    for (int i = 0; i < N; i++) {
+        times[i] = i;
+        values[i] = mean + scale * (sin(2 * M_PI * 0.1 * i) + 2 * uniform(&state) - 1);
+        sigmas[i] = 1;
+    }
+}
+
+static toliman_period *make(const toliman_period_options *options) {
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(0.0123, 0.0051, NF, options, &period));
+    return period;
+}
+
+static void compare_with_113_bits(const char *name, const toliman_period_options *options) {
+    toliman_period *period = make(options);
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
+    const quad_samples samples = {times, values, sigmas, N};
+    double power[NF], worst = 0;
+    assert_ok(toliman_period_query_power(period, 0, NF, power));
+    for (int k = 0; k < NF; k += 3) {
+        const __float128 f = (__float128)0.0123 + k * (__float128)0.0051;
+        worst = fmax(worst, fabs(power[k] - (double)(1 - quad_residual(&samples, f, options->flags != 0))));
+    }
+    if (!(worst <= 1e-12))
+        fail_msg("%s, flags %u: power is wrong by %.2e", name, options->flags, worst);
+    toliman_period_destroy(period);
+}
+
+/* Floor and ceiling a factor apart, up to 1e8: all samples at the ceiling, one or two far below the others, all sizes,
+ * one far above. */
+static void sigma_ratios_match_113_bits(void **unused) {
+    (void)unused;
+    static const char *const names[] = {"all light", "one heavy", "two heavy", "all sizes", "one light"};
+    static const double ratios[] = {30, 33, 1e3, 1e6, 1e8};
+    for (uint32_t flags = 0; flags < 2; flags++)
+        for (int kind = 0; kind < 5; kind++)
+            for (size_t r = 0; r < sizeof ratios / sizeof ratios[0]; r++) {
+                uint64_t state = 8;
+                fill_sine(0.3, 1);
+                toliman_period_options options;
+                toliman_period_options_init(&options);
+                options.flags = flags;
+                options.sigma_floor = 1e-3;
+                options.sigma_ceiling = 1e-3 * ratios[r];
+                for (int i = 0; i < N; i++)
+                    sigmas[i] = kind == 3   ? fmin(1e-3 * pow(ratios[r], uniform(&state)), options.sigma_ceiling)
+                                : kind == 4 ? options.sigma_floor
+                                            : options.sigma_ceiling;
+                if (kind == 1 || kind == 2)
+                    sigmas[77] = options.sigma_floor;
+                if (kind == 2)
+                    sigmas[30] = options.sigma_floor;
+                if (kind == 4)
+                    sigmas[77] = options.sigma_ceiling;
+                char name[64];
+                snprintf(name, sizeof name, "%s, ratio %g", names[kind], ratios[r]);
+                compare_with_113_bits(name, &options);
+            }
+}
+
+static void sigmas_beyond_the_promise_are_refused(void **unused) {
+    (void)unused;
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    toliman_period *period = make(&options), *none = NULL;
+    assert_ok(toliman_period_push(period, 1, 1, 32));
+    assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE, "sigma = 32.1: above sigma_ceiling = 32");
+    assert_int_equal(toliman_period_count(period), 1);
+    toliman_period_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_period_get_info(period, &info));
+    assert_true(info.sigma_ceiling == 32);
+    toliman_period_destroy(period);
+    options.sigma_ceiling = 1.01e8;
+    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "a factor of 1e+08 at most");
+    options.sigma_ceiling = 0.5;
+    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling = 0.5");
+    options.sigma_ceiling = NAN;
+    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling = nan");
+    assert_null(none);
+}
+
+static void small_values_keep_their_digits_or_are_refused(void **unused) {
+    (void)unused;
+    static const struct {
+        double scale, bound, ceiling;
+        int refused;
+    } cases[] = {{1e-9, 0x1p20, 0, 0}, {5e-11, 0x1p20, 0, 0}, {1e-12, 0x1p20, 0, 1},  {1e-27, 0x1p20, 0, 1},
+                 {1e-27, 1e-20, 0, 0}, {1e-27, 1e-26, 0, 0},  {1e-9, 0x1p20, 1e4, 0}, {1e-27, 0x1p20, 1e8, 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        fill_sine(0, cases[i].scale);
+        toliman_period_options options;
+        toliman_period_options_init(&options);
+        options.value_bound = cases[i].bound;
+        options.sigma_ceiling = cases[i].ceiling;
+        if (!cases[i].refused) {
+            compare_with_113_bits("small values", &options);
+            continue;
+        }
+        toliman_period *period = make(&options);
+        toliman_period_peak peak = {.struct_size = sizeof peak};
+        double power;
+        assert_ok(toliman_period_push_many(period, times, values, NULL, N));
+        assert_fails(toliman_period_query_power(period, 3, 1, &power), TOLIMAN_E_RANGE, "smaller value_bound");
+        assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "smaller value_bound");
+        assert_fails(toliman_period_query_fit(period, times, values, NULL, N, &peak), TOLIMAN_E_RANGE,
+                     "smaller value_bound");
+        toliman_period_destroy(period);
+    }
+}
+
+/* At the Nyquist frequency of even times the sine is 0 at every sample: the fit is that of +-1 alone. */
+static void nyquist_frequency_is_fitted(void **unused) {
+    (void)unused;
+    for (int noisy = 0; noisy < 2; noisy++)
+        for (int past = 0; past < 2; past++)
+            for (uint32_t flags = 0; flags < 2; flags++) {
+                uint64_t state = 5;
+                double up = 0, mean = 0;
+                for (int i = 0; i < N; i++) {
+                    times[i] = i;
+                    values[i] = (i % 2 ? -1 : 1) + (noisy ? 2 * uniform(&state) - 1 : 0);
+                    up += (i % 2 ? -values[i] : values[i]) / N;
+                    mean += values[i] / N;
+                }
+                toliman_period_options options;
+                toliman_period_options_init(&options);
+                options.flags = flags;
+                toliman_period *period = NULL; /* the last frequency is 0.5, or the grid goes on past it */
+                assert_ok(toliman_period_create(0.4, 0.0005, past ? 350 : 201, &options, &period));
+                assert_ok(toliman_period_push_many(period, times, values, NULL, N));
+                toliman_period_peak grid = {.struct_size = sizeof grid}, fit = {.struct_size = sizeof fit};
+                double power;
+                assert_ok(toliman_period_query_peak(period, &grid));
+                assert_ok(toliman_period_query_power(period, 200, 1, &power));
+                assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
+                assert_close(fit.frequency, 0.5, 0, 1e-4);
+                assert_true(fit.power >= power - 1e-12);
+                assert_false(isnan(fit.frequency_error) || isnan(fit.amplitude_error) || isnan(fit.fwhm_error) ||
+                             isnan(fit.half_width_error) || isnan(fit.phase));
+                assert_true(fit.log10_fap < -50);
+                if (fabs(fit.frequency - 0.5) < 1e-12) {
+                    assert_close(fit.amplitude, fabs(up), 1e-12, 0);
+                    assert_close(fit.offset, mean, 0, 1e-12);
+                    assert_true(isinf(fit.frequency_error));
+                    if (noisy) /* standard error of a mean of +-values */
+                        assert_close(fit.amplitude_error, sqrt(1.0 / 3 / N), 0.15, 0);
+                } else {
+                    assert_true(noisy);
+                }
+                if (!noisy)
+                    assert_close(fit.frequency, 0.5, 0, 1e-12);
+                toliman_period_destroy(period);
+            }
+}
+
+/* A fit without residual: 1 - power is taken for 1e-4900, and nothing is infinite or NaN. */
+static void perfect_fit_has_a_probability(void **unused) {
+    (void)unused;
+    for (uint32_t flags = 0; flags < 2; flags++) {
+        toliman_period_options options;
+        toliman_period_options_init(&options);
+        options.flags = flags;
+        toliman_period *period = NULL;
+        assert_ok(toliman_period_create(0.1, 0.1, 5, &options, &period));
+        for (int i = 0; i < 16; i++) {
+            times[i] = i;
+            values[i] = i % 2 ? -1 : 1;
+        }
+        assert_ok(toliman_period_push_many(period, times, values, NULL, 16));
+        toliman_period_peak fit = {.struct_size = sizeof fit};
+        double fap;
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, 16, &fit));
+        assert_true(fit.power == 1);
+        assert_true(fit.log10_residual >= -4900);
+        assert_ok(toliman_period_query_fap(period, fit.log10_residual, &fap));
+        assert_true(fit.log10_fap == fap);
+        assert_ok(toliman_period_query_fap(period, -4900, &fap));
+        assert_true(isfinite(fap));
+        toliman_period_destroy(period);
+    }
+    /* One time for all: no sinusoid at all, and still no NaN. */
+    toliman_period *period = make(NULL);
+    for (int i = 0; i < 20; i++) {
+        times[i] = 1000;
+        values[i] = i % 5;
+    }
+    assert_ok(toliman_period_push_many(period, times, values, NULL, 20));
+    toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
+    assert_ok(toliman_period_query_peak(period, &peak));
+    assert_ok(toliman_period_query_fit(period, times, values, NULL, 20, &fit));
+    assert_true(peak.power <= 1e-12 && !isnan(peak.fwhm));
+    assert_true(fit.power == 0 && isinf(fit.fwhm));
+    assert_true(fit.log10_fap == 0);
+    assert_true(isinf(fit.frequency_error) && isinf(fit.amplitude_error));
+    toliman_period_destroy(period);
+}
+
+static void times_have_a_bound(void **unused) {
+    (void)unused;
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(0, 1e-300, 10, NULL, &period));
+    assert_fails(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t = 1e+200: further than 1e+100");
+    for (int i = 0; i < 6; i++) {
+        times[i] = (i - 3) * 3e99;
+        values[i] = i % 3;
+        assert_ok(toliman_period_push(period, times[i], values[i], 1));
+    }
+    double fap;
+    assert_ok(toliman_period_query_fap(period, -2, &fap));
+    assert_true(fap <= 0 && isfinite(fap));
+    toliman_period_destroy(period);
+}
+
+static uint32_t crc32(const unsigned char *bytes, size_t size) {
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= bytes[i];
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
+    }
+    return ~crc;
+}
+
+/* Bytes with a right checksum and impossible content: offsets of lib/FORMATS.md. */
+static void crafted_state_is_refused(void **unused) {
+    (void)unused;
+    enum { COUNT = 88, PAIRS = 96, DIGITS = 132, SUMS = 2932, EXACT = 560 };
+    static const struct {
+        size_t at;
+        int64_t value;
+        const char *text;
+    } cases[] = {
+        {COUNT, INT64_MAX, "count = 9223372036854775807"},
+        {COUNT, -1, "count = -1"},
+        {COUNT, ((int64_t)1 << 43) + 1, "count = "},
+        {PAIRS, INT64_MAX, "a sum is out of range"},
+        {PAIRS, (int64_t)11 << 18, "a sum is out of range"},
+        {SUMS, INT64_MIN, "a sum is out of range"},
+        {DIGITS + EXACT - 8, INT64_MIN, "last digit"},
+        {DIGITS + EXACT - 8, 1, "last digit"},
+        {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
+        {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
+        {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
+    };
+    toliman_period *period = NULL, *loaded = NULL;
+    assert_ok(toliman_period_create(0.01, 0.01, 5, NULL, &period));
+    for (int i = 0; i < 9; i++)
+        assert_ok(toliman_period_push(period, i, i % 4, 1));
+    unsigned char bytes[8192], bad[8192];
+    size_t size;
+    assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
+    assert_int_equal(size, SUMS + 96 * 5 + 4);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        memcpy(bad, bytes, size);
+        memcpy(bad + cases[i].at, &cases[i].value, 8);
+        const uint32_t crc = crc32(bad, size - 4);
+        memcpy(bad + size - 4, &crc, 4);
+        assert_fails(toliman_period_load(bad, size, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
+    }
+    /* As many samples as can be: no more are taken, and what is saved loads. */
+    memcpy(bad, bytes, size);
+    const int64_t most = (int64_t)1 << 43;
+    memcpy(bad + COUNT, &most, 8);
+    uint32_t crc = crc32(bad, size - 4);
+    memcpy(bad + size - 4, &crc, 4);
+    assert_ok(toliman_period_load(bad, size, &loaded));
+    assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE, "more than 8796093022208 samples");
+    toliman_period_destroy(loaded);
+    loaded = NULL;
+    /* The version before this one. */
+    memcpy(bad, bytes, size);
+    bad[4] = 1;
+    assert_fails(toliman_period_load(bad, size, &loaded), TOLIMAN_E_FORMAT, "version 1, this library reads 2 only");
+    toliman_period_destroy(period);
+}
+
+/* The header tells the size before anything is read: 8 GiB of something else cost nothing. */
+static void large_foreign_file_is_not_read(void **unused) {
+    (void)unused;
+    char path[] = "large.XXXXXX";
+    const int file = mkstemp(path);
+    assert_true(file >= 0);
+    toliman_period *period = make(NULL), *loaded = NULL;
+    unsigned char bytes[16384];
+    size_t size;
+    const off_t large = (off_t)1 << 33;
+    assert_int_equal(ftruncate(file, large), 0);
+    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "does not begin with \"TLMP\"");
+    assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
+    assert_int_equal(pwrite(file, bytes, size, 0), (ssize_t)size);
+    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "8589934592 bytes, at most");
+    assert_int_equal(ftruncate(file, (off_t)size - 1), 0);
+    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+    assert_int_equal(ftruncate(file, 5), 0);
+    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "truncated");
+    assert_null(loaded);
+    toliman_period_destroy(period);
+    close(file);
+    unlink(path);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/* Counts what the library asks for; aligned memory, which only creation takes, is seen in the totals instead. */
+void *__libc_malloc(size_t size);
+static size_t asked;
+
+void *malloc(size_t size) {
+    asked += size;
+    return __libc_malloc(size);
+}
+
+static size_t taken(void) {
+    const struct mallinfo2 facts = mallinfo2();
+    return facts.uordblks + facts.hblkhd;
+}
+
+static void memory_is_taken_at_creation(void **unused) {
+    (void)unused;
+    enum { MANY = 1 << 20 };
+    for (int wide = 0; wide < 2; wide++) {
+        toliman_period_options options;
+        toliman_period_options_init(&options);
+        options.sigma_ceiling = wide ? 1e8 : 0;
+        toliman_period *period = NULL;
+        const size_t before = taken();
+        assert_ok(toliman_period_create(0, 1e-6, MANY, &options, &period));
+        assert_close((double)(taken() - before) / MANY, wide ? 225 : 129, 0, 1);
+        toliman_period_peak peak = {.struct_size = sizeof peak};
+        double power[NF];
+        size_t needed;
+        asked = 0;
+        for (int i = 0; i < 6; i++)
+            assert_ok(toliman_period_push(period, i, i % 3, 1));
+        assert_ok(toliman_period_query_power(period, 0, NF, power));
+        if (!wide) /* a million frequencies in 113 bits take long */
+            assert_ok(toliman_period_query_peak(period, &peak));
+        assert_ok(toliman_period_save(period, NULL, 0, &needed));
+        assert_int_equal(asked, 0);
+        assert_int_equal(needed, 2932 + (wide ? 168 : 96) * (size_t)MANY + 4);
+        toliman_period_destroy(period);
+    }
+}
+#else
+static void memory_is_taken_at_creation(void **unused) {
+    (void)unused;
+}
+#endif
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sigma_ratios_match_113_bits),
+        cmocka_unit_test(sigmas_beyond_the_promise_are_refused),
+        cmocka_unit_test(small_values_keep_their_digits_or_are_refused),
+        cmocka_unit_test(nyquist_frequency_is_fitted),
+        cmocka_unit_test(perfect_fit_has_a_probability),
+        cmocka_unit_test(times_have_a_bound),
+        cmocka_unit_test(crafted_state_is_refused),
+        cmocka_unit_test(large_foreign_file_is_not_read),
+        cmocka_unit_test(memory_is_taken_at_creation),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
