@@ -33,15 +33,28 @@ OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard 
 }
 
 OutputFile::~OutputFile() {
-    if (file_ != nullptr) {
+    if (file_ != nullptr)
         std::fclose(file_);
-        if (!temporary_.empty())
-            ::unlink(temporary_.c_str());
-    }
+    if (!temporary_.empty())
+        ::unlink(temporary_.c_str());
+}
+
+void OutputFile::fail(const std::string &why) const {
+    throw Failure(kExitOutput, path_ + ": cannot be written: " + why);
 }
 
 void OutputFile::fail() const {
-    throw Failure(kExitOutput, path_ + ": cannot be written: " + std::strerror(errno));
+    fail(std::strerror(errno));
+}
+
+std::string OutputFile::hand_over() {
+    if (temporary_.empty())
+        fail("this format needs a regular file");
+    std::fclose(file_);
+    file_ = nullptr;
+    if (::unlink(temporary_.c_str()) != 0)
+        fail();
+    return temporary_;
 }
 
 void OutputFile::write(const void *data, size_t size) {
@@ -59,10 +72,13 @@ void OutputFile::print(const char *format, ...) {
 }
 
 void OutputFile::commit() {
-    if (std::fflush(file_) != 0)
+    if (file_ == nullptr)
+        file_ = std::fopen(temporary_.c_str(), "rb");
+    if (file_ == nullptr || std::fflush(file_) != 0)
         fail();
     if (!temporary_.empty() && (::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
+    temporary_.clear();
     std::fclose(file_);
     file_ = nullptr;
 }
