@@ -83,6 +83,10 @@ typedef struct toliman_sim_info {
                                  signal's largest displacement; above the scene's accuracy it is logged as a warning */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
     double amplitude_uas;                            /* amplitude_px on the sky, microarcsec */
+    double aperture_m;                               /* diameter */
+    double pixel_scale_arcsec;                       /* of a detector pixel */
+    uint64_t scene_digest;                           /* FNV-1a of the scene's text, as in the weights trained for it */
+    int64_t whole_counts; /* 1 if frames hold whole numbers (photon noise, no read noise), else 0 */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */

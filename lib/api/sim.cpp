@@ -120,6 +120,10 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.truncation = simulator.truncation();
     info.min_displacement_px = simulator.min_displacement_px();
     info.max_displacement_px = simulator.max_displacement_px();
+    info.aperture_m = scene.telescope.aperture_m;
+    info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
+    info.scene_digest = scene.digest;
+    info.whole_counts = scene.noise.photon && scene.noise.read_e == 0 ? 1 : 0;
     return info;
 }
 

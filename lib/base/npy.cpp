@@ -23,6 +23,8 @@ const char *entry(const std::string &header, const char *key, const std::string 
 
 std::string header_of(ByteReader &reader, const std::string &source) {
     const uint8_t *magic = reader.raw(6);
+    if (std::memcmp(magic, "SIMPLE", 6) == 0)
+        fail(Status::format, "%s: is FITS, must be .npy: `toliman convert IN.fits OUT.npy` makes one", source.c_str());
     if (std::memcmp(magic, "\x93NUMPY", 6) != 0)
         fail(Status::format, "%s: not a .npy file: wrong magic bytes", source.c_str());
     const unsigned major = reader.u8();

@@ -69,7 +69,7 @@ static inline toliman_sim *sim_with(const char *json, const char *from, const ch
 }
 
 static inline toliman_sim_info info_of(const toliman_sim *sim) {
-    toliman_sim_info info = {sizeof info, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    toliman_sim_info info = {.struct_size = sizeof info};
     assert_ok(toliman_sim_get_info(sim, &info));
     return info;
 }

@@ -139,6 +139,27 @@ static void images_do_not_depend_on_threads(void **state) {
     free(text);
 }
 
+static void info_says_what_a_header_needs(void **state) {
+    (void)state;
+    toliman_sim *const sim = sim_of(kBinaryScene);
+    toliman_sim_info info = info_of(sim);
+    assert_close(info.aperture_m, 0.125, 0, 0);
+    assert_close(info.pixel_scale_arcsec, 0.2, 0, 0);
+    assert_int_equal(info.whole_counts, 0); /* read noise */
+    uint64_t digest = 0xcbf29ce484222325;
+    for (const char *letter = kBinaryScene; *letter != '\0'; letter++)
+        digest = (digest ^ (unsigned char)*letter) * 0x100000001b3;
+    assert_true(info.scene_digest == digest);
+    toliman_sim_destroy(sim);
+
+    toliman_sim *const counts = sim_with(kBinaryScene, ", \"read_e\": 2.5", "");
+    assert_int_equal(info_of(counts).whole_counts, 1);
+    toliman_sim_destroy(counts);
+    toliman_sim *const still = sim_with(kBinaryScene, "\"photon\": true, \"read_e\": 2.5", "\"photon\": false");
+    assert_int_equal(info_of(still).whole_counts, 0);
+    toliman_sim_destroy(still);
+}
+
 static void impossible_calls_are_refused(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
@@ -224,6 +245,7 @@ int main(void) {
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
         cmocka_unit_test(seeds_and_numbers_make_different_frames),
         cmocka_unit_test(images_do_not_depend_on_threads),
+        cmocka_unit_test(info_says_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
         cmocka_unit_test(progress_may_cancel),
         cmocka_unit_test(poor_accuracy_is_reported),

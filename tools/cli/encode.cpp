@@ -3,7 +3,7 @@
 
 #include "command.hpp"
 #include "failure.hpp"
-#include "npy.hpp"
+#include "frames_in.hpp"
 #include "output.hpp"
 #include "scene.hpp"
 
@@ -33,8 +33,10 @@ share of the photon limit that the encoder reaches.)";
 constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
 
 Examples:
-  toliman encode --weights chapter.tlmw frames.npy
-  toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin)";
+  toliman encode --weights chapter.tlmw frames.npy night1.fits night2.fits.fz
+  toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
+
+Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included.)";
 
 void train(const TrainOptions &options, Progress &progress) {
     OutputFile out(options.out); // an unwritable place is found before the work, not after it
@@ -78,7 +80,8 @@ void encode(const EncodeOptions &options, Progress &progress) {
     shape_of(options.shape, rows, cols);
     print_stdout("file,frame,latent_px\n");
     for (const std::string &path : options.files) {
-        FrameFile frames(path, options.dtype, rows, cols);
+        const auto file = open_frames(path, options.dtype, rows, cols);
+        FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
             throw Failure(kExitInput, path + ": frames of " + std::to_string(frames.rows()) + "x" +
                                           std::to_string(frames.cols()) + ", the weights take " +
@@ -123,7 +126,7 @@ void add_encode(CLI::App &app, Context &context) {
     command->add_option("--dtype", options->dtype, "of headerless files: u16le or u32le")
         ->check(CLI::IsMember({"u16le", "u32le"}));
     command->add_option("--shape", options->shape, "of headerless files: ROWSxCOLS");
-    command->add_option("FRAMES", options->files, ".npy files, or headerless ones with --dtype and --shape")
+    command->add_option("FRAMES", options->files, ".npy and FITS files, or headerless ones with --dtype and --shape")
         ->required();
     command->callback([&context, options] {
         context.action = [&context, options] {

@@ -2,6 +2,10 @@
 
 namespace cli {
 
+void malformed(const std::string &path, const std::string &why) {
+    throw Failure(kExitInput, path + ": " + why);
+}
+
 ExitCode exit_code(toliman_status status) noexcept {
     switch (status) {
     case TOLIMAN_OK:

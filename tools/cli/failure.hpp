@@ -26,6 +26,9 @@ class Failure : public std::runtime_error {
     ExitCode code_;
 };
 
+// An input file that cannot be used: exit code 3.
+[[noreturn]] void malformed(const std::string &path, const std::string &why);
+
 // Exit code of a failed library call.
 ExitCode exit_code(toliman_status status) noexcept;
 

@@ -21,6 +21,7 @@ Examples:
   toliman train chapter.json --out w.tlmw     weights for `encode`
   toliman simulate chapter.json --frames 0:100 --out frames.npy
   toliman encode --weights w.tlmw frames.npy  one separation in pixels a frame, as CSV
+  toliman convert mask.fits mask.npy          FITS to .npy and back
   toliman doctor                              what this machine offers
 
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
@@ -59,6 +60,7 @@ int parse_and_run(int argc, char **argv) {
     add_simulate(app, context);
     add_train(app, context);
     add_encode(app, context);
+    add_convert(app, context);
     add_period(app, context);
     add_doctor(app, context);
     try {

@@ -28,13 +28,14 @@ OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard 
     } else {
         const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
         target_ = real ? real.get() : path;
+        mode_ = exists ? static_cast<int>(facts.st_mode & 0777) : -1;
         descriptor = open_temporary();
     }
     if (descriptor >= 0)
         file_ = ::fdopen(descriptor, "wb");
     if (file_ == nullptr)
         fail();
-    if (exists && !temporary_.empty() && ::fchmod(descriptor, facts.st_mode & 0777) != 0) {
+    if (!keep_mode()) {
         abandon();
         fail();
     }
@@ -52,22 +53,41 @@ int OutputFile::open_temporary() {
     return descriptor;
 }
 
+// A file that is replaced keeps its permissions.
+bool OutputFile::keep_mode() const noexcept {
+    return mode_ < 0 || ::fchmod(::fileno(file_), static_cast<mode_t>(mode_)) == 0;
+}
+
 OutputFile::~OutputFile() {
-    if (file_ != nullptr)
-        abandon();
+    abandon();
 }
 
 void OutputFile::abandon() noexcept {
     const int reason = errno;
-    std::fclose(file_);
+    if (file_ != nullptr)
+        std::fclose(file_);
+    file_ = nullptr;
     if (!temporary_.empty())
         ::unlink(temporary_.c_str());
     errno = reason;
 }
 
+void OutputFile::fail(const std::string &why) const {
+    throw Failure(kExitOutput, path_ + ": cannot be written: " + why);
+}
+
 void OutputFile::fail() const {
-    const std::string where = temporary_.empty() ? "" : temporary_ + ": ";
-    throw Failure(kExitOutput, path_ + ": cannot be written: " + where + std::strerror(errno));
+    fail((temporary_.empty() ? "" : temporary_ + ": ") + std::strerror(errno));
+}
+
+std::string OutputFile::hand_over() {
+    if (temporary_.empty())
+        fail("this format needs a regular file");
+    std::fclose(file_);
+    file_ = nullptr;
+    if (::unlink(temporary_.c_str()) != 0)
+        fail();
+    return temporary_;
 }
 
 void OutputFile::write(const void *data, size_t size) {
@@ -85,10 +105,13 @@ void OutputFile::print(const char *format, ...) {
 }
 
 void OutputFile::commit() {
-    if (std::fflush(file_) != 0)
+    if (file_ == nullptr)
+        file_ = std::fopen(temporary_.c_str(), "rb");
+    if (file_ == nullptr || std::fflush(file_) != 0 || !keep_mode())
         fail();
     if (!temporary_.empty() && (::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
+    temporary_.clear();
     std::fclose(file_);
     file_ = nullptr;
 }

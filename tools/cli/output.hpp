@@ -16,15 +16,20 @@ class OutputFile {
     OutputFile &operator=(const OutputFile &) = delete;
     void write(const void *data, size_t size);
     void print(const char *format, ...) __attribute__((format(printf, 2, 3)));
+    // For a library that writes files by name: a name that is free and commit() will rename. Write nothing else then.
+    std::string hand_over();
+    [[noreturn]] void fail(const std::string &why) const;
     void commit();
 
   private:
     [[noreturn]] void fail() const;
     int open_temporary();
+    bool keep_mode() const noexcept;
     void abandon() noexcept;
     std::string path_;               // as messages name it
-    std::string target_, temporary_; // both empty when written straight
-    std::FILE *file_;
+    std::string target_, temporary_; // both empty when written straight; the second also once it is renamed
+    int mode_ = -1;                  // permissions of the file that is replaced
+    std::FILE *file_;                // null when handed over
 };
 
 // A folder for results, made if it is not there; a folder that was made is removed again unless kept.
@@ -34,7 +39,7 @@ class OutputFolder {
     ~OutputFolder();
     OutputFolder(const OutputFolder &) = delete;
     OutputFolder &operator=(const OutputFolder &) = delete;
-    std::string file(const char *name) const { return path_ + "/" + name; }
+    std::string file(const std::string &name) const { return path_ + "/" + name; }
     void keep() noexcept { made_ = false; }
 
   private:

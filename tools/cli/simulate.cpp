@@ -1,27 +1,27 @@
 // toliman psf, toliman simulate: images to files.
-#include <cmath>
-#include <cstdio>
-#include <limits>
+#include <algorithm>
 
 #include "command.hpp"
 #include "failure.hpp"
-#include "npy.hpp"
-#include "output.hpp"
+#include "frames_out.hpp"
 #include "scene.hpp"
+#include "suffix.hpp"
 
 namespace cli {
 
 namespace {
 
 struct Options {
-    std::string scene, out, star = "both", frames;
+    std::string scene, out, star = "both", frames, session, dtype;
+    int bit_depth = 0; // 0: 12 for u16le, 32 for u32le
     uint64_t seed = 0;
     bool seed_given = false;
 };
 
 constexpr size_t kFramesAtOnce = 32;
 
-constexpr char kPsfDescription[] = R"(Expected (noise-free) image of a scene as float64 .npy, in photons of a frame.
+constexpr char kPsfDescription[] =
+    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in photons of a frame.
 
 Example:
   toliman psf examples/scenes/chapter.json --out psf.npy --star A)";
@@ -31,12 +31,11 @@ constexpr char kSimulateDescription[] = R"(Noisy frames of a scene.
 Examples:
   toliman simulate chapter.json --frames 0:100 --out frames.npy    float64, exact counts (with read noise where asked)
   toliman simulate chapter.json --frames 0:100 --out frames.bin    u32 little-endian, rounded to counts, no header
+  toliman simulate chapter.json --frames 0:100 --out frames.fits   cube with full header and a table of times
+  toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
 
-Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
-
-bool ends_with(const std::string &text, const std::string &end) {
-    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
+With --session the mission's own pair of files, <session>_frames.bin and <session>_meta.jsonl, goes into the folder
+--out. Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
 
 void psf(const Options &options, Progress &progress) {
     const Scene scene(options.scene, progress);
@@ -46,50 +45,65 @@ void psf(const Options &options, Progress &progress) {
                                                : TOLIMAN_IMAGE_BOTH;
     const auto cols = static_cast<size_t>(scene.info.cols);
     toliman::check(toliman_sim_get_image(scene.sim.get(), kind, image.data(), cols));
-    OutputFile out(options.out);
-    write_npy_header(out, {image.size() / cols, cols});
-    out.write(image.data(), image.size() * sizeof image[0]);
-    out.commit();
+    const auto out = image_output(options.out, {image.size() / cols, cols});
+    out->write(image.data(), 1);
+    out->commit();
 }
 
-// Rounded to counts; what does not fit 32 bits is an error, never a wrapped number.
-void write_u32(OutputFile &out, const std::vector<double> &images, size_t count) {
-    std::vector<uint32_t> counts(count);
-    for (size_t i = 0; i < count; i++) {
-        const double rounded = std::fmax(0.0, std::nearbyint(images[i]));
-        if (rounded > std::numeric_limits<uint32_t>::max())
-            throw Failure(kExitUsage, "a pixel of " + std::to_string(rounded) +
-                                          " counts does not fit u32: write .npy, or ask for fewer photons");
-        counts[i] = static_cast<uint32_t>(rounded);
-    }
-    out.write(counts.data(), count * sizeof counts[0]);
+CountFormat count_format(const Options &options) {
+    const bool wide = options.dtype != "u16le";
+    const int width = wide ? 32 : 16, bit_depth = options.bit_depth != 0 ? options.bit_depth : wide ? 32 : 12;
+    if (bit_depth > width)
+        throw Failure(kExitUsage, "--bit-depth " + std::to_string(bit_depth) + ": must be 1 to " +
+                                      std::to_string(width) + " bits for " + options.dtype);
+    return {wide, bit_depth};
+}
+
+void check_out(const Options &options) {
+    if (options.session.empty() && options.out != "-" && !ends_with(options.out, ".npy") &&
+        !ends_with(options.out, ".bin") && !ends_with(options.out, ".fits"))
+        throw Failure(kExitUsage, "--out " + options.out +
+                                      ": must end in .npy or .bin or .fits, be - for .npy on stdout, or with "
+                                      "--session be a folder");
+}
+
+std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &frames) {
+    if (!options.session.empty())
+        return session_output(options.out, options.session, count_format(options), frames);
+    if (ends_with(options.out, ".bin"))
+        return count_output(options.out, count_format(options), frames);
+    if (ends_with(options.out, ".fits"))
+        return cube_output(options.out, frames);
+    return image_output(options.out, {frames.count(), frames.rows(), frames.cols()});
 }
 
 void simulate(const Options &options, Progress &progress) {
-    const bool npy = options.out == "-" || ends_with(options.out, ".npy");
-    if (!npy && !ends_with(options.out, ".bin"))
-        throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .bin, or be - for .npy on stdout");
+    check_out(options);
     const Scene scene(options.scene, progress);
-    const FrameRange range(options.frames, scene.info.frames);
-    const auto total = static_cast<size_t>(range.end - range.first);
-    OutputFile out(options.out);
-    if (npy)
-        write_npy_header(out, {total, static_cast<size_t>(scene.info.rows), static_cast<size_t>(scene.info.cols)});
+    const Simulated frames = {scene, FrameRange(options.frames, scene.info.frames),
+                              options.seed_given ? options.seed : scene.info.seed};
+    const size_t total = frames.count();
+    const auto out = output_of(options, frames);
     std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
-    const uint64_t seed = options.seed_given ? options.seed : scene.info.seed;
     for (size_t done = 0; done < total;) {
         const size_t count = std::min(kFramesAtOnce, total - done);
-        toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, range.first + static_cast<int64_t>(done), count,
-                                              nullptr, 0, images.data()));
-        if (npy)
-            out.write(images.data(), count * scene.pixels() * sizeof images[0]);
-        else
-            write_u32(out, images, count * scene.pixels());
+        toliman::check(toliman_sim_frame_many(scene.sim.get(), frames.seed,
+                                              frames.range.first + static_cast<int64_t>(done), count, nullptr, 0,
+                                              images.data()));
+        out->write(images.data(), count);
         done += count;
         progress.show("simulate", static_cast<double>(done) / static_cast<double>(total));
         stop_if_asked();
     }
-    out.commit();
+    out->commit();
+}
+
+// Names that are safe in a file name and in JSON.
+std::string session_complaint(const std::string &name) {
+    const char *letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+    const bool good =
+        !name.empty() && name.size() <= 64 && name[0] != '.' && name.find_first_not_of(letters) == std::string::npos;
+    return good ? "" : name + ": must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
 }
 
 } // namespace
@@ -98,7 +112,8 @@ void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("psf", kPsfDescription);
     auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the .npy file to write; - is standard output")->required();
+    command->add_option("--out", options->out, "the .npy or .fits file to write; - is .npy on standard output")
+        ->required();
     command->add_option("--star", options->star, "A, B or both (default)")->check(CLI::IsMember({"A", "B", "both"}));
     command->callback([&context, options] {
         context.action = [&context, options] {
@@ -112,10 +127,19 @@ void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
     auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the .npy or .bin file to write; - is .npy on standard output")
+    command
+        ->add_option("--out", options->out,
+                     "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")
         ->required();
     command->add_option("--frames", options->frames, "FIRST:END, default all of the cadence");
     CLI::Option *seed = command->add_option("--seed", options->seed, "noise seed, default the scene's");
+    CLI::Option *session = command->add_option("--session", options->session, "name of the pair of files");
+    CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
+    session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));
+    dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
+    command->add_option("--bit-depth", options->bit_depth, "of the pair's frames, default 12 for u16le, 32 for u32le")
+        ->needs(session)
+        ->check(CLI::Range(1, 32));
     command->callback([&context, options, seed] {
         options->seed_given = seed->count() > 0;
         context.action = [&context, options] {

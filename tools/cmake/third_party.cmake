@@ -6,6 +6,7 @@ find_library(FFTW3_THREADS fftw3_threads REQUIRED) # only for its thread-safe pl
 pkg_check_modules(OPENBLAS REQUIRED IMPORTED_TARGET openblas)
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
+pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
 if(TOLIMAN_TESTS)
   pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)

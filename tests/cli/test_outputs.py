@@ -1,0 +1,410 @@
+"""Frames as FITS, as the mission's pair of files and as .npy: written here and read by astropy, and the other way."""
+import json
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy
+from astropy.io import fits
+from program import PROGRAM, SCENES, ProgramTest
+
+ROWS, COLS = 48, 32
+
+
+def fnv1a(data):
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return value
+
+
+def write_scene(path, **changes):
+    """The chapter's scene made small, quick and not square, with groups updated."""
+    scene = json.loads((SCENES / "chapter.json").read_text())
+    small = {"telescope": {"pupil_samples": 64}, "band": {"step_nm": 10}, "binary": {"separation_arcsec": 2},
+             "detector": {"shape": [ROWS, COLS]}}
+    for group, change in (*small.items(), *changes.items()):
+        scene[group].update(change) if isinstance(change, dict) else scene.update({group: change})
+    path.write_text(json.dumps(scene))
+    return scene
+
+
+class OutputTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.small = self.scene()
+
+    def scene(self, file="scene.json", **changes):
+        return write_scene(self.folder / file, **changes)
+
+    def simulate(self, out, *options, scene="scene.json", frames="3:7"):
+        return self.succeed("simulate", scene, "--frames", frames, f"--out={out}", *options)
+
+
+class Cube(OutputTest):
+    def test_header_values_and_table(self):
+        self.simulate("f.fits", "--seed", str(2**64 - 1))
+        self.simulate("f.npy", "--seed", str(2**64 - 1))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["f.fits", "f.npy", "scene.json"])
+        scene = self.small
+        self.simulate("again.fits", "--seed", str(2**64 - 1))
+        self.assertEqual((self.folder / "again.fits").read_bytes(), (self.folder / "f.fits").read_bytes())
+        with fits.open(self.folder / "f.fits") as cube:
+            cube.verify("exception")
+            self.assertTrue((cube[0].data == numpy.load(self.folder / "f.npy")).all())
+            self.assertEqual((cube[0].data.dtype, cube[0].data.shape), (numpy.uint32, (4, ROWS, COLS)))
+            header = cube[0].header
+            self.assertEqual(header["BUNIT"], "photon")
+            self.assertEqual(header["SCENE"], scene["name"])
+            self.assertEqual(header["SCENEID"], "%016x" % fnv1a((self.folder / "scene.json").read_bytes()))
+            self.assertEqual((header["SEED"], header["FRAME1"], header["FRAMEN"]), (2**64 - 1, 3, 6))
+            self.assertEqual(header["PIXSCALE"], scene["detector"]["pixel_scale_arcsec"])
+            self.assertEqual(header["APERTURE"], scene["telescope"]["aperture_m"])
+            self.assertAlmostEqual(header["WAVEMIN"], scene["band"]["min_nm"], delta=1e-9)
+            self.assertAlmostEqual(header["WAVEMAX"], scene["band"]["max_nm"], delta=1e-9)
+            self.assertTrue(header["CREATOR"].startswith("toliman 0."))
+            table = cube["FRAMES"]
+            self.assertEqual([(c.name, c.format, c.unit) for c in table.columns],
+                             [("frame", "K", None), ("time_days", "D", "d"), ("displacement_px", "D", "pixel")])
+            days = numpy.arange(3, 7) * scene["cadence"]["interval_days"]
+            self.assertEqual(table.data["frame"].tolist(), [3, 4, 5, 6])
+            self.assertEqual(table.data["time_days"].tolist(), days.tolist())
+            signal_of = scene["signal"]
+            phases = 2 * numpy.pi * days / signal_of["period_days"] + signal_of["phase_rad"]
+            truth = signal_of["amplitude_px"] * numpy.sin(phases)
+            self.assertLess(abs(table.data["displacement_px"] - truth).max(), 1e-12 * signal_of["amplitude_px"])
+
+    def test_what_is_no_count_stays_float64(self):
+        self.scene("read.json", noise={"read_e": 1.3})
+        self.scene("bright.json", cadence={"peak_photons": 3e9})
+        self.scene("still.json", noise={"photon": False})
+        for name in ("read", "bright", "still"):
+            with self.subTest(name):
+                for suffix in ("fits", "npy"):
+                    self.simulate(f"{name}.{suffix}", scene=f"{name}.json", frames="0:2")
+                data = fits.getdata(self.folder / f"{name}.fits")
+                self.assertEqual(data.dtype, numpy.dtype(">f8"))
+                self.assertTrue((data == numpy.load(self.folder / f"{name}.npy")).all())
+
+    def test_scene_name_that_no_header_takes_as_it_is(self):
+        self.scene(name="αCen 'A'\n" + 90 * "x")
+        self.simulate("f.fits", frames="0")
+        self.assertEqual(fits.getheader(self.folder / "f.fits")["SCENE"], "??Cen 'A'?" + 90 * "x")
+
+    def test_names_are_only_names(self):
+        """To CFITSIO brackets, mem://, !, ~ and blanks are a language."""
+        os.mkdir(self.folder / "mem:")
+        for name in ("f[1].fits", "mem://f.fits", "!f.fits", "~f.fits", " f.fits", "f.fits(x).fits", "-f.fits"):
+            with self.subTest(name):
+                self.simulate(name, frames="0")
+                self.assertTrue((self.folder / name).is_file())
+                self.assertEqual(fits.getdata(self.folder / name).shape, (1, ROWS, COLS))
+                self.succeed("convert", "--", name, "back.npy")
+                self.assertEqual(numpy.load(self.folder / "back.npy").shape, (1, ROWS, COLS))
+        self.assertFalse((self.folder / "f.fits").exists())
+        # CFITSIO would open its compressed neighbour instead.
+        (self.folder / "g.fits.gz").write_bytes(b"")
+        self.refuse(3, "g.fits: No such file", arguments=("convert", "g.fits", "x.npy"))
+
+    def test_places_that_cannot_be_written(self):
+        self.refuse(6, "no/f.fits: cannot be written: No such file",
+                    arguments=("simulate", "scene.json", "--frames", "0", "--out", "no/f.fits"))
+        os.mkfifo(self.folder / "pipe.fits")
+        with subprocess.Popen(["cat", "pipe.fits"], cwd=self.folder, stdout=subprocess.PIPE):
+            self.refuse(6, "pipe.fits: cannot be written: this format needs a regular file",
+                        arguments=("simulate", "scene.json", "--frames", "0", "--out", "pipe.fits"))
+        # A file may not grow beyond 200 KiB: a part is written, then nothing is left.
+        for out in (["f.fits"], ["f.npy"], ["pair", "--session", "s", "--dtype", "u32le"]):
+            with self.subTest(out):
+                before = sorted(os.listdir(self.folder))
+                done = subprocess.run(
+                    ["bash", "-c", 'trap "" XFSZ; ulimit -f 200; exec "$@"', "-", PROGRAM, "simulate", "scene.json",
+                     "--frames", "0:64", "--out", *out],
+                    cwd=self.folder, capture_output=True, text=True)
+                self.assertEqual(done.returncode, 6, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1)
+                self.assertEqual(sorted(os.listdir(self.folder)), before)
+
+    def test_link_is_kept_and_interruption_leaves_nothing(self):
+        (self.folder / "kept.fits").write_text("old")
+        (self.folder / "link.fits").symlink_to("kept.fits")
+        self.simulate("link.fits", frames="0")
+        self.assertTrue((self.folder / "link.fits").is_symlink())
+        self.assertEqual(fits.getdata(self.folder / "kept.fits").shape, (1, ROWS, COLS))
+        self.scene("long.json", cadence={"frames": 2000000})
+        before = sorted(os.listdir(self.folder))
+        for out in (["new.fits"], ["pair", "--session", "s", "--dtype", "u32le"]):
+            with subprocess.Popen([PROGRAM, "simulate", "long.json", "--out", *out], cwd=self.folder,
+                                  stderr=subprocess.PIPE, text=True) as run:
+                for _ in range(500):  # wait for its temporary: then it is at work
+                    if sorted(os.listdir(self.folder)) != before:
+                        break
+                    time.sleep(0.01)
+                run.send_signal(signal.SIGTERM)
+                self.assertEqual(run.wait(10), 143)  # writing zeros for the rest would take longer
+            self.assertEqual(sorted(os.listdir(self.folder)), before)
+
+
+class Pair(OutputTest):
+    """<session>_frames.bin and <session>_meta.jsonl."""
+
+    KEYS = ["frame_id", "timestamp_ns", "host_time", "nframes_dropped", "roi_label", "n_rows", "n_cols", "session_id"]
+
+    def test_u32_and_its_side_file(self):
+        scene = self.scene(cadence={"interval_days": 0.3})
+        self.simulate("f.npy")
+        self.simulate("pair", "--session", "day-1.A_b", "--dtype", "u32le")
+        self.assertEqual(sorted(os.listdir(self.folder / "pair")), ["day-1.A_b_frames.bin", "day-1.A_b_meta.jsonl"])
+        frames = numpy.load(self.folder / "f.npy")
+        counts = numpy.fromfile(self.folder / "pair" / "day-1.A_b_frames.bin", "<u4")
+        self.assertTrue((counts == frames.ravel()).all())
+        lines = [json.loads(line) for line in (self.folder / "pair" / "day-1.A_b_meta.jsonl").read_text().splitlines()]
+        self.assertEqual(len(lines), 4)
+        for k, line in enumerate(lines, 3):
+            self.assertEqual(list(line), self.KEYS)
+            days = k * scene["cadence"]["interval_days"]
+            self.assertEqual((type(line["timestamp_ns"]), type(line["host_time"])), (int, float))
+            self.assertLessEqual(abs(line["timestamp_ns"] - round(days * 86400 * 10**9)), 16)
+            self.assertAlmostEqual(line["host_time"], days * 86400, delta=1e-6)
+            self.assertEqual([line[key] for key in self.KEYS if key not in ("timestamp_ns", "host_time")],
+                             [k, 0, "single_roi", ROWS, COLS, "day-1.A_b"])
+
+    def test_late_timestamps_are_exact(self):
+        self.scene(cadence={"frames": 60000})
+        self.simulate("pair", "--session", "late", "--dtype", "u32le", frames="59999:60000")
+        line = (self.folder / "pair" / "late_meta.jsonl").read_text()
+        self.assertIn('"timestamp_ns": %d,' % (59999 * 86400 * 10**9), line)
+
+    def test_u16_at_its_bit_depth(self):
+        self.scene("faint.json", cadence={"peak_photons": 3000}, noise={"read_e": 1.3})
+        self.scene("full.json", cadence={"peak_photons": 60000})
+        self.simulate("f.npy", scene="faint.json")
+        self.simulate("pair", "--session", "s", "--dtype", "u16le", scene="faint.json")
+        counts = numpy.fromfile(self.folder / "pair" / "s_frames.bin", "<u2")
+        frames = numpy.maximum(numpy.rint(numpy.load(self.folder / "f.npy")), 0).ravel()
+        self.assertTrue((counts == frames).all())
+        self.assertGreater((frames == 0).sum(), 100)  # read noise went below zero somewhere
+        self.simulate("pair", "--session", "t", "--dtype", "u16le", "--bit-depth", "16", scene="full.json")
+        self.assertGreater(numpy.fromfile(self.folder / "pair" / "t_frames.bin", "<u2").max(), 59000)
+
+    def test_bit_depth_overflow(self):
+        self.scene(cadence={"peak_photons": 5000})
+        self.simulate("f.npy")
+        image = numpy.load(self.folder / "f.npy")[0]
+        at = numpy.flatnonzero(image > 4095)[0]
+        command = ("simulate", "scene.json", "--frames", "3:7", "--out")
+        text = f"frame 3, row {at // COLS}, column {at % COLS}: {image.flat[at]:.0f} counts, 12 bits hold 0 to 4095"
+        self.refuse(2, "pair/s_frames.bin: bit depth overflow: " + text,
+                    arguments=(*command, "pair", "--session", "s", "--dtype", "u16le"))
+        self.refuse(2, "1 bits hold 0 to 1", arguments=(
+            *command, "pair", "--session", "s", "--dtype", "u32le", "--bit-depth", "1"))
+        self.scene(cadence={"peak_photons": 5e9})
+        self.refuse(2, "32 bits hold 0 to 4294967295", arguments=(*command, "f.bin"))
+
+    def test_options(self):
+        command = ("simulate", "scene.json", "--frames", "0", "--out", "pair", "--session")
+        for name in ("", ".s", "a/b", "a b", "../s", "é", 65 * "x"):
+            with self.subTest(name):
+                self.refuse(2, "--session", arguments=(*command, name, "--dtype", "u32le"))
+        self.refuse(2, "--dtype", arguments=(*command, "s"))
+        self.refuse(2, "--dtype", arguments=(*command, "s", "--dtype", "u8"))
+        self.refuse(2, "--bit-depth 17", "1 to 16 bits for u16le",
+                    arguments=(*command, "s", "--dtype", "u16le", "--bit-depth", "17"))
+        self.refuse(2, "--session", arguments=("simulate", "scene.json", "--out", "f.npy", "--dtype", "u16le"))
+        self.refuse(6, "no/pair", arguments=("simulate", "scene.json", "--frames", "0", "--out", "no/pair",
+                                             "--session", "s", "--dtype", "u32le"))
+
+
+class Encode(OutputTest):
+    """On frames of 256x256, as the network takes them."""
+
+    SHAPE = {"shape": [256, 256]}
+
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.weights = pathlib.Path(kept.name) / "w.tlmw"
+        write_scene(cls.weights.parent / "scene.json", detector=cls.SHAPE)
+        subprocess.run([PROGRAM, "train", cls.weights.parent / "scene.json", "--steps", "1", "--out", cls.weights],
+                       capture_output=True, check=True)
+
+    def latents(self, *names):
+        """Standard output of encode without the files' names."""
+        out = self.succeed("encode", "--weights", self.weights, *names)
+        return [line.split(",", 1)[1] for line in out.splitlines()[1:]]
+
+    def test_every_kind_of_fits(self):
+        self.scene(cadence={"peak_photons": 20000}, detector=self.SHAPE)  # its counts fit every type
+        self.simulate("f.npy", frames="0:3")
+        self.simulate("own.fits", frames="0:3")
+        frames = numpy.load(self.folder / "f.npy")
+        expected = self.latents("f.npy")
+        self.assertEqual(len(expected), 3)
+        self.assertEqual(self.latents("own.fits"), expected)
+        for dtype in ("i2", "u2", "i4", "u4", "i8", "f4", "f8"):
+            with self.subTest(dtype):
+                fits.writeto(self.folder / f"{dtype}.fits", frames.astype(dtype))
+                self.assertEqual(self.latents(f"{dtype}.fits"), expected)
+        for kind in ("RICE_1", "GZIP_1", "GZIP_2"):
+            with self.subTest(kind):
+                hdu = fits.CompImageHDU(frames.astype("i4"), compression_type=kind)
+                fits.HDUList([fits.PrimaryHDU(), hdu]).writeto(self.folder / f"{kind}.fits.fz")
+                self.assertEqual(self.latents(f"{kind}.fits.fz"), expected)
+        # BITPIX 8 with BSCALE and BZERO; one image in an extension behind a table.
+        hdu = fits.PrimaryHDU((frames[0] // 80).astype("u1"))
+        hdu.header["BSCALE"], hdu.header["BZERO"] = 2.5, -7.0
+        hdu.writeto(self.folder / "scaled.fits")
+        with open(self.folder / "scaled.fits", "r+b") as file:  # astropy drops the scale when it writes
+            block = file.read(2880)
+            cards = [block[i:i + 80] for i in range(0, 2880, 80)]
+            end = cards.index(b"END".ljust(80))
+            scale = (b"BSCALE  =                  2.5", b"BZERO   =                 -7.0", b"END")
+            cards[end:end + 3] = [card.ljust(80) for card in scale]
+            file.seek(0)
+            file.write(b"".join(cards)[:2880])
+        numpy.save(self.folder / "scaled.npy", frames[0] // 80 * 2.5 - 7)
+        self.assertEqual(self.latents("scaled.fits"), self.latents("scaled.npy"))
+        table = fits.BinTableHDU.from_columns([fits.Column("x", "D", array=[1.0])])
+        fits.HDUList([fits.PrimaryHDU(), table, fits.ImageHDU(frames[1])]).writeto(self.folder / "later.fits")
+        self.assertEqual([line.split(",")[1] for line in self.latents("later.fits")], [expected[1].split(",")[1]])
+
+    def test_bad_fits(self):
+        good = numpy.ones((2, 256, 256))
+        fits.writeto(self.folder / "good.fits", good)
+        whole = (self.folder / "good.fits").read_bytes()
+        blank = good.copy()
+        blank[1, 3, 4] = numpy.nan
+        fits.writeto(self.folder / "nan.fits", blank)
+        blank[1, 3, 4] = numpy.inf
+        fits.writeto(self.folder / "inf.fits", blank)
+        counts = good.astype("i4")
+        counts[1, 3, 4] = -99
+        fits.writeto(self.folder / "blank.fits", counts, fits.Header({"BLANK": -99}))
+        fits.writeto(self.folder / "small.fits", numpy.ones((64, 32)))
+        fits.writeto(self.folder / "line.fits", numpy.ones(256))
+        fits.writeto(self.folder / "four.fits", numpy.ones((1, 1, 256, 256)))
+        fits.HDUList([fits.PrimaryHDU()]).writeto(self.folder / "none.fits")
+        def altered(axis, old, new):
+            return whole.replace(b"%s  = %20d" % (axis, old), b"%s  = %20d" % (axis, new))
+
+        for name, content in (("empty", b""), ("header", whole[:1000]), ("cut", whole[:-2880]), ("last", whole[:-1]),
+                              ("text", b"SIMPLE  = hello"), ("junk", os.urandom(9000)), ("blocks", whole[:2880]),
+                              ("huge", altered(b"NAXIS1", 256, 10**11)), ("many", altered(b"NAXIS3", 2, 10**13)),
+                              ("long", altered(b"NAXIS3", 2, 10**6))):
+            (self.folder / f"{name}.fits").write_bytes(content)
+        (self.folder / "folder.fits").mkdir()
+        os.mkfifo(self.folder / "pipe.fits")
+        for name, *texts in (
+            ("nan", "frame 1, row 3, column 4", "not a finite number"),
+            ("inf", "frame 1, row 3, column 4", "not a finite number"),
+            ("blank", "frame 1, row 3, column 4", "blank"),
+            ("small", "64x32", "256x256"),
+            ("line", "has 1 axes", "2 or 3"),
+            ("four", "has 4 axes"),
+            ("none", "holds no image"),
+            ("empty", "is not a FITS file"),
+            ("junk", "is not a FITS file"),
+            ("text", "cannot be read as FITS"),
+            ("header", "cannot be read as FITS"),
+            ("cut", "holds %d bytes" % (len(whole) - 2880), "takes %d" % len(whole)),
+            ("last", "takes %d" % len(whole)),
+            ("blocks", "takes %d" % len(whole)),
+            ("huge", "sides of 1 to 16384"),
+            ("many", "must be at most 16777216 frames"),
+            ("long", "up to the end of its image it takes 524"),
+            ("missing", "No such file"),
+            ("folder", "not a regular file"),
+            ("pipe", "not a regular file"),
+        ):
+            with self.subTest(name):
+                done = self.run_program("encode", "--weights", self.weights, f"{name}.fits")
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                for text in (f"toliman: {name}.fits: ", *texts):
+                    self.assertIn(text, done.stderr)
+
+    def test_bad_npy(self):
+        def npy(header, data=b"", version=1):
+            text = header.encode() + b"\n"
+            size = struct.pack("<H" if version == 1 else "<I", len(text))
+            return b"\x93NUMPY" + bytes((version, 0)) + size + text + data
+
+        def head(shape, descr="<f8"):
+            return "{'descr': '%s', 'fortran_order': False, 'shape': %s, }" % (descr, shape)
+
+        side = 1 << 24
+        for name, content, text in (
+            ("two", npy(head("(1, 1)"), bytes(8), 2), ".npy version 2: version 1 is read"),
+            ("three", npy(head("(1, 1)"), bytes(8), 3), ".npy version 3: version 1 is read"),
+            ("big", npy(head("(1, 1)", ">f8"), bytes(8)), "little-endian"),
+            ("wraps", npy(head(f"({side}, {side}, {side})")), "sides of 1 to 16384"),  # 2^75 bytes, 0 modulo 2^64
+            ("endless", npy(head("(1, 99999999999999999999999, 2)")), "sides of 1 to 16384"),
+            ("hollow", npy(head("(0, 16384, 16384)")), "holds no frames"),
+            ("large", npy(head("(9999, 16384, 16384)")), "holds 8"),
+            ("line", npy(head("(8,)"), bytes(64)), "has 1 axes"),
+        ):
+            (self.folder / f"{name}.npy").write_bytes(content)
+            with self.subTest(name):
+                done = subprocess.run(  # 400 MB of address space hold the program, none of these shapes
+                    ["bash", "-c", 'ulimit -v 400000; exec "$@"', "-", PROGRAM, "convert", f"{name}.npy", "x.npy"],
+                    cwd=self.folder, capture_output=True, text=True)
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertIn(f"toliman: {name}.npy: ", done.stderr)
+                self.assertIn(text, done.stderr)
+                self.assertFalse((self.folder / "x.npy").exists())
+        (self.folder / "empty.bin").write_bytes(b"")
+        done = self.run_program("encode", "--weights", self.weights, "--dtype", "u16le", "--shape", "9x9", "empty.bin")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("empty.bin: holds no frames", done.stderr)
+
+
+class Convert(OutputTest):
+    def test_there_and_back(self):
+        rng = numpy.random.default_rng(1)
+        for name, shape in (("image", (30, 20)), ("cube", (3, 30, 20))):
+            with self.subTest(name):
+                values = rng.normal(0, 1e-7, shape)
+                numpy.save(self.folder / f"{name}.npy", values)
+                self.succeed("convert", f"{name}.npy", f"{name}.fits")
+                self.assertTrue((fits.getdata(self.folder / f"{name}.fits") == values).all())
+                self.succeed("convert", f"{name}.fits", "back.npy")
+                back = numpy.load(self.folder / "back.npy")
+                self.assertEqual(back.shape, shape)
+                self.assertTrue((back == values).all())
+        done = subprocess.run([PROGRAM, "convert", "cube.fits", "-"], cwd=self.folder, capture_output=True, check=True)
+        self.assertEqual(done.stdout, (self.folder / "back.npy").read_bytes())
+
+    def test_mask_of_a_scene(self):
+        """The library reads .npy and says how to come by it."""
+        opd = numpy.where(numpy.indices((64, 64)).sum(0) % 14 < 7, 280e-9, 0.0)
+        numpy.save(self.folder / "direct.npy", opd)
+        fits.writeto(self.folder / "mask.fits", opd)
+        self.succeed("convert", "mask.fits", "mask.npy")
+        for name in ("direct.npy", "mask.npy", "mask.fits"):
+            self.scene(f"{name}.json", telescope={"mask": {"kind": "file", "file": name, "quantity": "opd_m"}})
+        for name in ("direct", "mask"):
+            self.succeed("psf", f"{name}.npy.json", "--out", f"{name}_psf.npy")
+        self.succeed("psf", "mask.npy.json", "--out", "psf.fits")
+        direct, mask = (numpy.load(self.folder / f"{name}_psf.npy") for name in ("direct", "mask"))
+        self.assertTrue((direct == mask).all())
+        self.assertTrue((direct == fits.getdata(self.folder / "psf.fits")).all())
+        self.refuse(3, "mask.fits: is FITS", "toliman convert IN.fits OUT.npy",
+                    arguments=("psf", "mask.fits.json", "--out", "x.npy"))
+
+    def test_refusals(self):
+        numpy.save(self.folder / "a.npy", numpy.array([[1.0, numpy.nan]]))
+        self.refuse(2, "IN a.csv", ".npy, .fits", arguments=("convert", "a.csv", "b.npy"))
+        self.refuse(2, "OUT b.png", ".npy or .fits", arguments=("convert", "a.npy", "b.png"))
+        self.refuse(3, "a.npy: frame 0, row 0, column 1", arguments=("convert", "a.npy", "b.fits"))
+        self.refuse(3, "none.npy: No such file", arguments=("convert", "none.npy", "b.fits"))
+        self.refuse(6, "no/b.fits: cannot be written", arguments=("convert", "a.npy", "no/b.fits"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,29 @@
+// CFITSIO's files, owned, opened and made by plain names.
+#pragma once
+#include <fitsio.h>
+#include <memory>
+#include <string>
+
+namespace cli {
+
+struct CloseFits {
+    void operator()(fitsfile *file) const noexcept {
+        int status = 0;
+        fits_close_file(file, &status);
+    }
+};
+
+using Fits = std::unique_ptr<fitsfile, CloseFits>;
+
+// CFITSIO skips leading blanks and expands a leading ~ even in the name of a disk file: ./ and / it leaves alone.
+inline std::string plain_name(const std::string &path) {
+    return path.compare(0, 1, "/") == 0 ? path : "./" + path;
+}
+
+inline std::string fits_reason(int status) {
+    char text[FLEN_STATUS];
+    fits_get_errstatus(status, text);
+    return text;
+}
+
+} // namespace cli

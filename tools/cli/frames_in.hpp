@@ -1,0 +1,40 @@
+// Frames of a file, one after the other, as double: .npy, FITS or headerless.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+class FrameFile {
+  public:
+    virtual ~FrameFile() = default;
+    FrameFile(const FrameFile &) = delete;
+    FrameFile &operator=(const FrameFile &) = delete;
+    const std::vector<size_t> &axes() const noexcept { return axes_; } // as in the file: 2 or 3, columns last
+    size_t count() const noexcept { return axes_.size() == 3 ? axes_[0] : 1; }
+    size_t rows() const noexcept { return axes_[axes_.size() - 2]; }
+    size_t cols() const noexcept { return axes_.back(); }
+    // The next frame, every pixel a finite number.
+    void read(double *image);
+
+  protected:
+    explicit FrameFile(const std::string &path) : path_(path) {}
+    void set_axes(const std::vector<size_t> &axes); // a Failure unless they are those of frames
+    std::string path_;
+
+  private:
+    virtual void next(double *image) = 0; // a pixel without value is NaN
+    std::vector<size_t> axes_;
+    size_t read_ = 0;
+};
+
+bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
+
+// The reader that the file's suffix asks for. dtype ("u16le", "u32le") and shape are for headerless files only.
+std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype = "", size_t rows = 0,
+                                       size_t cols = 0);
+std::unique_ptr<FrameFile> open_fits(const std::string &path);
+
+} // namespace cli

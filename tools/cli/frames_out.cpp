@@ -1,0 +1,33 @@
+#include "frames_out.hpp"
+
+#include "npy.hpp"
+#include "output.hpp"
+#include "suffix.hpp"
+
+namespace cli {
+
+namespace {
+
+class NpyOutput : public FrameOutput {
+  public:
+    NpyOutput(const std::string &path, const std::vector<size_t> &axes)
+        : out_(path), pixels_(axes.back() * axes[axes.size() - 2]) {
+        write_npy_header(out_, axes);
+    }
+    void write(const double *images, size_t count) override { out_.write(images, count * pixels_ * sizeof *images); }
+    void commit() override { out_.commit(); }
+
+  private:
+    OutputFile out_;
+    size_t pixels_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes) {
+    if (ends_with(path, ".fits"))
+        return fits_output(path, axes);
+    return std::make_unique<NpyOutput>(path, axes);
+}
+
+} // namespace cli

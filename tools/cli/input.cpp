@@ -1,0 +1,23 @@
+#include "input.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <sys/stat.h>
+
+#include "failure.hpp"
+
+namespace cli {
+
+InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) != 0)
+        malformed(path, std::strerror(errno));
+    if (!S_ISREG(facts.st_mode)) // a pipe would be waited for
+        malformed(path, "not a regular file");
+    file_ = std::fopen(path.c_str(), "rb");
+    if (file_ == nullptr)
+        malformed(path, std::strerror(errno));
+    size_ = static_cast<size_t>(facts.st_size);
+}
+
+} // namespace cli

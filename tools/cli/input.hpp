@@ -1,0 +1,25 @@
+// Input files that are read through stdio.
+#pragma once
+#include <cstdio>
+#include <string>
+
+namespace cli {
+
+// An open regular file and its size; a Failure if there is none.
+class InputFile {
+  public:
+    explicit InputFile(const std::string &path);
+    ~InputFile() { std::fclose(file_); }
+    InputFile(const InputFile &) = delete;
+    InputFile &operator=(const InputFile &) = delete;
+    const std::string &path() const noexcept { return path_; }
+    size_t size() const noexcept { return size_; }
+    bool read(void *data, size_t size) noexcept { return std::fread(data, 1, size, file_) == size; }
+
+  private:
+    std::string path_;
+    std::FILE *file_;
+    size_t size_ = 0;
+};
+
+} // namespace cli
