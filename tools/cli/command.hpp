@@ -24,6 +24,7 @@ void add_simulate(CLI::App &app, Context &context);
 void add_train(CLI::App &app, Context &context);
 void add_encode(CLI::App &app, Context &context);
 void add_period(CLI::App &app, Context &context);
+void add_pupil(CLI::App &app, Context &context);
 void add_doctor(CLI::App &app, Context &context);
 
 } // namespace cli

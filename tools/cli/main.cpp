@@ -21,6 +21,7 @@ Examples:
   toliman train chapter.json --out w.tlmw     weights for `encode`
   toliman simulate chapter.json --frames 0:100 --out frames.npy
   toliman encode --weights w.tlmw frames.npy  one separation in pixels a frame, as CSV
+  toliman pupil chapter.json --out better.json  search a mask that tells more
   toliman doctor                              what this machine offers
 
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
@@ -60,6 +61,7 @@ int parse_and_run(int argc, char **argv) {
     add_train(app, context);
     add_encode(app, context);
     add_period(app, context);
+    add_pupil(app, context);
     add_doctor(app, context);
     try {
         app.parse(argc, argv);
