@@ -23,12 +23,16 @@ Json &Json::set(const char *name, const std::string &value) {
 }
 
 Json &Json::set(const char *name, Json &&value) {
-    cJSON_AddItemToObject(object_.get(), name, value.object_.release());
+    return set(name, std::move(value.object_));
+}
+
+Json &Json::set(const char *name, JsonTree &&value) {
+    cJSON_AddItemToObject(object_.get(), name, value.release());
     return *this;
 }
 
-std::string Json::text() const {
-    char *printed = cJSON_Print(object_.get());
+std::string text_of(const JsonTree &tree) {
+    char *printed = cJSON_Print(tree.get());
     std::string text = printed != nullptr ? std::string(printed) + "\n" : "";
     cJSON_free(printed);
     return text;

@@ -7,6 +7,14 @@
 
 namespace cli {
 
+struct FreeJson {
+    void operator()(cJSON *item) const noexcept { cJSON_Delete(item); }
+};
+using JsonTree = std::unique_ptr<cJSON, FreeJson>;
+
+// The tree as text, indented, with a line end.
+std::string text_of(const JsonTree &tree);
+
 class Json {
   public:
     Json() : object_(cJSON_CreateObject()) {}
@@ -14,13 +22,11 @@ class Json {
     Json &set_whole(const char *name, uint64_t value); // every digit, where a double would round
     Json &set(const char *name, const std::string &value);
     Json &set(const char *name, Json &&value); // nested
-    std::string text() const;                  // indented, with a line end
+    Json &set(const char *name, JsonTree &&value);
+    std::string text() const { return text_of(object_); }
 
   private:
-    struct Delete {
-        void operator()(cJSON *item) const noexcept { cJSON_Delete(item); }
-    };
-    std::unique_ptr<cJSON, Delete> object_;
+    JsonTree object_;
 };
 
 } // namespace cli

@@ -45,7 +45,7 @@ Progress::~Progress() {
     clear();
 }
 
-void Progress::show(const char *stage, double fraction) {
+void Progress::show(const char *stage, double fraction, const std::string &note) {
     using std::chrono::steady_clock;
     if (style_ == Style::none)
         return;
@@ -60,7 +60,8 @@ void Progress::show(const char *stage, double fraction) {
     const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
     const double left = fraction > 0.02 ? elapsed * (1 - fraction) / fraction : 0;
     if (style_ == Style::json) {
-        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%.1f}\n", stage, fraction, left);
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%.1f%s}\n", stage, fraction, left,
+                     note.empty() ? "" : (",\"note\":\"" + note + "\"").c_str());
         return;
     }
     constexpr int width = 32;
@@ -68,7 +69,8 @@ void Progress::show(const char *stage, double fraction) {
     for (int i = 0; i < width; i++)
         bar[i] = i < std::lround(fraction * width) ? '#' : '.';
     bar[width] = '\0';
-    std::fprintf(stderr, "\r\033[K%-10s [%s] %3.0f %%  %.0f s left", stage, bar, 100 * fraction, left);
+    std::fprintf(stderr, "\r\033[K%-10s [%s] %3.0f %%  %.0f s left%s%s", stage, bar, 100 * fraction, left,
+                 note.empty() ? "" : "  ", note.c_str());
     std::fflush(stderr);
     drawn_ = true;
 }

@@ -19,7 +19,8 @@ class Progress {
     enum class Style { automatic, json, none };
     explicit Progress(Style style);
     ~Progress();
-    void show(const char *stage, double fraction);
+    // note: a few words beside the bar, of printable characters without quotes.
+    void show(const char *stage, double fraction, const std::string &note = "");
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
 
