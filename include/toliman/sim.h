@@ -86,7 +86,8 @@ typedef struct toliman_sim_info {
     double aperture_m;                               /* diameter */
     double pixel_scale_arcsec;                       /* of a detector pixel */
     uint64_t scene_digest;                           /* FNV-1a of the scene's text, as in the weights trained for it */
-    int64_t whole_counts; /* 1 if frames hold whole numbers (photon noise, no read noise), else 0 */
+    int64_t whole_counts; /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
+    double peak_counts;   /* brightest pixel of the mean frame, in the frame's own unit */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */

@@ -92,6 +92,12 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
     }
 }
 
+optics::Quantity quantity_of(int32_t kind) noexcept {
+    if (kind == TOLIMAN_IMAGE_BOTH)
+        return optics::Quantity::frame;
+    return kind == TOLIMAN_IMAGE_VARIANCE ? optics::Quantity::variance : optics::Quantity::derivative;
+}
+
 double total(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
 }
@@ -112,8 +118,8 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.period_days = scene.signal.period_days;
     info.separation_px = light.separation_px;
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);
-    info.peak_photons = *std::max_element(both.begin(), both.end());
-    info.total_photons = std::accumulate(both.begin(), both.end(), 0.0);
+    info.peak_photons = simulator.images().peak_photons;
+    info.total_photons = simulator.images().total_photons;
     info.crb_px = simulator.bounds().alone;
     info.crb_flux_shift_px = simulator.bounds().flux_shift;
     info.crb_projected_px = simulator.bounds().projected;
@@ -123,7 +129,8 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.aperture_m = scene.telescope.aperture_m;
     info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
     info.scene_digest = scene.digest;
-    info.whole_counts = scene.noise.photon && scene.noise.read_e == 0 ? 1 : 0;
+    info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
+    info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }
 
@@ -203,6 +210,7 @@ toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, doubl
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             const Buffer<double> &source = image_of(simulator, kind);
             std::copy(source.begin(), source.end(), whole);
+            simulator.detector().to_counts(quantity_of(kind), whole);
         });
     });
 }
@@ -250,6 +258,7 @@ toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement
         check_displacement(displacement_px, optics::kFarthestDisplacement);
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.propagate(displacement_px, whole);
+            simulator.detector().to_counts(optics::Quantity::frame, whole);
         });
     });
 }
@@ -260,6 +269,7 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
         check_displacement(displacement_px, optics::kLargestDisplacement);
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.expect(displacement_px, whole);
+            simulator.detector().to_counts(optics::Quantity::frame, whole);
         });
     });
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace toliman::optics {
 
@@ -25,25 +26,37 @@ Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
     return result;
 }
 
-// What the scene's displacements can make of the brightest pixel.
+// Calls fill(image) for each image that is made of light.
+template <class Fill> void for_each(Images &images, Fill fill) {
+    for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.shift_x, &images.shift_y,
+                                  &images.roll, &images.scale, &images.focus})
+        fill(*image);
+    for (Buffer<double> &image : images.motion)
+        fill(image);
+    for (std::vector<Derivative> &places : images.places)
+        for (Derivative &derivative : places)
+            fill(derivative.image);
+}
+
+// What the scene's displacements can make of the brightest pixel, and systematics at most twice as much.
 void check_brightness(const Scene &scene, const Images &images) {
-    const double reach = kLargestDisplacement;
+    const double reach = kLargestDisplacement, limit = kMostPhotons / (scene.systematics.any() ? 2 : 1);
     double most = 0;
     for (size_t i = 0; i < images.both.size(); i++)
         most = std::max(most, images.both[i] +
                                   reach * (std::fabs(images.motion[0][i]) + reach * std::fabs(images.motion[1][i])));
-    if (!(most <= kMostPhotons))
+    if (!(most <= limit))
         fail(Status::scene, "%s: cadence: the brightest pixel expects up to %g photons: at most %g are allowed",
-             scene.source.c_str(), most, kMostPhotons);
+             scene.source.c_str(), most, limit);
 }
 
-// Photons and read noise. The floor only keeps pixels without light from a division by zero: where the image vanishes,
-// so does its derivative.
-Buffer<double> variance_of(const Scene &scene, const Buffer<double> &image) {
-    const double floor = 1e-12 * largest(image);
+// Electrons and what reading them adds. The floor only keeps pixels without light from a division by zero: where the
+// image vanishes, so does its derivative.
+Buffer<double> variance_of(const DetectorStages &detector, const Buffer<double> &image) {
+    const double floor = 1e-12 * largest(image), added = detector.added_variance_e2();
     Buffer<double> variance = image;
     for (double &value : variance)
-        value = std::max(value + scene.noise.read_e * scene.noise.read_e, floor);
+        value = std::max(value + added, floor);
     return variance;
 }
 
@@ -69,16 +82,22 @@ void add_nuisances(const StarImages &star, const Light &light, size_t number, Im
 
 } // namespace
 
-Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, Light &light, const Progress &progress) {
+Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector,
+                   Light &light, const Progress &progress) {
     const size_t stars = scene.stars.size();
     Images images;
     for (size_t s = 0; s < stars; s++) {
         const bool moves = s == scene.signal.star;
-        const Wanted wanted = {moves ? plan.order + 1 : 1, 1, true};
+        const Wanted wanted = {moves ? plan.order + 1 : 1, std::max<size_t>(1, plan.place_order), true};
         StarImages star = imager.images(light, s, 0, wanted, [&](double fraction) {
             progress.report("propagate", (static_cast<double>(s) + fraction) / static_cast<double>(stars));
         });
         add_nuisances(star, light, s, images);
+        if (plan.place_order > 0)
+            for (const Derivative &derivative : star.derivatives)
+                if (derivative.along + derivative.across > 0 &&
+                    derivative.along + derivative.across <= plan.place_order)
+                    images.places[s].push_back(derivative);
         for (Derivative &derivative : star.derivatives)
             if (moves && derivative.along > 0 && derivative.across == 0)
                 images.motion.push_back(std::move(derivative.image));
@@ -93,14 +112,16 @@ Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, L
     if (scene.cadence.peak_photons > 0) {
         const double factor = scene.cadence.peak_photons / peak;
         scale_light(light, factor);
-        for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.shift_x, &images.shift_y,
-                                      &images.roll, &images.scale, &images.focus})
-            scale(*image, factor);
-        for (Buffer<double> &image : images.motion)
-            scale(image, factor);
+        for_each(images, [factor](Buffer<double> &image) { scale(image, factor); });
     }
+    images.peak_photons = largest(images.both);
+    images.total_photons = std::accumulate(images.both.begin(), images.both.end(), 0.0);
+    for_each(images, [&](Buffer<double> &image) { detector.collect(image); });
+    detector.collect(images.background);
+    for (double &value : images.both)
+        value += detector.dark_e();
     check_brightness(scene, images);
-    images.variance = variance_of(scene, images.both);
+    images.variance = variance_of(detector, images.both);
     return images;
 }
 

@@ -18,6 +18,7 @@ constexpr size_t kFewWavelengths = 8; // not worth fewer
 constexpr double kGreyOffset = 0.2;   // cells
 constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
+constexpr double kFarSigmas = 4; // of a disturbance
 
 // For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
 // those of a 2020s server core and only steer expectations.
@@ -94,6 +95,43 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     plan.series_error = 0;
 }
 
+// What a disturbance can make of a frame of the cadence.
+double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
+    const double days = cadence.interval_days * static_cast<double>(cadence.frames - 1);
+    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * days;
+}
+
+// The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
+// A stretch moves a pixel's light by its distance from the axis; defocus turns the phase of the field.
+void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
+    const Systematics &systematics = scene.systematics;
+    const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
+    double farthest = 0;
+    for (size_t star = 0; star < scene.stars.size(); star++)
+        farthest = std::max(farthest, std::hypot(light.offset_px[star][0], light.offset_px[star][1]));
+    const double moved = std::sqrt(2) * reach_of(systematics.pointing_px, scene.cadence) +
+                         farthest * reach_of(systematics.roll_rad, scene.cadence) + farthest_of(scene.signal);
+    const double corner =
+        0.5 * std::hypot(static_cast<double>(plan.pixels.rows), static_cast<double>(plan.pixels.cols));
+    const double stretched = frequency * corner * reach_of(systematics.scale, scene.cadence);
+    const double turned = 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence);
+    // Squares, and products with each other and with what is not taken to first order.
+    const double first = stretched + turned;
+    plan.first_order_error = first * (first + frequency * moved + reach_of(systematics.flux, scene.cadence));
+
+    double error = frequency * moved;
+    for (size_t order = kLeastOrder; !plan.exact_frames && order <= kMostOrder; order++) {
+        error *= frequency * moved / static_cast<double>(order);
+        plan.place_order = order;
+        plan.place_error = error;
+        if (error <= scene.accuracy)
+            return;
+    }
+    plan.exact_frames = true;
+    plan.place_order = 0;
+    plan.series_error = plan.place_error = 0;
+}
+
 // Where the phase jumps between two cells the boundary may run anywhere between their centres: the field there is off
 // by the jump times an area spread evenly over half a cell to either side. Grey cells at the edge of the aperture hold
 // their light off their own centre by a tenth of a cell or so. Both add at random over the pupil, and the sum stands
@@ -137,6 +175,10 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
 
     double fields = static_cast<double>(plan.order) + 1; // of the moving star, beyond those of any star
     fields += static_cast<double>(kStarFields * scene.stars.size());
+    const double place_terms =
+        static_cast<double>((plan.place_order + 1) * (plan.place_order + 2) / 2 * scene.stars.size());
+    if (plan.place_order > 0)
+        fields += place_terms;
     const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
     Cost cost;
     cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);
@@ -144,6 +186,10 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     cost.frame_flops = 2 * static_cast<double>(plan.order) * pixels;
     cost.frame_s = pixels * (kTermSeconds * static_cast<double>(plan.order) +
                              (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
+    if (plan.place_order > 0) {
+        cost.frame_flops += 2 * place_terms * pixels;
+        cost.frame_s += place_terms * pixels * kTermSeconds;
+    }
     if (plan.exact_frames) {
         cost.frame_flops += one_image;
         cost.frame_s += wavelengths * (transform / rate + elements / kElementRate) + filter / rate;
@@ -160,7 +206,8 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.engine = engine;
     const Detector &detector = scene.detector;
     plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * 3.14159265358979323846264L / 648000};
-    plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, 0, scene.accuracy);
+    plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter_px,
+                              scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
     else
@@ -168,10 +215,9 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     const double peak = rough_peak(pupil, light, plan.pixels, workers);
     choose_wavelengths(scene, pupil, light, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
-    if (getenv("PE"))
-        fprintf(stderr, "P %g nodes %zu err %g order %zu series %g\n", plan.pupil_error, plan.wavelengths,
-                plan.spectrum_error, plan.order, plan.series_error);
     choose_order(scene, pupil, light, plan);
+    if (scene.systematics.any())
+        choose_places(scene, pupil, light, plan);
     return plan;
 }
 

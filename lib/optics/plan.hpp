@@ -21,9 +21,12 @@ struct Plan {
     size_t wavelengths = 0;       // that are propagated
     bool nodes = false;           // they are Chebyshev nodes, fewer than the scene's
     double spectrum_error = 0;
-    bool exact_frames = false; // every frame is propagated: the signal is too large for the series
-    size_t order = 2;          // of the series in the displacement
-    double series_error = 0;   // relative to the signal's own largest pixel
+    bool exact_frames = false;    // every frame is propagated: the signal is too large for the series
+    size_t order = 2;             // of the series in the displacement
+    double series_error = 0;      // relative to the signal's own largest pixel
+    size_t place_order = 0;       // of the series in both stars' places; 0 = systematics move none
+    double place_error = 0;       // relative to the signal, at 4 sigma
+    double first_order_error = 0; // of scale and focus, which are taken to first order, at 4 sigma
     PixelFilter filter;
     double pupil_error = 0; // of N samples against many
 };

@@ -44,24 +44,6 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
     return cadence;
 }
 
-Detector read_detector(const Reader &scene) {
-    const Reader reader = scene.object("detector");
-    reader.allow(
-        {"shape", "pixel_scale_arcsec", "pixel", "rotation_deg"},
-        {"qe", "coadds", "bin", "gain_e_per_dn", "bias_dn", "full_well_e", "bit_depth", "flat_rms", "dark_e_per_s"});
-    const std::vector<double> shape = reader.numbers("shape", 2, 2, within(1, 2048, "px"));
-    if (shape[0] != std::floor(shape[0]) || shape[1] != std::floor(shape[1]))
-        reader.refuse(Status::scene, "shape", " = [%g, %g]: must be whole numbers", shape[0], shape[1]);
-    Detector detector;
-    detector.rows = static_cast<size_t>(shape[0]);
-    detector.cols = static_cast<size_t>(shape[1]);
-    detector.pixel_scale_arcsec = reader.number("pixel_scale_arcsec", within(1e-6, 100, "arcsec"));
-    if (reader.has("pixel"))
-        detector.integrated = reader.choice("pixel", {"point", "integrated"}) == 1;
-    detector.rotation_deg = reader.number_or("rotation_deg", 0, within(-360, 360, "deg"));
-    return detector;
-}
-
 Noise read_noise(const Reader &scene) {
     Noise noise;
     if (!scene.has("noise"))
@@ -127,8 +109,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     const json::Value tree = json::parse(json, source);
     const Reader reader(tree, "", source);
     reader.allow({"schema", "name", "telescope", "band", "stars", "binary", "signal", "cadence", "detector", "noise",
-                  "preprocess", "accuracy"},
-                 {"systematics"});
+                  "systematics", "preprocess", "accuracy"});
     reader.choice("schema", {"toliman-scene/1"});
     Scene scene;
     scene.source = source;
@@ -139,10 +120,11 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     scene.stars = read_stars(reader, folder);
     need_band(reader, scene);
     scene.binary = read_binary(reader, scene.stars.size());
-    scene.detector = read_detector(reader);
-    scene.signal = read_signal(reader, scene);
     scene.cadence = read_cadence(reader, scene.stars);
+    scene.detector = read_detector(reader, scene.cadence);
+    scene.signal = read_signal(reader, scene);
     scene.noise = read_noise(reader);
+    scene.systematics = read_systematics(reader, scene.cadence);
     scene.projected = read_projected(reader, scene.stars.size());
     scene.accuracy = reader.number_or("accuracy", scene.accuracy, within(1e-15, 1, ""));
     return scene;

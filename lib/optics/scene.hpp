@@ -95,6 +95,27 @@ struct Detector {
     double pixel_scale_arcsec = 0;
     double rotation_deg = 0; // position angle of the +y axis
     bool integrated = false; // pixels collect over their area; otherwise the image is sampled at their centres
+    double qe = 1;           // electrons a photon
+    int64_t coadds = 1;      // frames summed on board
+    double flat_rms = 0;     // of the pixels' response, relative
+    double dark_e_per_s = 0; // a pixel
+    std::optional<double> full_well_e; // of each frame that is summed
+    double gain_e_per_dn = 1, bias_dn = 0;
+    int bit_depth = 0; // 0 = counts are not rounded
+};
+
+// What disturbs frame k: rms times a normal variate of its own, and the drift times its time in days.
+struct Disturbance {
+    double rms = 0, drift_per_day = 0;
+    bool any() const noexcept { return rms != 0 || drift_per_day != 0; }
+};
+
+struct Systematics {
+    Disturbance pointing_px, roll_rad, scale, focus_nm, flux;
+    double jitter_px = 0; // the same blur in all frames, so that it disturbs none
+    bool any() const noexcept {
+        return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any();
+    }
 };
 
 struct Noise {
@@ -120,6 +141,7 @@ struct Scene {
     Cadence cadence;
     Detector detector;
     Noise noise;
+    Systematics systematics;
     std::vector<Nuisance> projected;
     double accuracy = 1e-9;
 };

@@ -16,6 +16,8 @@ Telescope read_telescope(const Reader &scene, const std::string &folder);
 std::optional<Band> read_band(const Reader &scene);
 std::vector<Star> read_stars(const Reader &scene, const std::string &folder);
 Binary read_binary(const Reader &scene, size_t stars);
+Detector read_detector(const Reader &scene, const Cadence &cadence);
+Systematics read_systematics(const Reader &scene, const Cadence &cadence);
 // Needs the stars, the binary and the detector in known.
 Signal read_signal(const Reader &scene, const Scene &known);
 

@@ -6,7 +6,6 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
-#include "kernels/poisson.hpp"
 #include "optics/wobble.hpp"
 
 namespace toliman::optics {
@@ -27,8 +26,9 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
     : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_, scene_.telescope.pupil_samples)),
       light_(make_light(scene_)),
       plan_(make_plan(scene_, pupil_, light_, settings.engine, worker_count(settings.workers))),
-      imager_(scene_, pupil_, plan_, worker_count(settings.workers)),
-      images_(make_images(scene_, imager_, plan_, light_, settings.progress)), bounds_(bound(scene_, images_)) {
+      imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
+      images_(make_images(scene_, imager_, plan_, detector_, light_, settings.progress)),
+      bounds_(bound(scene_, images_)) {
     check_use();
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
@@ -37,14 +37,24 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
         max_displacement_ = std::max(max_displacement_, displacement);
     }
     truncation_ = predict_truncation();
+    warn(settings.log);
+}
+
+void Simulator::warn(const Log &log) const {
+    const char *const source = scene_.source.c_str();
     if (truncation_ > scene_.accuracy)
-        settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
-                          source.c_str(), scene_.accuracy, truncation_);
+        log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal", source,
+                 scene_.accuracy, truncation_);
+    if (plan_.first_order_error > scene_.accuracy)
+        log.warn(
+            "%s: accuracy = %g: systematics: scale and focus, taken to first order, may be off by %.2g of the peak",
+            source, scene_.accuracy, plan_.first_order_error);
+    detector_.warn(images_.both, scene_.source, log);
 }
 
 // Light enough for finite whitened images, and a signal that shows in them.
 void Simulator::check_use() const {
-    const double peak = *std::max_element(images_.both.begin(), images_.both.end());
+    const double peak = images_.peak_photons;
     if (!(peak >= kFewestPhotons))
         fail(Status::scene, "%s: cadence: the brightest pixel expects %g photons: must be at least %g",
              scene_.source.c_str(), peak, kFewestPhotons);
@@ -77,12 +87,18 @@ double Simulator::displacement_px(int64_t k) const noexcept {
     return optics::displacement_px(scene_.signal, time_days(k));
 }
 
+Buffer<double> Simulator::star_at(const Light &light, size_t star, double displacement_px) const {
+    StarImages images = imager_.images(light, star, displacement_px, Wanted());
+    detector_.collect(images.derivatives[0].image);
+    return std::move(images.derivatives[0].image);
+}
+
 void Simulator::propagate(double displacement_px, double *image) const {
     const size_t moving = scene_.signal.star;
-    const StarImages moved = imager_.images(light_, moving, displacement_px, Wanted());
+    const Buffer<double> moved = star_at(light_, moving, displacement_px);
     const Buffer<double> &still = images_.star[1 - moving];
     for (size_t i = 0; i < pixels(); i++)
-        image[i] = moved.at(0, 0)[i] + (still.empty() ? 0 : still[i]);
+        image[i] = moved[i] + (still.empty() ? 0 : still[i]) + detector_.dark_e();
 }
 
 // Horner's rule, over stretches that stay in the cache.
@@ -104,31 +120,55 @@ void Simulator::expect(double displacement_px, double *image) const noexcept {
     }
 }
 
-void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
-    const auto number = static_cast<uint64_t>(k);
-    double *const expected = scene_.noise.photon ? scratch : image;
-    if (plan_.exact_frames)
-        propagate(displacement_px, expected);
-    else
-        expect(displacement_px, expected);
-    if (scene_.noise.photon)
-        kernels::poisson_kernels().poisson(scratch, pixels(), 0, {seed, number, kernels::kStreamPhotons}, image);
-    if (scene_.noise.read_e == 0)
-        return;
-    kernels::poisson_kernels().gaussian(pixels(), 0, {seed, number, kernels::kStreamReadout}, scratch);
-    for (size_t i = 0; i < pixels(); i++)
-        image[i] += scene_.noise.read_e * scratch[i];
+// Places and fluxes exactly or by the series of both stars' places; scale and focus to first order.
+void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const {
+    Buffer<double> anew[2];
+    std::vector<Term> terms;
+    if (disturbances.scale != 0)
+        terms.push_back({images_.scale.data(), disturbances.scale});
+    if (disturbances.focus_nm != 0)
+        terms.push_back({images_.focus.data(), disturbances.focus_nm});
+    for (size_t star = 0; star < scene_.stars.size(); star++) {
+        const double own = star == scene_.signal.star ? displacement_px : 0;
+        const double flux = 1 + disturbances.flux[star];
+        const auto move = move_of(disturbances, light_.offset_px[star], light_.axis, own);
+        if (plan_.exact_frames) {
+            Light light = light_;
+            for (size_t axis = 0; axis < 2; axis++)
+                light.offset_px[star][axis] += move[axis];
+            anew[star] = star_at(light, star, 0);
+            terms.push_back({anew[star].data(), flux});
+        } else {
+            add_places(images_.places[star], light_.axis, move, flux, terms);
+            terms.push_back({images_.star[star].data(), flux});
+        }
+    }
+    add_up(terms, detector_.dark_e(), pixels(), image);
 }
 
+void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
+    const auto number = static_cast<uint64_t>(k);
+    if (scene_.systematics.any())
+        expect_disturbed(displacement_px, draw(scene_.systematics, seed, number, time_days(k % scene_.cadence.frames)),
+                         scratch);
+    else if (plan_.exact_frames)
+        propagate(displacement_px, scratch);
+    else
+        expect(displacement_px, scratch);
+    detector_.detect(seed, number, scratch, image);
+}
+
+// In the frame's own unit; the bound is the same in any.
 FrameModel Simulator::frame_model() const {
     FrameModel model;
     model.rows = scene_.detector.rows;
     model.cols = scene_.detector.cols;
-    model.reference = images_.both;
-    model.variance = images_.variance;
-    model.derivative = images_.motion[0];
+    model.reference = detector_.in_counts(images_.both, Quantity::frame);
+    model.variance = detector_.in_counts(images_.variance, Quantity::variance);
+    model.derivative = detector_.in_counts(images_.motion[0], Quantity::derivative);
     for (const Nuisance nuisance : scene_.projected)
-        model.projected.push_back({name_of(nuisance), image_of(images_, nuisance)});
+        model.projected.push_back(
+            {name_of(nuisance), detector_.in_counts(image_of(images_, nuisance), Quantity::derivative)});
     model.crb_px = bounds_.projected;
     model.scene_digest = scene_.digest;
     return model;

@@ -11,6 +11,7 @@
 #include "optics/plan.hpp"
 #include "optics/pupil.hpp"
 #include "optics/scene.hpp"
+#include "optics/systematics.hpp"
 
 namespace toliman::optics {
 
@@ -31,6 +32,7 @@ class Simulator {
     const Pupil &pupil() const noexcept { return pupil_; }
     const Light &light() const noexcept { return light_; }
     const Plan &plan() const noexcept { return plan_; }
+    const DetectorStages &detector() const noexcept { return detector_; }
     const Images &images() const noexcept { return images_; }
     const Bounds &bounds() const noexcept { return bounds_; }
     double truncation() const noexcept { return truncation_; }
@@ -46,10 +48,10 @@ class Simulator {
     double time_days(int64_t k) const noexcept;
     double displacement_px(int64_t k) const noexcept;
 
-    // Expected image at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
+    // Expected electrons at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
     void propagate(double displacement_px, double *image) const;
     void expect(double displacement_px, double *image) const noexcept;
-    // Noisy counts of frame k; scratch and image hold pixels() each.
+    // What frame k holds of them, disturbed and with noise; scratch and image hold pixels() each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
     FrameModel frame_model() const;
@@ -57,12 +59,16 @@ class Simulator {
   private:
     void check_use() const;
     double predict_truncation() const;
+    void warn(const Log &log) const;
+    Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
+    void expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const;
 
     Scene scene_;
     Pupil pupil_;
     Light light_;
     Plan plan_;
     Imager imager_;
+    DetectorStages detector_;
     Images images_;
     Bounds bounds_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence

@@ -104,7 +104,7 @@ class SimulatedCube : public FitsOutput {
   private:
     // Counts as u32 (BZERO = 2^31) where they are whole and fit with a margin of two, else float64.
     static int type_of(const toliman_sim_info &info) noexcept {
-        return info.whole_counts != 0 && info.peak_photons < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
+        return info.whole_counts != 0 && info.peak_counts < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
     }
 
     void text(const char *key, const std::string &value, const char *comment) {

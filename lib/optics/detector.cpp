@@ -1,0 +1,112 @@
+#include "optics/detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels/poisson.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+constexpr double kSafeSigmas = 4; // of read noise above 0 DN
+
+// Each pixel's own, the same in all frames.
+Buffer<double> response_of(const Scene &scene, size_t pixels) {
+    const Detector &detector = scene.detector;
+    if (detector.qe == 1 && detector.flat_rms == 0)
+        return {};
+    Buffer<double> response(pixels);
+    if (detector.flat_rms != 0)
+        kernels::poisson_kernels().gaussian(pixels, 0, {scene.noise.seed, 0, kernels::kStreamFlat}, response.data());
+    for (double &value : response)
+        value = detector.qe * (1 + detector.flat_rms * value);
+    return response;
+}
+
+} // namespace
+
+DetectorStages::DetectorStages(const Scene &scene)
+    : pixels_(scene.detector.rows * scene.detector.cols), photon_noise_(scene.noise.photon),
+      response_(response_of(scene, pixels_)), dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
+      read_e_(scene.noise.read_e * std::sqrt(static_cast<double>(scene.detector.coadds))),
+      capacity_e_(std::numeric_limits<double>::infinity()), e_per_count_(scene.detector.gain_e_per_dn),
+      bias_(scene.detector.bias_dn),
+      largest_count_(scene.detector.bit_depth > 0 ? std::ldexp(1.0, scene.detector.bit_depth) - 1 : 0) {
+    if (scene.detector.full_well_e)
+        capacity_e_ = *scene.detector.full_well_e * static_cast<double>(scene.detector.coadds);
+}
+
+void DetectorStages::collect(Buffer<double> &image) const noexcept {
+    for (size_t i = 0; i < std::min(image.size(), response_.size()); i++)
+        image[i] *= response_[i];
+}
+
+double DetectorStages::added_variance_e2() const noexcept {
+    const double rounding = largest_count_ > 0 ? e_per_count_ * e_per_count_ / 12 : 0;
+    return read_e_ * read_e_ + rounding;
+}
+
+bool DetectorStages::whole_counts() const noexcept {
+    const bool whole_electrons = photon_noise_ && read_e_ == 0 && std::floor(capacity_e_) == capacity_e_;
+    return largest_count_ > 0 || (whole_electrons && e_per_count_ == 1 && std::floor(bias_) == bias_);
+}
+
+void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, double *image) const noexcept {
+    const kernels::PoissonKernels &random = kernels::poisson_kernels();
+    if (photon_noise_)
+        random.poisson(expected, pixels_, 0, {seed, frame, kernels::kStreamPhotons}, image);
+    else
+        std::copy_n(expected, pixels_, image);
+    if (std::isfinite(capacity_e_))
+        for (size_t i = 0; i < pixels_; i++)
+            image[i] = std::min(image[i], capacity_e_);
+    if (read_e_ != 0) {
+        double *const normals = expected;
+        random.gaussian(pixels_, 0, {seed, frame, kernels::kStreamReadout}, normals);
+        for (size_t i = 0; i < pixels_; i++)
+            image[i] += read_e_ * normals[i];
+    }
+    to_counts(Quantity::frame, image);
+    if (largest_count_ > 0)
+        for (size_t i = 0; i < pixels_; i++) // halves are rounded to even
+            image[i] = std::min(std::max(0.0, std::nearbyint(image[i])), largest_count_);
+}
+
+void DetectorStages::to_counts(Quantity quantity, double *image) const noexcept {
+    if (e_per_count_ == 1 && bias_ == 0)
+        return;
+    const double unit = quantity == Quantity::variance ? e_per_count_ * e_per_count_ : e_per_count_;
+    const double offset = quantity == Quantity::frame ? bias_ : 0;
+    for (size_t i = 0; i < pixels_; i++)
+        image[i] = image[i] / unit + offset;
+}
+
+Buffer<double> DetectorStages::in_counts(Buffer<double> image, Quantity quantity) const noexcept {
+    to_counts(quantity, image.data());
+    return image;
+}
+
+void DetectorStages::warn(const Buffer<double> &electrons, const std::string &source, const Log &log) const {
+    size_t saturated = 0, overflown = 0, cut = 0;
+    const double least = kSafeSigmas * read_e_;
+    for (const double value : electrons) {
+        saturated += value > capacity_e_;
+        overflown += counts_of(std::min(value, capacity_e_)) > largest_count_ + 0.5;
+        cut += value + bias_ * e_per_count_ < least;
+    }
+    const double largest = *std::max_element(electrons.begin(), electrons.end());
+    if (saturated > 0)
+        log.warn("%s: detector.full_well_e: %zu pixels are saturated: the largest expects %g e-, all coadds hold %g",
+                 source.c_str(), saturated, largest, capacity_e_);
+    if (largest_count_ > 0 && overflown > 0)
+        log.warn("%s: detector.bit_depth: %zu pixels overflow: the largest expects %g DN, the bits hold %.0f",
+                 source.c_str(), overflown, counts_of(std::min(largest, capacity_e_)), largest_count_);
+    if (largest_count_ > 0 && cut > 0)
+        log.warn("%s: detector.bias_dn: read noise may take %zu pixels below 0 DN, where it is cut off: a larger bias "
+                 "avoids it",
+                 source.c_str(), cut);
+}
+
+} // namespace toliman::optics
