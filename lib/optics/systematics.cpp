@@ -33,8 +33,8 @@ Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, dou
             {value(systematics.flux, flux_a), value(systematics.flux, flux_b)}};
 }
 
-std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset,
-                              const double *axis, double displacement_px) noexcept {
+std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset, const double *axis,
+                              double displacement_px) noexcept {
     const double sine = std::sin(disturbances.roll_rad), half = std::sin(0.5 * disturbances.roll_rad);
     const double less_one = -2 * half * half; // of the cosine
     const double own_x = displacement_px * axis[0], own_y = displacement_px * axis[1];

@@ -18,8 +18,8 @@ Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, dou
 
 // How far [x, y] px a star at offset, displaced along the axis, stands from there: the sky turns about the frame's
 // centre, from x towards y, and then shifts.
-std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset,
-                              const double *axis, double displacement_px) noexcept;
+std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset, const double *axis,
+                              double displacement_px) noexcept;
 
 // A weighted image.
 struct Term {

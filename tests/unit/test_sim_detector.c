@@ -1,0 +1,298 @@
+/* Stages of the detector: each alone against its mean, its variance and its arithmetic, and all of them together. */
+#include <stdio.h>
+
+#include <toliman/linear.h>
+
+#include "frame_statistics.h"
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE };
+
+/* The two stars seen for 10 s; stages goes into the detector, noise into the noise. */
+static char *text_with(const char *stages, const char *noise) {
+    char text[400];
+    char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
+    scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e5");
+    scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e5}}");
+    snprintf(text, sizeof text, "\"pixel_scale_arcsec\": 0.2%s%s", stages[0] != '\0' ? ", " : "", stages);
+    scene = replaced_again(scene, "\"pixel_scale_arcsec\": 0.2", text);
+    snprintf(text, sizeof text, "{%s}", noise);
+    return replaced_again(scene, "{\"photon\": true, \"read_e\": 2.5, \"seed\": 7}", text);
+}
+
+static char heard[2000];
+
+static void remember(int32_t level, const char *text, void *user_data) {
+    (void)user_data;
+    assert_int_equal(level, TOLIMAN_LOG_WARNING);
+    strncat(heard, text, sizeof heard - strlen(heard) - 2);
+    strcat(heard, "\n");
+}
+
+static toliman_sim *make(const char *stages, const char *noise) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.log = remember;
+    heard[0] = '\0';
+    char *const text = text_with(stages, noise);
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
+    free(text);
+    return sim;
+}
+
+static const char *const kNoise = "\"photon\": true, \"read_e\": 2.5, \"seed\": 7", *const kPhotons = "\"photon\": true";
+
+/* A frame, owned by the caller. */
+static double *frame(const char *stages, const char *noise) {
+    toliman_sim *const sim = make(stages, noise);
+    double *const image = malloc(PIXELS * sizeof *image);
+    assert_non_null(image);
+    assert_ok(toliman_sim_frame(sim, 1e-3, 3, 5, image, SIDE));
+    toliman_sim_destroy(sim);
+    return image;
+}
+
+static double *image_with(const char *stages, const char *noise, int32_t kind) {
+    toliman_sim *const sim = make(stages, noise);
+    double *const image = image_of(sim, kind);
+    toliman_sim_destroy(sim);
+    return image;
+}
+
+/* Frames with the stages have the mean factor * bare + offset in units of `unit`, and the variance that follows from it
+ * and `added`. */
+static void check_stage(const char *stages, const char *noise, double factor, double offset, double added, double unit,
+                        int whole) {
+    toliman_sim *const sim = make(stages, noise);
+    double *const bare = image_with("", "", TOLIMAN_IMAGE_BOTH), *const slope = image_with("", "", 3);
+    double *const mean = image_of(sim, TOLIMAN_IMAGE_BOTH), *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
+    double *const moved = image_of(sim, TOLIMAN_IMAGE_SEPARATION);
+    for (size_t i = 0; i < PIXELS; i++) {
+        const double expected = factor * bare[i] + offset;
+        assert_close(mean[i], expected / unit, 1e-14, 0);
+        assert_close(moved[i], factor * slope[i] / unit, 1e-14, 0);
+        assert_close(variance[i], (expected + added) / unit / unit, 1e-13, 0);
+    }
+    check_frames(sim, mean, variance, 0.5, whole);
+    assert_int_equal(info_of(sim).whole_counts, whole);
+    free(bare);
+    free(slope);
+    free(mean);
+    free(variance);
+    free(moved);
+    toliman_sim_destroy(sim);
+}
+
+static void stages_have_their_mean_and_variance(void **state) {
+    (void)state;
+    check_stage("", kPhotons, 1, 0, 0, 1, 1);
+    check_stage("\"qe\": 0.6", kPhotons, 0.6, 0, 0, 1, 1);
+    check_stage("\"dark_e_per_s\": 4", kPhotons, 1, 40, 0, 1, 1);
+    check_stage("\"coadds\": 9", kNoise, 1, 0, 9 * 6.25, 1, 0);
+    check_stage("\"gain_e_per_dn\": 1.7", kNoise, 1, 0, 6.25, 1.7, 0);
+    check_stage("\"full_well_e\": 1e6, \"coadds\": 2", kPhotons, 1, 0, 0, 1, 1);
+    /* The rounding error of a value that noise spreads over many steps is uniform. */
+    check_stage("\"qe\": 0.5, \"dark_e_per_s\": 60, \"gain_e_per_dn\": 8, \"bit_depth\": 20", kNoise, 0.5, 600,
+                6.25 + 64.0 / 12, 8, 1);
+}
+
+/* Photons are counted before the detector, counts after it. */
+static void facts_tell_photons_from_counts(void **state) {
+    (void)state;
+    toliman_sim *const bare = make("", kPhotons), *const sim = make("\"qe\": 0.25", kPhotons);
+    const toliman_sim_info less = info_of(sim), info = info_of(bare);
+    assert_close(less.peak_photons, info.peak_photons, 0, 0);
+    assert_close(less.total_photons, info.total_photons, 0, 0);
+    assert_close(less.peak_counts, 0.25 * info.peak_photons, 1e-15, 0);
+    assert_close(info.peak_counts, info.peak_photons, 0, 0);
+    assert_close(less.crb_px, 2 * info.crb_px, 1e-12, 0); /* a quarter of the photons */
+    toliman_sim_destroy(bare);
+    toliman_sim_destroy(sim);
+    toliman_sim *const units = make("\"qe\": 0.25, \"gain_e_per_dn\": 7, \"bias_dn\": 50", kPhotons);
+    const toliman_sim_info dn = info_of(units);
+    assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
+    assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit tells nothing */
+    assert_int_equal(dn.whole_counts, 0);
+    double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_IMAGE_BOTH);
+    assert_ok(toliman_sim_expect(units, 0, expected, SIDE));
+    assert_memory_equal(expected, both, sizeof expected);
+    assert_ok(toliman_sim_propagate(units, 0, still, SIDE));
+    for (size_t i = 0; i < PIXELS; i++)
+        assert_close(still[i], both[i], 1e-12, 0);
+    free(both);
+    toliman_sim_destroy(units);
+}
+
+/* Gains of the pixels: Gaussian of the rms, from the scene's seed, the same whatever the frame's. */
+static void flat_is_a_fixed_pattern(void **state) {
+    (void)state;
+    double *const bare = image_with("", kNoise, TOLIMAN_IMAGE_BOTH);
+    double *const flat = image_with("\"flat_rms\": 0.02", kNoise, TOLIMAN_IMAGE_BOTH);
+    double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_IMAGE_BOTH);
+    double *const noise = frame("", "\"read_e\": 1, \"seed\": 7");
+    double sum = 0, squares = 0, fourth = 0, product = 0, read = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        const double gain = (flat[i] / bare[i] - 1) / 0.02, second = (other[i] / bare[i] - 1) / 0.02;
+        sum += gain;
+        squares += gain * gain;
+        fourth += gain * gain * gain * gain;
+        product += gain * second;
+        read += gain * (noise[i] - bare[i]);
+    }
+    assert_close(sum / PIXELS, 0, 0, 5 / sqrt(PIXELS));
+    assert_close(squares / PIXELS, 1, 0, 5 * sqrt(2.0 / PIXELS));
+    assert_close(fourth / PIXELS, 3, 0, 5 * sqrt(96.0 / PIXELS));
+    assert_close(product / PIXELS, 0, 0, 5 / sqrt(PIXELS));
+    assert_close(read / PIXELS, 0, 0, 8 / sqrt(PIXELS)); /* a stream of its own */
+    toliman_sim *const sim = make("\"flat_rms\": 0.02", "\"seed\": 7");
+    double first[PIXELS], second[PIXELS];
+    assert_ok(toliman_sim_frame(sim, 0, 1, 0, first, SIDE));
+    assert_ok(toliman_sim_frame(sim, 0, 2, 9, second, SIDE));
+    assert_memory_equal(first, second, sizeof first);
+    assert_memory_equal(first, flat, sizeof first);
+    toliman_sim_destroy(sim);
+    free(bare);
+    free(flat);
+    free(other);
+    free(noise);
+}
+
+/* Frames made stage by stage here, of frames with fewer stages. */
+static void stages_come_in_order(void **state) {
+    (void)state;
+    const char *const light = "\"qe\": 0.9, \"flat_rms\": 0.05, \"dark_e_per_s\": 3";
+    char stages[300];
+    double *const electrons = frame(light, "\"photon\": true, \"seed\": 7");
+    double *const still = frame("", ""), *const reading = frame("\"coadds\": 4", "\"read_e\": 2.5, \"seed\": 7");
+    snprintf(stages, sizeof stages, "%s, \"coadds\": 4, \"full_well_e\": 500, \"gain_e_per_dn\": 3, \"bias_dn\": 20.25",
+             light);
+    double *const analogue = frame(stages, kNoise);
+    strcat(stages, ", \"bit_depth\": 9");
+    double *const digital = frame(stages, kNoise);
+    size_t full = 0, cut = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        full += electrons[i] > 2000;
+        const double kept = fmin(electrons[i], 2000), read = reading[i] - still[i];
+        assert_close(analogue[i], (kept + read) / 3 + 20.25, 1e-12, 1e-10);
+        cut += rint(analogue[i]) > 511;
+        assert_true(digital[i] == fmin(rint(analogue[i]), 511));
+    }
+    assert_true(full > 3 && cut > full);
+    free(electrons);
+    free(still);
+    free(reading);
+    free(analogue);
+    free(digital);
+}
+
+/* Two electrons a DN make every other count a half. */
+static void halves_are_rounded_to_even(void **state) {
+    (void)state;
+    double *const counts = frame("", kPhotons), *const dn = frame("\"gain_e_per_dn\": 2, \"bit_depth\": 20", kPhotons);
+    size_t down = 0, up = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        const double whole = floor(counts[i] / 2);
+        const int odd = fmod(whole, 2) != 0, half = counts[i] / 2 != whole;
+        assert_true(dn[i] == whole + (half && odd ? 1 : 0));
+        up += half && odd;
+        down += half && !odd;
+    }
+    assert_true(up > PIXELS / 8 && down > PIXELS / 8);
+    free(counts);
+    free(dn);
+}
+
+static void dark_pixels_are_cut_at_zero(void **state) {
+    (void)state;
+    double *const dn = frame("\"bit_depth\": 20, \"qe\": 1e-6", kNoise);
+    size_t zeros = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        assert_true(dn[i] >= 0 && !signbit(dn[i]));
+        zeros += dn[i] == 0;
+    }
+    assert_close((double)zeros / PIXELS, 0.5 * erfc(-0.2 / sqrt(2)), 0, 5 * 0.5 / sqrt(PIXELS)); /* up to 0.5 = 0.2 sigma */
+    assert_non_null(strstr(heard, "detector.bias_dn: read noise may take 4096 pixels below 0 DN"));
+    free(dn);
+}
+
+static void limits_are_reported(void **state) {
+    (void)state;
+    double *const bare = image_with("", "", TOLIMAN_IMAGE_BOTH);
+    double largest = 0;
+    size_t saturated = 0, overflown = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        largest = fmax(largest, bare[i]);
+        saturated += bare[i] > 2400;
+        overflown += bare[i] / 2 + 10 > 1023.5;
+    }
+    free(bare);
+    assert_true(saturated > 3 && overflown > saturated);
+    char expected[300];
+    toliman_sim_destroy(make("\"full_well_e\": 800, \"coadds\": 3", ""));
+    snprintf(expected, sizeof expected,
+             "scene: detector.full_well_e: %zu pixels are saturated: the largest expects %g e-, all coadds hold 2400",
+             saturated, largest);
+    assert_non_null(strstr(heard, expected));
+    toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 10, \"bit_depth\": 10", ""));
+    snprintf(expected, sizeof expected,
+             "scene: detector.bit_depth: %zu pixels overflow: the largest expects %g DN, the bits hold 1023", overflown,
+             largest / 2 + 10);
+    assert_non_null(strstr(heard, expected));
+    toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 20, \"bit_depth\": 20, \"full_well_e\": 1e9", kNoise));
+    assert_null(strstr(heard, "detector."));
+}
+
+/* Stages that do nothing leave every byte as it is without them. */
+static void neutral_stages_change_no_byte(void **state) {
+    (void)state;
+    double *const bare = frame("", kNoise);
+    double *const neutral = frame("\"qe\": 1, \"coadds\": 1, \"flat_rms\": 0, \"dark_e_per_s\": 0, \"gain_e_per_dn\": 1,"
+                                  "\"bias_dn\": 0",
+                                  kNoise);
+    assert_memory_equal(bare, neutral, PIXELS * sizeof *bare);
+    free(bare);
+    free(neutral);
+}
+
+/* With every stage on, the template reaches the bound in frames of DN: its scatter is known to 1.4 %. */
+static void the_template_reaches_the_bound(void **state) {
+    (void)state;
+    enum { frames = 2500 };
+    toliman_sim *const sim =
+        make("\"qe\": 0.8, \"flat_rms\": 0.03, \"dark_e_per_s\": 10, \"coadds\": 4, \"full_well_e\": 1e5,"
+             "\"gain_e_per_dn\": 20, \"bias_dn\": 64, \"bit_depth\": 14",
+             kNoise);
+    assert_null(strstr(heard, "detector."));
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, &linear));
+    const toliman_sim_info info = info_of(sim);
+    double sigma, sum = 0, squares = 0, image[PIXELS];
+    assert_ok(toliman_linear_get_sigma(linear, &sigma));
+    assert_close(sigma, info.crb_px, 1e-9, 0);
+    for (int64_t k = 0; k < frames; k++) {
+        double value;
+        assert_ok(toliman_sim_frame(sim, 5 * sigma, 77, k, image, SIDE));
+        assert_ok(toliman_linear_encode(linear, image, SIDE, &value));
+        sum += value - 5 * sigma;
+        squares += (value - 5 * sigma) * (value - 5 * sigma);
+    }
+    assert_close(sum / frames, 0, 0, 4 * sigma / sqrt(frames));
+    assert_close(sqrt(squares / frames), sigma, 0.05, 0);
+    toliman_linear_destroy(linear);
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(stages_have_their_mean_and_variance),
+        cmocka_unit_test(facts_tell_photons_from_counts),
+        cmocka_unit_test(flat_is_a_fixed_pattern),
+        cmocka_unit_test(stages_come_in_order),
+        cmocka_unit_test(halves_are_rounded_to_even),
+        cmocka_unit_test(dark_pixels_are_cut_at_zero),
+        cmocka_unit_test(limits_are_reported),
+        cmocka_unit_test(neutral_stages_change_no_byte),
+        cmocka_unit_test(the_template_reaches_the_bound),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
