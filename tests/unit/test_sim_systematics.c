@@ -1,0 +1,399 @@
+/* Systematics: disturbed frames against scenes that are made that way, what is drawn against its law, and estimators
+ * that are blind to it. */
+#include <stdio.h>
+
+#include <toliman/linear.h>
+
+#include "scene_text.h"
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE };
+
+static const double kStars[4] = {-4.5, -8.2, 5.1, 9.3};
+static const char *const kProject = "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"";
+
+/* Both stars at places (px), without noise, seen for 10 s; extra is added to the scene. */
+static char *text_with(const double places[4], const char *extra) {
+    char binary[200], end[600];
+    char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
+    scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
+    scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
+    snprintf(binary, sizeof binary, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", places[0],
+             places[1], places[2], places[3]);
+    scene = replaced_again(scene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", binary);
+    snprintf(end, sizeof end, "\"noise\": {\"seed\": 7}%s%s}", extra[0] != '\0' ? ", " : "", extra);
+    return replaced_again(scene, "\"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}}", end);
+}
+
+static char heard[1000];
+
+static void remember(int32_t level, const char *text, void *user_data) {
+    (void)level;
+    (void)user_data;
+    strncat(heard, text, sizeof heard - strlen(heard) - 1);
+}
+
+static toliman_sim *made(char *text) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.log = remember;
+    heard[0] = '\0';
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
+    free(text);
+    return sim;
+}
+
+static toliman_sim *make(const double places[4], const char *extra) {
+    return made(text_with(places, extra));
+}
+
+static void frame_of(const toliman_sim *sim, double displacement, int64_t k, double *image) {
+    assert_ok(toliman_sim_frame(sim, displacement, 1, k, image, SIDE));
+}
+
+/* Largest difference over the brightest pixel. */
+static double difference(const double *a, const double *b) {
+    double most = 0, peak = 0;
+    for (size_t i = 0; i < PIXELS; i++) {
+        most = fmax(most, fabs(a[i] - b[i]));
+        peak = fmax(peak, fabs(b[i]));
+    }
+    return most / peak;
+}
+
+/* Frame k, and what the signal changes in it, against a scene with the stars at `places`; the frames' signal is good to
+ * 1e-9 of itself and the rounding of images, 1e-14 of the peak. */
+static void check_places(const char *systematics, int64_t k, const double places[4]) {
+    const double displacement = 1e-3;
+    double image[PIXELS], still[PIXELS], expected[PIXELS], expected_still[PIXELS], ratio = 0;
+    toliman_sim *const sim = make(kStars, systematics), *const other = make(places, "");
+    frame_of(sim, displacement, k, image);
+    frame_of(sim, 0, k, still);
+    assert_ok(toliman_sim_propagate(other, displacement, expected, SIDE));
+    assert_ok(toliman_sim_propagate(other, 0, expected_still, SIDE));
+    assert_at_most(difference(still, expected_still), 1e-9);
+    assert_at_most(difference(image, expected), 1e-9);
+    for (size_t i = 0; i < PIXELS; i++) {
+        image[i] -= still[i];
+        expected[i] -= expected_still[i];
+        ratio = fmax(ratio, fabs(expected[i]));
+    }
+    assert_true(ratio > 0);
+    assert_at_most(difference(image, expected), 1e-9 + 1e-11);
+    assert_at_most(1e-3, difference(still, image)); /* the disturbance is seen */
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(other);
+}
+
+static void check_shift(double drift, int64_t k) {
+    char extra[100];
+    double places[4];
+    snprintf(extra, sizeof extra, "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": %g}}", drift);
+    for (size_t i = 0; i < 4; i++)
+        places[i] = kStars[i] + drift * 2 * (double)k;
+    check_places(extra, k, places);
+}
+
+static void pointing_moves_both_stars(void **state) {
+    (void)state;
+    check_shift(1e-4, 99); /* by the series */
+    check_shift(1e-4, 1);
+    check_shift(-0.02, 70); /* too far for it: anew */
+}
+
+static void check_roll(double drift_deg, int64_t k) {
+    char extra[100];
+    snprintf(extra, sizeof extra, "\"systematics\": {\"roll_rms_deg\": {\"rms\": 0, \"drift_per_day\": %g}}", drift_deg);
+    const double angle = drift_deg * 2 * (double)k * acos(-1) / 180, c = cos(angle), s = sin(angle);
+    const double places[4] = {c * kStars[0] - s * kStars[1], s * kStars[0] + c * kStars[1],
+                              c * kStars[2] - s * kStars[3], s * kStars[2] + c * kStars[3]};
+    check_places(extra, k, places);
+}
+
+static void roll_turns_the_stars_not_their_patterns(void **state) {
+    (void)state;
+    check_roll(1e-3, 99);
+    check_roll(0.04, 90);
+}
+
+/* The signal's own star also where the frames are not those of the cadence. */
+static void fluxes_multiply(void **state) {
+    (void)state;
+    toliman_sim *const sim =
+        make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}");
+    double image[PIXELS], expected[PIXELS];
+    frame_of(sim, 1e-3, 30, image);
+    assert_ok(toliman_sim_propagate(sim, 1e-3, expected, SIDE));
+    for (size_t i = 0; i < PIXELS; i++)
+        expected[i] *= 1 - 6e-3;
+    assert_at_most(difference(image, expected), 1e-12);
+    toliman_sim_destroy(sim);
+}
+
+/* Error of frame 50 against a scene with focus or scale of that frame, and the error that the log says. */
+static void check_first_order(const char *systematics, char *disturbed, double least_effect) {
+    double image[PIXELS], bare[PIXELS], said = 0;
+    toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
+    toliman_sim *const other = made(disturbed);
+    frame_of(undisturbed, 0, 50, bare);
+    toliman_sim_destroy(undisturbed);
+    toliman_sim_destroy(make(kStars, systematics));
+    const char *const at = strstr(heard, "first order, may be off by ");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "first order, may be off by %lf of the peak", &said), 1);
+    frame_of(sim, 0, 50, image);
+    double *const expected = image_of(other, TOLIMAN_IMAGE_BOTH);
+    const double effect = difference(bare, expected), error = difference(image, expected);
+    assert_true(effect > least_effect);
+    assert_at_most(error, 0.02 * effect);
+    assert_at_most(error, said);
+    assert_at_most(said, 300 * error); /* a bound, but not a wild one */
+    free(expected);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(other);
+}
+
+static void focus_and_scale_are_taken_to_first_order(void **state) {
+    (void)state;
+    char *focused = text_with(kStars, "");
+    focused =
+        replaced_again(focused, "\"aperture_m\"", "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 0.5}}, \"aperture_m\"");
+    check_first_order("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
+    double places[4];
+    char pitch[60];
+    for (size_t i = 0; i < 4; i++)
+        places[i] = kStars[i] * (1 + 1e-4);
+    snprintf(pitch, sizeof pitch, "\"pixel_scale_arcsec\": %.17g", 0.2 / (1 + 1e-4));
+    char *const stretched = replaced_again(text_with(places, ""), "\"pixel_scale_arcsec\": 0.2", pitch);
+    check_first_order("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
+}
+
+/* Solves a x = b for several x at once, largest pivot first; the solutions replace b[count][n]. */
+static void solve(size_t n, double *a, size_t count, double *b) {
+    for (size_t i = 0; i < n; i++) {
+        size_t p = i;
+        for (size_t r = i + 1; r < n; r++)
+            if (fabs(a[r * n + i]) > fabs(a[p * n + i]))
+                p = r;
+        for (size_t c = 0; c < n; c++) {
+            const double swap = a[i * n + c];
+            a[i * n + c] = a[p * n + c];
+            a[p * n + c] = swap;
+        }
+        for (size_t k = 0; k < count; k++) {
+            const double swap = b[k * n + i];
+            b[k * n + i] = b[k * n + p];
+            b[k * n + p] = swap;
+        }
+        for (size_t r = 0; r < n; r++) {
+            const double factor = r == i ? 0 : a[r * n + i] / a[i * n + i];
+            for (size_t c = i; c < n; c++)
+                a[r * n + c] -= factor * a[i * n + c];
+            for (size_t k = 0; k < count; k++)
+                b[k * n + r] -= factor * b[k * n + i];
+        }
+    }
+    for (size_t k = 0; k < count; k++)
+        for (size_t i = 0; i < n; i++)
+            b[k * n + i] /= a[i * n + i];
+}
+
+/* What is drawn, read back from frames without noise by least squares on the effect of each disturbance: seven
+ * independent sequences of mean 0 and the rms asked for. Common drifts, which give the effects, are tested above. */
+static void draws_follow_their_law(void **state) {
+    (void)state;
+    enum { kinds = 7, frames = 400 };
+    static const char *const names[] = {"roll_rms_deg", "scale_rms", "focus_rms_nm"};
+    static const double rms[kinds] = {1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3}; /* px, px, 1, 1, deg, 1, nm */
+    static double effect[kinds][PIXELS], image[PIXELS], values[frames][kinds], normal[kinds * kinds];
+    toliman_sim *const bare = make(kStars, "");
+    double *const both = image_of(bare, TOLIMAN_IMAGE_BOTH);
+    const int32_t known[] = {TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_SHIFT_Y, TOLIMAN_IMAGE_STAR_A, TOLIMAN_IMAGE_STAR_B};
+    for (size_t j = 0; j < 4; j++) {
+        double *const derivative = image_of(bare, known[j]);
+        memcpy(effect[j], derivative, sizeof effect[j]);
+        free(derivative);
+    }
+    for (size_t j = 4; j < kinds; j++) {
+        char extra[100];
+        snprintf(extra, sizeof extra, "\"systematics\": {\"%s\": {\"rms\": 0, \"drift_per_day\": %g}}", names[j - 4],
+                 rms[j]);
+        toliman_sim *const drifting = make(kStars, extra);
+        frame_of(drifting, 0, 1, image);
+        for (size_t i = 0; i < PIXELS; i++)
+            effect[j][i] = (image[i] - both[i]) / (2 * rms[j]);
+        toliman_sim_destroy(drifting);
+    }
+    toliman_sim_destroy(bare);
+    for (size_t j = 0; j < kinds; j++)
+        for (size_t l = 0; l < kinds; l++)
+            for (size_t i = 0; i < PIXELS; i++)
+                normal[j * kinds + l] += rms[j] * rms[l] * effect[j][i] * effect[l][i];
+
+    toliman_sim *const sim =
+        make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-5, \"flux_rms\": {\"rms\": 1e-5},"
+                     " \"roll_rms_deg\": 1e-5, \"scale_rms\": 1e-6, \"focus_rms_nm\": 1e-3}");
+    for (int64_t k = 0; k < frames; k++) {
+        frame_of(sim, 0, k, image);
+        for (size_t j = 0; j < kinds; j++)
+            for (size_t i = 0; i < PIXELS; i++)
+                values[k][j] += rms[j] * effect[j][i] * (image[i] - both[i]);
+    }
+    toliman_sim_destroy(sim);
+    free(both);
+    solve(kinds, normal, frames, values[0]);
+    for (size_t j = 0; j < kinds; j++) {
+        for (size_t l = 0; l <= j; l++) {
+            double product = 0;
+            for (size_t k = 0; k < frames; k++)
+                product += values[k][j] * values[k][l] / frames;
+            assert_close(product, j == l ? 1 : 0, 0, (j == l ? 5 * sqrt(2.0) : 5) / sqrt(frames));
+        }
+        double sum = 0;
+        for (size_t k = 0; k < frames; k++)
+            sum += values[k][j] / frames;
+        assert_close(sum, 0, 0, 5 / sqrt(frames));
+    }
+}
+
+/* A blur is the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 of them, good to 1e-8 here. */
+static void jitter_blurs(void **state) {
+    (void)state;
+    const double sigma = 0.2, node[5] = {-2.0201828704560856, -0.9585724646138185, 0, 0.9585724646138185,
+                                         2.0201828704560856};
+    const double weight[5] = {0.019953242059045913, 0.39361932315224116, 0.9453087204829419, 0.39361932315224116,
+                              0.019953242059045913};
+    double expected[PIXELS] = {0};
+    for (size_t j = 0; j < 25; j++) {
+        const double x = sqrt(2) * sigma * node[j % 5], y = sqrt(2) * sigma * node[j / 5];
+        const double places[4] = {kStars[0] + x, kStars[1] + y, kStars[2] + x, kStars[3] + y};
+        toliman_sim *const sim = make(places, "");
+        double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+        for (size_t i = 0; i < PIXELS; i++)
+            expected[i] += weight[j % 5] * weight[j / 5] / acos(-1) * image[i];
+        free(image);
+        toliman_sim_destroy(sim);
+    }
+    toliman_sim *const sharp = make(kStars, ""), *const sim = make(kStars, "\"systematics\": {\"jitter_sigma_px\": 0.2}");
+    double *const bare = image_of(sharp, TOLIMAN_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double frame[PIXELS];
+    assert_at_most(1e-2, difference(bare, expected));
+    assert_at_most(difference(image, expected), 2e-8);
+    frame_of(sim, 0, 3, frame); /* the same blur in all frames */
+    assert_memory_equal(frame, image, sizeof frame);
+    free(bare);
+    free(image);
+    toliman_sim_destroy(sharp);
+    toliman_sim_destroy(sim);
+}
+
+static const char *const kAll = "\"systematics\": {\"pointing_rms_px\": {\"rms\": 1e-3, \"drift_per_day\": 1e-5},"
+                                " \"jitter_sigma_px\": 0.1, \"roll_rms_deg\": 1e-3, \"scale_rms\": 1e-6,"
+                                " \"focus_rms_nm\": 0.01, \"flux_rms\": 1e-4}";
+
+static char *noisy_text(const char *extra) {
+    char *text = replaced_again(text_with(kStars, extra), "\"seed\": 7",
+                                "\"photon\": true, \"read_e\": 2, \"seed\": 7");
+    return replaced_again(text, "\"pixel_scale_arcsec\": 0.2",
+                          "\"pixel_scale_arcsec\": 0.2, \"qe\": 0.9, \"flat_rms\": 0.01, \"dark_e_per_s\": 5,"
+                          "\"coadds\": 2, \"full_well_e\": 2e6, \"gain_e_per_dn\": 2, \"bias_dn\": 100,"
+                          "\"bit_depth\": 24");
+}
+
+static void frames_do_not_depend_on_threads_or_order(void **state) {
+    (void)state;
+    enum { count = 17 };
+    toliman_sim *const sim = made(noisy_text(kAll));
+    static double one[count][PIXELS], many[count][PIXELS], alone[PIXELS];
+    assert_ok(toliman_sim_frame_many(sim, 7, 20, count, NULL, 1, one[0]));
+    const uint32_t workers[] = {2, 3, 8};
+    for (size_t i = 0; i < 3; i++) {
+        assert_ok(toliman_sim_frame_many(sim, 7, 20, count, NULL, workers[i], many[0]));
+        assert_memory_equal(one, many, sizeof one);
+    }
+    for (int64_t k = 36; k >= 20; k -= 4) {
+        double displacement;
+        assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
+        assert_ok(toliman_sim_frame(sim, displacement, 7, k, alone, SIDE));
+        assert_memory_equal(one[k - 20], alone, sizeof alone);
+    }
+    toliman_sim_destroy(sim);
+}
+
+/* Noise apart, what is drawn depends on seed and number; after the cadence drifts begin anew. */
+static void draws_belong_to_seed_and_number(void **state) {
+    (void)state;
+    double a[PIXELS], b[PIXELS];
+    toliman_sim *const random = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-3}");
+    assert_ok(toliman_sim_frame(random, 0, 1, 3, a, SIDE));
+    assert_ok(toliman_sim_frame(random, 0, 2, 3, b, SIDE));
+    assert_at_most(1e-5, difference(a, b));
+    assert_ok(toliman_sim_frame(random, 0, 1, 103, b, SIDE));
+    assert_at_most(1e-5, difference(a, b));
+    toliman_sim_destroy(random);
+    toliman_sim *const drift =
+        make(kStars, "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": 1e-4}}");
+    assert_ok(toliman_sim_frame(drift, 0, 1, 3, a, SIDE));
+    assert_ok(toliman_sim_frame(drift, 0, 2, 12345678900003, b, SIDE));
+    assert_memory_equal(a, b, sizeof a);
+    toliman_sim_destroy(drift);
+}
+
+static void systematics_of_nothing_change_no_byte(void **state) {
+    (void)state;
+    const char *const nothing[] = {"", "\"systematics\": {}",
+                                   "\"systematics\": {\"pointing_rms_px\": 0, \"jitter_sigma_px\": 0, \"flux_rms\":"
+                                   " {\"rms\": 0, \"drift_per_day\": 0}}"};
+    double first[PIXELS], image[PIXELS];
+    for (size_t i = 0; i < 3; i++) {
+        toliman_sim *const sim = made(noisy_text(nothing[i]));
+        assert_ok(toliman_sim_frame(sim, 1e-3, 7, 3, i == 0 ? first : image, SIDE));
+        if (i > 0)
+            assert_memory_equal(first, image, sizeof image);
+        toliman_sim_destroy(sim);
+    }
+}
+
+/* Rms of the template's values over frames that have pointing of 1e-3 px and fluxes of 1e-4 but no noise. */
+static double rms_bias(const char *project) {
+    enum { frames = 50 };
+    char extra[200];
+    snprintf(extra, sizeof extra,
+             "\"systematics\": {\"pointing_rms_px\": 1e-3, \"flux_rms\": 1e-4}, \"preprocess\": {\"project\": [%s]}",
+             project);
+    toliman_sim *const sim = make(kStars, extra);
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, &linear));
+    double squares = 0, image[PIXELS];
+    for (int64_t k = 0; k < frames; k++) {
+        double value;
+        frame_of(sim, 1e-6, k, image);
+        assert_ok(toliman_linear_encode(linear, image, SIDE, &value));
+        squares += (value - 1e-6) * (value - 1e-6) / frames;
+    }
+    toliman_linear_destroy(linear);
+    toliman_sim_destroy(sim);
+    return sqrt(squares);
+}
+
+static void projection_makes_estimators_blind(void **state) {
+    (void)state;
+    assert_at_most(1e-4, rms_bias(""));
+    assert_at_most(rms_bias(kProject), 5e-7);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pointing_moves_both_stars),
+        cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
+        cmocka_unit_test(fluxes_multiply),
+        cmocka_unit_test(focus_and_scale_are_taken_to_first_order),
+        cmocka_unit_test(draws_follow_their_law),
+        cmocka_unit_test(jitter_blurs),
+        cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
+        cmocka_unit_test(draws_belong_to_seed_and_number),
+        cmocka_unit_test(systematics_of_nothing_change_no_byte),
+        cmocka_unit_test(projection_makes_estimators_blind),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
