@@ -86,7 +86,7 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     for (size_t order = 1; order <= kMostOrder; order++) {
         error *= turn / static_cast<double>(order + 1);
         plan.order = order;
-        plan.series_error = error;
+        plan.series_error = error + (turn > 0 ? kRounding / turn : 0);
         if (order >= kLeastOrder && error <= scene.accuracy)
             return;
     }
@@ -168,9 +168,6 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     const double peak = rough_peak(pupil, light, plan.pixels, workers);
     choose_wavelengths(scene, pupil, light, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
-    if (getenv("PE"))
-        fprintf(stderr, "P %g nodes %zu err %g order %zu series %g\n", plan.pupil_error, plan.wavelengths,
-                plan.spectrum_error, plan.order, plan.series_error);
     choose_order(scene, pupil, light, plan);
     return plan;
 }

@@ -23,7 +23,7 @@ struct Plan {
     double spectrum_error = 0;
     bool exact_frames = false; // every frame is propagated: the signal is too large for the series
     size_t order = 2;          // of the series in the displacement
-    double series_error = 0;   // relative to the signal's own largest pixel
+    double series_error = 0;   // relative to the signal's own largest pixel, rounding included
     PixelFilter filter;
     double pupil_error = 0; // of N samples against many
 };

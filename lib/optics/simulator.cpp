@@ -13,8 +13,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr size_t kLargestScene = size_t{256} * 1024;
-
 std::string folder_of(const std::string &path) {
     const size_t slash = path.rfind('/');
     return slash == std::string::npos ? "." : path.substr(0, slash);
@@ -22,12 +20,25 @@ std::string folder_of(const std::string &path) {
 
 } // namespace
 
-Simulator::Simulator(const std::string &json, const std::string &source, const std::string &folder,
-                     const Settings &settings)
-    : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_, scene_.telescope.pupil_samples)),
-      light_(make_light(scene_)),
-      plan_(make_plan(scene_, pupil_, light_, settings.engine, worker_count(settings.workers))),
-      imager_(scene_, pupil_, plan_, worker_count(settings.workers)),
+Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
+                   const Settings &settings) {
+    Outline outline;
+    outline.scene = read_scene(json, source, folder);
+    outline.pupil = make_pupil(outline.scene, outline.scene.telescope.pupil_samples);
+    outline.light = make_light(outline.scene);
+    outline.plan =
+        make_plan(outline.scene, outline.pupil, outline.light, settings.engine, worker_count(settings.workers));
+    return outline;
+}
+
+Outline outline_of(const std::string &path, const Settings &settings) {
+    const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
+    return outline_of(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
+}
+
+Simulator::Simulator(Outline outline, const Settings &settings)
+    : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
+      plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)),
       images_(make_images(scene_, imager_, plan_, light_, settings.progress)), bounds_(bound(scene_, images_)) {
     check_use();
     min_displacement_ = max_displacement_ = displacement_px(0);
@@ -39,7 +50,13 @@ Simulator::Simulator(const std::string &json, const std::string &source, const s
     truncation_ = predict_truncation();
     if (truncation_ > scene_.accuracy)
         settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
-                          source.c_str(), scene_.accuracy, truncation_);
+                          scene_.source.c_str(), scene_.accuracy, truncation_);
+    if (plan_.filter.error > scene_.accuracy)
+        settings.log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", scene_.source.c_str(),
+                          scene_.accuracy, plan_.filter.error);
+    if (plan_.exact_frames)
+        settings.log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew",
+                          scene_.source.c_str(), scene_.signal.amplitude_px, scene_.accuracy);
 }
 
 // Light enough for finite whitened images, and a signal that shows in them.
@@ -132,11 +149,6 @@ FrameModel Simulator::frame_model() const {
     model.crb_px = bounds_.projected;
     model.scene_digest = scene_.digest;
     return model;
-}
-
-Simulator open_scene(const std::string &path, const Settings &settings) {
-    const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
-    return Simulator(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
 }
 
 } // namespace toliman::optics
