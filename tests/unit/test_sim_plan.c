@@ -189,8 +189,7 @@ static void engines_agree(void **state) {
     for (int i = 0; i < 2; i++) {
         char *text = replaced(kSingleScene, "0.2}}", "0.35}}");
         text = replaced_again(text, "[32, 32]", shapes[i]);
-        text = replaced_again(text, "\"wavelength_nm\": 550",
-                              "\"wavelength_nm\": 424.211970970844"); /* 128 p D / 64 */
+        text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 424.211970970844"); /* 128 p D / 64 */
         text = replaced_again(text, "\"A\": [0, 0]", "\"A\": [2.3, -1.7]");
         toliman_sim *const exact = sim_of(text), *const fft = padded(text);
         const toliman_sim_plan_info plan = plan_of(fft);
@@ -288,10 +287,14 @@ static void bad_plans_are_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(predictions_hold),      cmocka_unit_test(pupil_errors_hold),
-        cmocka_unit_test(stages_cost_what_they_are), cmocka_unit_test(pixels_integrate),
-        cmocka_unit_test(engines_agree),         cmocka_unit_test(padded_fft_is_off_as_planned),
-        cmocka_unit_test(far_signals_are_exact), cmocka_unit_test(bad_plans_are_refused),
+        cmocka_unit_test(predictions_hold),
+        cmocka_unit_test(pupil_errors_hold),
+        cmocka_unit_test(stages_cost_what_they_are),
+        cmocka_unit_test(pixels_integrate),
+        cmocka_unit_test(engines_agree),
+        cmocka_unit_test(padded_fft_is_off_as_planned),
+        cmocka_unit_test(far_signals_are_exact),
+        cmocka_unit_test(bad_plans_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

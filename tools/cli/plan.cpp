@@ -52,9 +52,9 @@ void print_summary(const toliman_sim_plan_info &plan) {
     const std::string samples = std::to_string(plan.pupil_samples);
     line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "");
     line("wavelengths",
-         plan.wavelengths < plan.scene_wavelengths ? std::to_string(plan.wavelengths) + " nodes for the scene's " +
-                                                         std::to_string(plan.scene_wavelengths)
-                                                   : "all " + std::to_string(plan.wavelengths),
+         plan.wavelengths < plan.scene_wavelengths
+             ? std::to_string(plan.wavelengths) + " nodes for the scene's " + std::to_string(plan.scene_wavelengths)
+             : "all " + std::to_string(plan.wavelengths),
          plan.spectrum_error, "");
     if (plan.exact_frames != 0)
         line("displacement", "every frame propagated: too far for a series", plan.rounding_error, "");
