@@ -21,7 +21,13 @@
  *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
- *   Pixel       point sampling at the pixel's centre.
+ *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
+ *   Engines     the matrix DFT has exact pixel positions. The padded FFT is the chapter's: it embeds N_E = N_out p D /
+ *               lambda samples in N_out, the power of two from 4 times the frame's longer side; N_E is rounded, so that
+ *               each wavelength has its own plate scale. A baseline, chosen only by who asks for it.
+ *   Nuisances   shift x, y: both stars, per px. Roll: the stars turn about the frame's centre from x towards y, their
+ *               patterns stay, per rad. Scale: the whole image stretches about the frame's centre, relative. Focus:
+ *               Noll's fourth Zernike polynomial, per nm rms. Background: the same in every pixel, per photon.
  */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
@@ -41,7 +47,13 @@ typedef struct toliman_sim_options {
     void *progress_data;
     toliman_log_fn log; /* may be NULL */
     void *log_data;
+    int32_t engine; /* TOLIMAN_ENGINE_...; 0 = automatic, which is the matrix DFT */
+    int32_t reserved;
 } toliman_sim_options;
+
+#define TOLIMAN_ENGINE_AUTOMATIC 0
+#define TOLIMAN_ENGINE_MATRIX_DFT 1
+#define TOLIMAN_ENGINE_PADDED_FFT 2 /* no mask, amplitude or OPD files */
 
 /* Fills *options with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options) TOLIMAN_NOEXCEPT;
@@ -79,20 +91,59 @@ typedef struct toliman_sim_info {
     double crb_px;            /* all else known; finite where the scene has a signal */
     double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
     double crb_projected_px;  /* the same with exactly preprocess.project unknown; the yardstick of efficiency */
-    double truncation;        /* predicted error of the order-2 series, largest pixel over that of the signal, at the
+    double truncation;        /* error of the series in the displacement, largest pixel over that of the signal, at the
                                  signal's largest displacement; above the scene's accuracy it is logged as a warning */
     double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
     double amplitude_uas;                            /* amplitude_px on the sky, microarcsec */
     double aperture_m;                               /* diameter */
     double pixel_scale_arcsec;                       /* of a detector pixel */
     uint64_t scene_digest;                           /* FNV-1a of the scene's text, as in the weights trained for it */
-    int64_t whole_counts; /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
-    double peak_counts;   /* brightest pixel of the mean frame, in the frame's own unit */
+    int64_t whole_counts;   /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
+    double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
+    double peak_counts;     /* brightest pixel of the mean frame, in the frame's own unit */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
+
+/* What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
+ * expected image against the scene without that choice; a test holds them against the true ones. Since 0.1. */
+typedef struct toliman_sim_plan_info {
+    uint32_t struct_size;      /* in: sizeof(toliman_sim_plan_info) */
+    int32_t engine;            /* TOLIMAN_ENGINE_MATRIX_DFT or TOLIMAN_ENGINE_PADDED_FFT */
+    int32_t scene_wavelengths; /* of the spectrum as the scene has it */
+    int32_t wavelengths;       /* propagated: as many, or fewer Chebyshev nodes in 1/lambda */
+    int32_t order;             /* of the series in the displacement */
+    int32_t exact_frames;      /* 1: the signal is too large for a series, every frame is propagated anew */
+    int32_t oversampling;      /* point samples per pixel and axis */
+    int32_t filter_taps;       /* of the filter that integrates over pixels; 0 = none */
+    int64_t pupil_samples;     /* N of N x N */
+    int64_t stages;            /* bit i set: stage i is modelled, toliman_sim_get_stage_name(i) */
+    double accuracy;           /* what the scene asks for */
+    double pupil_error;       /* of N samples against a pupil without any; not held to the accuracy, N is the scene's */
+    double spectrum_error;    /* of the nodes; 0 when every wavelength is propagated */
+    double series_error;      /* of the series, largest pixel over that of the signal, at its largest displacement */
+    double pixel_error;       /* of the filter */
+    double plate_scale_error; /* relative, of the padded FFT at its worst wavelength; 0 for the matrix DFT */
+    double rounding_error;    /* of double precision */
+    double setup_flops;       /* all images, once */
+    double frame_flops;       /* each expected frame, before its noise */
+    double bytes;             /* memory */
+    double setup_s, frame_s;  /* on one core of this machine, noise included; a rough guide */
+} toliman_sim_plan_info;
+
+/* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as
+ * toliman_sim_get_plan. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
+                                                               toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
+
+/* Name of a stage, "photon noise"; NULL for stages that are not there. Since 0.1. */
+TOLIMAN_API const char *toliman_sim_get_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
+
+/* The plan that a simulator follows; out->struct_size must be set. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
+                                                                   toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
 /* Name of the scene; lives as long as sim. "" for NULL. Since 0.1. */
 TOLIMAN_API const char *toliman_sim_get_name(const toliman_sim *sim) TOLIMAN_NOEXCEPT;
@@ -114,6 +165,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 /* Variance of the counts, photons^2: expected photons + read_e^2, even where the scene draws no photon noise; at least
  * 1e-12 of the brightest pixel. */
 #define TOLIMAN_IMAGE_VARIANCE 7
+#define TOLIMAN_IMAGE_ROLL 8        /* d/d roll, per rad */
+#define TOLIMAN_IMAGE_SCALE 9       /* d/d relative plate scale */
+#define TOLIMAN_IMAGE_FOCUS 10      /* d/d defocus, per nm rms */
+#define TOLIMAN_IMAGE_BACKGROUND 11 /* d/d light that falls on every pixel alike: 1 */
 /* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
@@ -139,12 +194,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toli
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Expected image by the order-2 series, as frames use it; not below 0. |displacement_px| <= 0.1, else TOLIMAN_E_RANGE.
- * Since 0.1. */
+/* Expected image by the series in the displacement, as frames use it; not below 0. Its order is that of the plan,
+ * chosen for the scene's own signal, at least 2. |displacement_px| <= 0.1, else TOLIMAN_E_RANGE. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Noisy counts of frame k >= 0 with the given displacement and noise seed: Poisson photons, then read noise where the
+/* Noisy counts of frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says
+ * exact_frames) and noise seed: Poisson photons, then read noise where the
  * scene has it. A frame depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and
  * on any machine given the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts
  * may differ). Since 0.1. */

@@ -12,6 +12,7 @@
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
+#include "optics/stages.hpp"
 
 namespace api = toliman::api;
 namespace optics = toliman::optics;
@@ -21,7 +22,8 @@ using toliman::Status;
 
 namespace {
 
-constexpr size_t kOldestOptions = sizeof(toliman_sim_options), kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
+constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine), kOldestPlan = sizeof(toliman_sim_plan_info),
+                 kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
 
 toliman_sim_options default_options() noexcept {
     toliman_sim_options options = {};
@@ -35,6 +37,11 @@ optics::Settings settings_of(const toliman_sim_options *options) {
     settings.workers = known.threads;
     settings.progress = {known.progress, known.progress_data};
     settings.log = {known.log, known.log_data};
+    if (known.engine < TOLIMAN_ENGINE_AUTOMATIC || known.engine > TOLIMAN_ENGINE_PADDED_FFT)
+        fail(Status::argument, "engine = %d: must be in [%d, %d]", known.engine, TOLIMAN_ENGINE_AUTOMATIC,
+             TOLIMAN_ENGINE_PADDED_FFT);
+    if (known.engine == TOLIMAN_ENGINE_PADDED_FFT)
+        settings.engine = optics::EngineKind::padded_fft;
     return settings;
 }
 
@@ -87,8 +94,16 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
         return images.shift_y;
     case TOLIMAN_IMAGE_VARIANCE:
         return images.variance;
+    case TOLIMAN_IMAGE_ROLL:
+        return images.roll;
+    case TOLIMAN_IMAGE_SCALE:
+        return images.scale;
+    case TOLIMAN_IMAGE_FOCUS:
+        return images.focus;
+    case TOLIMAN_IMAGE_BACKGROUND:
+        return images.background;
     default:
-        fail(Status::argument, "kind = %d: must be in [%d, %d]", kind, TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_VARIANCE);
+        fail(Status::argument, "kind = %d: must be in [%d, %d]", kind, TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_BACKGROUND);
     }
 }
 
@@ -122,6 +137,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.total_photons = simulator.images().total_photons;
     info.crb_px = simulator.bounds().alone;
     info.crb_flux_shift_px = simulator.bounds().flux_shift;
+    info.crb_marginal_px = simulator.bounds().marginal;
     info.crb_projected_px = simulator.bounds().projected;
     info.truncation = simulator.truncation();
     info.min_displacement_px = simulator.min_displacement_px();
@@ -131,6 +147,36 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
+    return info;
+}
+
+toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
+    toliman_sim_plan_info info = {};
+    const bool padded = plan.engine == optics::EngineKind::padded_fft;
+    info.engine = padded ? TOLIMAN_ENGINE_PADDED_FFT : TOLIMAN_ENGINE_MATRIX_DFT;
+    info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
+    info.wavelengths = static_cast<int32_t>(plan.wavelengths);
+    info.order = static_cast<int32_t>(plan.order);
+    info.exact_frames = plan.exact_frames ? 1 : 0;
+    info.oversampling = static_cast<int32_t>(plan.filter.oversampling);
+    info.filter_taps = static_cast<int32_t>(plan.filter.empty() ? 0 : 2 * plan.filter.margin() + 1);
+    info.pupil_samples = static_cast<int64_t>(pupil.samples);
+    for (size_t stage = 0; stage < optics::kStages; stage++)
+        if (optics::has_stage(scene, stage))
+            info.stages |= int64_t{1} << stage;
+    info.accuracy = scene.accuracy;
+    info.pupil_error = plan.pupil_error;
+    info.spectrum_error = plan.spectrum_error;
+    info.series_error = plan.series_error;
+    info.pixel_error = plan.filter.error;
+    info.plate_scale_error = plan.plate_scale_error;
+    info.rounding_error = optics::kRounding;
+    const optics::Cost cost = optics::cost_of(scene, pupil, plan);
+    info.setup_flops = cost.setup_flops;
+    info.frame_flops = cost.frame_flops;
+    info.bytes = cost.bytes;
+    info.setup_s = cost.setup_s;
+    info.frame_s = cost.frame_s;
     return info;
 }
 
@@ -161,7 +207,8 @@ toliman_status toliman_sim_create(const char *path, const toliman_sim_options *o
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        *out = new toliman_sim{optics::open_scene(path, settings_of(options))};
+        const optics::Settings settings = settings_of(options);
+        *out = new toliman_sim{optics::Simulator(optics::outline_of(path, settings), settings)};
     });
 }
 
@@ -173,8 +220,9 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
         if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
             fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
         const bool here = folder == nullptr || *folder == '\0';
-        *out = new toliman_sim{
-            optics::Simulator(std::string(json, size), "scene", here ? "." : folder, settings_of(options))};
+        const optics::Settings settings = settings_of(options);
+        *out = new toliman_sim{optics::Simulator(
+            optics::outline_of(std::string(json, size), "scene", here ? "." : folder, settings), settings)};
     });
 }
 
@@ -184,6 +232,28 @@ void toliman_sim_destroy(toliman_sim *sim) noexcept {
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
     return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out", kOldestInfo); });
+}
+
+toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
+                                toliman_sim_plan_info *out) noexcept {
+    return api::guard([&] {
+        api::required(path, "path");
+        api::required(out, "out");
+        const optics::Outline outline = optics::outline_of(path, settings_of(options));
+        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
+    });
+}
+
+toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
+    return api::guard([&] {
+        const optics::Simulator &simulator = simulator_of(sim);
+        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out", kOldestPlan);
+    });
+}
+
+const char *toliman_sim_get_stage_name(int32_t stage) noexcept {
+    return stage >= 0 && static_cast<size_t>(stage) < optics::kStages ? optics::stage_name(static_cast<size_t>(stage))
+                                                                      : nullptr;
 }
 
 const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {

@@ -47,6 +47,7 @@ StarImages Imager::images(const Light &light, size_t star, double displacement_p
     for (Derivative &derivative : images.derivatives)
         to_pixels(derivative.image, derivative.along + derivative.across);
     to_pixels(images.focus, 0);
+    to_pixels(images.focus_curve, 0);
     to_pixels(images.scale, 0);
     return images;
 }

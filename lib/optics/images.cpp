@@ -29,7 +29,7 @@ Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
 // Calls fill(image) for each image that is made of light.
 template <class Fill> void for_each(Images &images, Fill fill) {
     for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.shift_x, &images.shift_y,
-                                  &images.roll, &images.scale, &images.focus})
+                                  &images.roll, &images.scale, &images.focus, &images.focus_curve})
         fill(*image);
     for (Buffer<double> &image : images.motion)
         fill(image);
@@ -77,6 +77,7 @@ void add_nuisances(const StarImages &star, const Light &light, size_t number, Im
     // The sky turns, the pattern of each star stays as the telescope makes it.
     add(offset[0] * y - offset[1] * x, along, offset[0] * x + offset[1] * y, across, images.roll);
     images.focus = sum(star.focus, images.focus);
+    images.focus_curve = sum(star.focus_curve, images.focus_curve);
     images.scale = sum(star.scale, images.scale);
 }
 
@@ -88,7 +89,8 @@ Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, c
     Images images;
     for (size_t s = 0; s < stars; s++) {
         const bool moves = s == scene.signal.star;
-        const Wanted wanted = {moves ? plan.order + 1 : 1, std::max<size_t>(1, plan.place_order), true};
+        const Wanted wanted = {moves ? plan.order + 1 : 1, std::max<size_t>(1, plan.place_order), true,
+                               scene.systematics.focus_nm.any()};
         StarImages star = imager.images(light, s, 0, wanted, [&](double fraction) {
             progress.report("propagate", (static_cast<double>(s) + fraction) / static_cast<double>(stars));
         });

@@ -19,6 +19,7 @@ struct Images {
     Buffer<double> roll;                // of a turn of the sky about the frame's centre, from x towards y, per rad
     Buffer<double> scale;               // of a stretch of the whole image about the frame's centre, relative
     Buffer<double> focus;               // of defocus, per nm rms
+    Buffer<double> focus_curve;         // second derivative, per nm^2; empty where systematics change no focus
     Buffer<double> background;          // of light that falls on all pixels alike, per photon in each
     Buffer<double> variance;            // of a frame, electrons^2, > 0
     double peak_photons = 0;            // brightest pixel before the detector

@@ -9,8 +9,10 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDensest = 0.4; // cycles per sample that filters stay short for
-constexpr size_t kMostTaps = 200;
-constexpr size_t kChecks = 1000; // places between 0 and the cutoff
+constexpr size_t kMostTaps = 100;
+constexpr double kEpsilon = 1.1e-16;
+constexpr double kHopeless = 100; // times the best error: longer filters only gather rounding
+constexpr size_t kChecks = 1000;  // places between 0 and the cutoff
 
 // Chebyshev coefficients from values at the nodes cos(pi (j + 1/2) / n).
 std::vector<double> coefficients_of(const std::vector<double> &values) {
@@ -75,8 +77,11 @@ std::vector<double> taps_of(const Transfer &transfer, double cutoff, size_t coun
     return taps;
 }
 
+// Largest error of the transfer function where there is light, and the rounding that long filters gather.
 double error_of(const std::vector<double> &taps, const Transfer &transfer, double cutoff) {
-    double worst = 0;
+    double worst = 0, size = 0;
+    for (const double tap : taps)
+        size += 2 * std::fabs(tap);
     for (size_t i = 0; i <= kChecks; i++) {
         const double frequency = cutoff * static_cast<double>(i) / kChecks;
         double sum = taps[0];
@@ -84,7 +89,7 @@ double error_of(const std::vector<double> &taps, const Transfer &transfer, doubl
             sum += 2 * taps[k] * std::cos(2 * kPi * static_cast<double>(k) * frequency);
         worst = std::max(worst, std::fabs(sum - transfer(frequency)));
     }
-    return worst;
+    return worst + kEpsilon * size;
 }
 
 // out[i] = sum over k of taps[|k|] in[(i step + k) stride]
@@ -116,7 +121,7 @@ PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double
             filter.taps = std::move(taps);
             filter.error = error;
         }
-        if (filter.error <= accuracy)
+        if (filter.error <= accuracy || !(error < kHopeless * filter.error))
             break;
     }
     return filter;

@@ -87,7 +87,7 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     for (size_t order = 1; order <= kMostOrder; order++) {
         error *= turn / static_cast<double>(order + 1);
         plan.order = order;
-        plan.series_error = error;
+        plan.series_error = error + (turn > 0 ? kRounding / turn : 0);
         if (order >= kLeastOrder && error <= scene.accuracy)
             return;
     }
@@ -102,7 +102,8 @@ double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept
 }
 
 // The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
-// A stretch moves a pixel's light by its distance from the axis; defocus turns the phase of the field.
+// A stretch moves a pixel's light by its distance from the axis; defocus turns phases by up to sqrt(3) of its rms to
+// either side. Left out are the square of the stretch, the cube of the phase, and their products with all else.
 void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const Systematics &systematics = scene.systematics;
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
@@ -114,10 +115,11 @@ void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, P
     const double corner =
         0.5 * std::hypot(static_cast<double>(plan.pixels.rows), static_cast<double>(plan.pixels.cols));
     const double stretched = frequency * corner * reach_of(systematics.scale, scene.cadence);
-    const double turned = 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence);
-    // Squares, and products with each other and with what is not taken to first order.
-    const double first = stretched + turned;
-    plan.first_order_error = first * (first + frequency * moved + reach_of(systematics.flux, scene.cadence));
+    const double turned =
+        2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence);
+    const double rest = frequency * moved + reach_of(systematics.flux, scene.cadence);
+    plan.scale_focus_error =
+        stretched * stretched / 2 + turned * turned * turned / 6 + stretched * turned + (stretched + turned) * rest;
 
     double error = frequency * moved;
     for (size_t order = kLeastOrder; !plan.exact_frames && order <= kMostOrder; order++) {

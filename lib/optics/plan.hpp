@@ -23,10 +23,10 @@ struct Plan {
     double spectrum_error = 0;
     bool exact_frames = false;    // every frame is propagated: the signal is too large for the series
     size_t order = 2;             // of the series in the displacement
-    double series_error = 0;      // relative to the signal's own largest pixel
+    double series_error = 0;      // relative to the signal's own largest pixel, rounding included
     size_t place_order = 0;       // of the series in both stars' places; 0 = systematics move none
     double place_error = 0;       // relative to the signal, at 4 sigma
-    double first_order_error = 0; // of scale and focus, which are taken to first order, at 4 sigma
+    double scale_focus_error = 0; // of the scale to first order and the focus to second, at 4 sigma
     PixelFilter filter;
     double pupil_error = 0; // of N samples against many
 };

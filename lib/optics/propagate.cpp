@@ -44,7 +44,7 @@ double binomial(size_t n, size_t k) noexcept {
 
 // Leibniz: the derivative of F conj(F) is the sum of products of lower ones; two that mirror each other are one product
 // of twice the factor.
-std::vector<FieldProduct> products_of(const std::vector<Order> &orders, bool focus) {
+std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t focus_orders) {
     std::vector<FieldProduct> products;
     for (size_t image = 0; image < orders.size(); image++) {
         const Order whole = orders[image];
@@ -57,8 +57,13 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, bool foc
             }
         }
     }
-    if (focus)
-        products.push_back({orders.size(), 0, orders.size(), 2});
+    const size_t focus = orders.size(), curve = focus + 1;
+    if (focus_orders > 0)
+        products.push_back({focus, 0, focus, 2});
+    if (focus_orders > 1) {
+        products.push_back({curve, 0, curve, 2});
+        products.push_back({curve, focus, focus, 2});
+    }
     return products;
 }
 
@@ -71,9 +76,9 @@ struct Task {
     long double offset[2]; // px; long double, since 1e-10 px beside 40 px would lose 7e-15
     std::vector<Order> orders;
     std::vector<FieldProduct> products;
-    bool focus;
+    size_t focus_orders; // derivatives by defocus, behind those by place
 
-    size_t images() const noexcept { return orders.size() + (focus ? 1 : 0); }
+    size_t images() const noexcept { return orders.size() + focus_orders; }
 };
 
 // The work of one thread: memory for the fields of one wavelength and the images that they add to.
@@ -112,8 +117,9 @@ void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
         else
             terms_.push_back({index_of(task_.orders, order.along, order.across - 1), -y, x, nullptr, 0});
     }
-    if (task_.focus)
-        terms_.push_back({0, 0, 0, pupil.defocus.data(), static_cast<double>(2e-9L * kPi * wavenumber)});
+    for (size_t i = 0; i < task_.focus_orders; i++)
+        terms_.push_back({i == 0 ? 0 : task_.orders.size(), 0, 0, pupil.defocus.data(),
+                          static_cast<double>(2e-9L * kPi * wavenumber)});
 }
 
 void Chunk::add(size_t wavelength) {
@@ -157,10 +163,12 @@ const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept
 
 StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
                      const Wanted &wanted, unsigned workers, const std::function<void(double)> &done) {
-    Task task = {engine, light, grid, star, {}, orders_of(wanted), {}, wanted.focus};
+    Task task = {engine, light, grid, star, {}, orders_of(wanted), {}, 0};
+    if (wanted.focus)
+        task.focus_orders = wanted.focus_curve ? 2 : 1;
     for (size_t axis = 0; axis < 2; axis++)
         task.offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
-    task.products = products_of(task.orders, wanted.focus);
+    task.products = products_of(task.orders, task.focus_orders);
 
     const size_t count = light.wavelength_m.size();
     std::vector<std::vector<Buffer<double>>> parts(std::min(count, kChunks));
@@ -182,9 +190,11 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
     for (size_t i = 0; i < task.orders.size(); i++)
         result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(parts[0][i])});
     if (wanted.focus) {
-        result.focus = std::move(parts[0].back());
+        result.focus = std::move(parts[0][task.orders.size()]);
         result.scale = scale_of(result, light, grid);
     }
+    if (task.focus_orders > 1)
+        result.focus_curve = std::move(parts[0].back());
     return result;
 }
 

@@ -13,7 +13,8 @@ namespace toliman::optics {
 // `plane` along and across it.
 struct Wanted {
     size_t along = 0, plane = 0;
-    bool focus = false; // also the derivatives by defocus and by a stretch of the image
+    bool focus = false;       // also the derivatives by defocus and by a stretch of the image
+    bool focus_curve = false; // with focus: the second derivative by defocus, too
 };
 
 // Expected photons per pixel [rows][cols], per px^(along + across); across is along turned from x towards y.
@@ -24,7 +25,7 @@ struct Derivative {
 
 struct StarImages {
     std::vector<Derivative> derivatives; // the first is the image itself
-    Buffer<double> focus;                // per nm rms of defocus (Noll's fourth)
+    Buffer<double> focus, focus_curve;   // per nm rms of defocus (Noll's fourth), and per its square
     Buffer<double> scale;                // by a stretch of the image about the axis, relative
 
     const Buffer<double> &at(size_t along, size_t across) const noexcept;

@@ -12,8 +12,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr size_t kLargestScene = size_t{256} * 1024;
-
 std::string folder_of(const std::string &path) {
     const size_t slash = path.rfind('/');
     return slash == std::string::npos ? "." : path.substr(0, slash);
@@ -21,12 +19,25 @@ std::string folder_of(const std::string &path) {
 
 } // namespace
 
-Simulator::Simulator(const std::string &json, const std::string &source, const std::string &folder,
-                     const Settings &settings)
-    : scene_(read_scene(json, source, folder)), pupil_(make_pupil(scene_, scene_.telescope.pupil_samples)),
-      light_(make_light(scene_)),
-      plan_(make_plan(scene_, pupil_, light_, settings.engine, worker_count(settings.workers))),
-      imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
+Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
+                   const Settings &settings) {
+    Outline outline;
+    outline.scene = read_scene(json, source, folder);
+    outline.pupil = make_pupil(outline.scene, outline.scene.telescope.pupil_samples);
+    outline.light = make_light(outline.scene);
+    outline.plan =
+        make_plan(outline.scene, outline.pupil, outline.light, settings.engine, worker_count(settings.workers));
+    return outline;
+}
+
+Outline outline_of(const std::string &path, const Settings &settings) {
+    const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
+    return outline_of(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
+}
+
+Simulator::Simulator(Outline outline, const Settings &settings)
+    : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
+      plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
       images_(make_images(scene_, imager_, plan_, detector_, light_, settings.progress)),
       bounds_(bound(scene_, images_)) {
     check_use();
@@ -45,10 +56,19 @@ void Simulator::warn(const Log &log) const {
     if (truncation_ > scene_.accuracy)
         log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal", source,
                  scene_.accuracy, truncation_);
-    if (plan_.first_order_error > scene_.accuracy)
-        log.warn(
-            "%s: accuracy = %g: systematics: scale and focus, taken to first order, may be off by %.2g of the peak",
-            source, scene_.accuracy, plan_.first_order_error);
+    if (plan_.filter.error > scene_.accuracy)
+        log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", source, scene_.accuracy,
+                 plan_.filter.error);
+    if (plan_.exact_frames && scene_.systematics.any())
+        log.warn("%s: systematics: stars move too far for a series at accuracy = %g: every frame is propagated anew",
+                 source, scene_.accuracy);
+    else if (plan_.exact_frames)
+        log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew", source,
+                 scene_.signal.amplitude_px, scene_.accuracy);
+    if (plan_.scale_focus_error > scene_.accuracy)
+        log.warn("%s: accuracy = %g: systematics: scale to first and focus to second order may be off by %.2g of the "
+                 "peak",
+                 source, scene_.accuracy, plan_.scale_focus_error);
     detector_.warn(images_.both, scene_.source, log);
 }
 
@@ -120,14 +140,16 @@ void Simulator::expect(double displacement_px, double *image) const noexcept {
     }
 }
 
-// Places and fluxes exactly or by the series of both stars' places; scale and focus to first order.
+// Places and fluxes exactly or by the series of both stars' places; scale to first order, focus to second.
 void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const {
     Buffer<double> anew[2];
     std::vector<Term> terms;
     if (disturbances.scale != 0)
         terms.push_back({images_.scale.data(), disturbances.scale});
-    if (disturbances.focus_nm != 0)
+    if (disturbances.focus_nm != 0) { // a mask may leave no slope at the best focus
+        terms.push_back({images_.focus_curve.data(), 0.5 * disturbances.focus_nm * disturbances.focus_nm});
         terms.push_back({images_.focus.data(), disturbances.focus_nm});
+    }
     for (size_t star = 0; star < scene_.stars.size(); star++) {
         const double own = star == scene_.signal.star ? displacement_px : 0;
         const double flux = 1 + disturbances.flux[star];
@@ -172,11 +194,6 @@ FrameModel Simulator::frame_model() const {
     model.crb_px = bounds_.projected;
     model.scene_digest = scene_.digest;
     return model;
-}
-
-Simulator open_scene(const std::string &path, const Settings &settings) {
-    const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
-    return Simulator(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
 }
 
 } // namespace toliman::optics

@@ -22,9 +22,22 @@ struct Settings {
     Log log;
 };
 
+// What comes before any image.
+struct Outline {
+    Scene scene;
+    Pupil pupil;
+    Light light;
+    Plan plan;
+};
+
+// Of a scene in JSON text, which messages call `source` and whose files start at `folder`; of a scene file.
+Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
+                   const Settings &settings);
+Outline outline_of(const std::string &path, const Settings &settings);
+
 class Simulator {
   public:
-    Simulator(const std::string &json, const std::string &source, const std::string &folder, const Settings &settings);
+    Simulator(Outline outline, const Settings &settings);
     Simulator(const Simulator &) = delete; // its imager refers to its other members
     Simulator &operator=(const Simulator &) = delete;
 
@@ -74,8 +87,5 @@ class Simulator {
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
     double truncation_ = 0;
 };
-
-// The simulator of a scene file.
-Simulator open_scene(const std::string &path, const Settings &settings);
 
 } // namespace toliman::optics

@@ -1,10 +1,27 @@
+// C border of the field kernels, each instruction set by number.
+#include <vector>
+
 #include "kernels/blackbody.hpp"
 #include "kernels/cis.hpp"
 #include "kernels/field.hpp"
 
 using namespace toliman::kernels;
 
+namespace {
+const FieldKernels *const tables[] = {
+    &field_baseline,
+#if defined(__x86_64__)
+    &field_avx2,
+    &field_avx512,
+#endif
+};
+} // namespace
+
 extern "C" {
+
+int shim_field_isas(void) {
+    return static_cast<int>(host_isa()) + 1;
+}
 
 void shim_cis(double cycles, double *cosine, double *sine) {
     cis_cycles(cycles, *cosine, *sine);
@@ -18,21 +35,42 @@ double shim_blackbody(double wavelength_m, double temperature_k) {
     return blackbody_photons(wavelength_m, temperature_k);
 }
 
-void shim_pupil_field(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
-                      const double *tilt_y, double *re, double *im) {
-    pupil_field(amplitude, opd_m, n, wavenumber, tilt_x, tilt_y, {re, im});
+void shim_operand(int isa, size_t samples, size_t pixels, long double step, double *cosine, double *sine) {
+    tables[isa]->operand(samples, pixels, step, cosine, sine);
 }
 
-void shim_tilt_derivative(double *re, double *im, size_t n, double step_x, double step_y) {
-    tilt_derivative({re, im}, n, step_x, step_y, {re, im});
-}
-
-// Planes f, fx, fy, d2f in turn, real then imaginary, [8][count].
-void shim_images(double *planes, size_t count, double weight, double axis_x, double axis_y, double *intensity,
-                 double *derivative, double *curvature) {
-    const auto field = [&](size_t i) { return Field{planes + 2 * i * count, planes + (2 * i + 1) * count}; };
-    add_intensity(field(0), count, weight, intensity);
-    add_derivative(field(0), field(1), count, weight, derivative);
-    add_curvature(field(0), field(1), field(2), field(3), axis_x, axis_y, count, weight, curvature);
+// The whole transform with plain loops for the products: images [3][rows][cols] of the field, of its derivative by
+// slopes, and of that derivative's product with another by a mode, each added to what is there.
+void shim_transform(int isa, const double *amplitude, const double *opd_m, size_t n, double wavenumber,
+                    const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
+                    double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images) {
+    const FieldKernels &kernels = *tables[isa];
+    const size_t h = half(n), v = half(rows), u = half(cols), count = 3;
+    const FieldTerm terms[] = {{0, slope_x, slope_y, nullptr, 0}, {1, 0, 0, mode, mode_scale}};
+    std::vector<double> cosine_x(h * u), sine_x(h * u), cosine_y(h * v), sine_y(h * v);
+    std::vector<double> folded[2] = {std::vector<double>(count * 4 * h * h), std::vector<double>(count * 4 * h * h)};
+    std::vector<double> scratch(count * (4 * n + 2 * cols)), sums[4];
+    kernels.operand(n, cols, step, cosine_x.data(), sine_x.data());
+    kernels.operand(n, rows, step, cosine_y.data(), sine_y.data());
+    kernels.fold(amplitude, opd_m, n, wavenumber, tilt_x, tilt_y, terms, count, scratch.data(), folded[0].data(),
+                 folded[1].data());
+    for (size_t part = 0; part < 4; part++) { // ee, eo, oe, oo: y first
+        const size_t odd_y = part / 2, odd_x = part % 2;
+        const std::vector<double> &along_x = odd_x ? sine_x : cosine_x, &along_y = odd_y ? sine_y : cosine_y;
+        sums[part].assign(count * 2 * v * u, 0);
+        for (size_t field = 0; field < count; field++)
+            for (size_t i = 0; i < v; i++)
+                for (size_t plane = 0; plane < 2; plane++)
+                    for (size_t j = 0; j < u; j++)
+                        for (size_t y = 0; y < h; y++)
+                            for (size_t x = 0; x < h; x++)
+                                sums[part][((field * v + i) * 2 + plane) * u + j] +=
+                                    folded[odd_x][((field * h + y) * 4 + 2 * odd_y + plane) * h + x] *
+                                    along_x[x * u + j] * along_y[y * v + i];
+    }
+    const double *const all[] = {sums[0].data(), sums[1].data(), sums[2].data(), sums[3].data()};
+    const FieldProduct products[] = {{0, 0, 0, weight}, {1, 0, 1, 2 * weight}, {2, 1, 2, weight}};
+    double *const images_of[] = {images, images + rows * cols, images + 2 * rows * cols};
+    kernels.accumulate(all, count, rows, cols, products, 3, scratch.data(), images_of);
 }
 }

@@ -1,18 +1,20 @@
-/* Phases, pupil fields and intensities against long double. */
+/* Phases, pupil fields, folded transforms and products of fields against the sums in long double that define them, for
+ * every instruction set of the machine. */
 #include <complex.h>
+#include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "assert_close.h"
 
+int shim_field_isas(void);
 void shim_cis(double cycles, double *cosine, double *sine);
 double shim_reduce(double x);
 double shim_blackbody(double wavelength_m, double temperature_k);
-void shim_pupil_field(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
-                      const double *tilt_y, double *re, double *im);
-void shim_tilt_derivative(double *re, double *im, size_t n, double step_x, double step_y);
-void shim_images(double *planes, size_t count, double weight, double axis_x, double axis_y, double *intensity,
-                 double *derivative, double *curvature);
+void shim_operand(int isa, size_t samples, size_t pixels, long double step, double *cosine, double *sine);
+void shim_transform(int isa, const double *amplitude, const double *opd_m, size_t n, double wavenumber,
+                    const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
+                    double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images);
 
 static const long double kTwoPi = 6.28318530717958647692528676655900577L;
 
@@ -63,63 +65,112 @@ static void black_bodies_shine(void **state) {
     assert_close(shim_blackbody(1e-9, 100), 0, 0, 0);
 }
 
-enum { N = 9 };
-
-static void fields_have_the_phase(void **state) {
+/* Phases of tens of thousands of cycles lose nothing. */
+static void operands_are_exact(void **state) {
     (void)state;
-    double amplitude[N * N], opd[N * N], tilt_x[N], tilt_y[N], re[N * N], im[N * N], again_re[N * N], again_im[N * N];
+    double cosine[50 * 40], sine[50 * 40];
+    const long double step = 97.123456789123456789L;
+    for (int isa = 0; isa < shim_field_isas(); isa++) {
+        shim_operand(isa, 100, 79, step, cosine, sine);
+        for (int x = 0; x < 50; x++)
+            for (int u = 0; u < 40; u++) {
+                __float128 cycles = (__float128)step * ((x + 0.5L) * u); /* 2e5 of them: long double loses 1e-14 */
+                cycles -= rintq(cycles);
+                assert_close(cosine[x * 40 + u], (double)cosq(2 * M_PIq * cycles), 0, 5e-16);
+                assert_close(sine[x * 40 + u], (double)sinq(2 * M_PIq * cycles), 0, 5e-16);
+            }
+    }
+}
+
+enum { N = 8, PIXELS = 9 };
+
+typedef struct {
+    double amplitude[N * N], opd[N * N], tilt_x[N], tilt_y[N], mode[N * N];
+} pupil;
+
+static pupil random_pupil(void) {
+    pupil p;
     uint64_t random = 3;
     for (int i = 0; i < N * N; i++) {
-        amplitude[i] = fabs(number(&random));
-        opd[i] = 1e-6 * number(&random);
+        p.amplitude[i] = fabs(number(&random));
+        p.opd[i] = 1e-6 * number(&random);
+        p.mode[i] = number(&random);
     }
     for (int i = 0; i < N; i++) {
-        tilt_x[i] = 0.5 * number(&random);
-        tilt_y[i] = 0.5 * number(&random);
+        p.tilt_x[i] = 0.5 * number(&random);
+        p.tilt_y[i] = 0.5 * number(&random);
     }
-    shim_pupil_field(amplitude, opd, N, 2e6, tilt_x, tilt_y, re, im);
-    memcpy(again_re, re, sizeof re);
-    memcpy(again_im, im, sizeof im);
-    shim_tilt_derivative(again_re, again_im, N, 0.03, -0.07);
-    for (int y = 0; y < N; y++)
-        for (int x = 0; x < N; x++) {
-            const int i = y * N + x;
-            const long double phase = kTwoPi * (opd[i] * 2e6L + tilt_x[x] + tilt_y[y]);
-            assert_close(re[i], (double)(amplitude[i] * cosl(phase)), 0, 5e-15);
-            assert_close(im[i], (double)(amplitude[i] * sinl(phase)), 0, 5e-15);
-            const double slope = 0.03 * (x - 4) - 0.07 * (y - 4);
-            assert_close(again_re[i], -slope * im[i], 1e-15, 1e-17);
-            assert_close(again_im[i], slope * re[i], 1e-15, 1e-17);
+    return p;
+}
+
+/* Fields f, i (slopes) f and i mode of that, at one pixel, as their definition says. */
+static void fields_at(const pupil *p, int n, long double step, double u, double v, long double complex *field) {
+    field[0] = field[1] = field[2] = 0;
+    for (int y = 0; y < n; y++)
+        for (int x = 0; x < n; x++) {
+            const int i = y * n + x;
+            const double from_x = x - 0.5 * (n - 1), from_y = y - 0.5 * (n - 1);
+            const long double phase = kTwoPi * (p->opd[i] * 2e6L + p->tilt_x[x] + p->tilt_y[y] -
+                                                step * (from_x * (long double)u + from_y * (long double)v));
+            long double complex term = p->amplitude[i] * (cosl(phase) + I * sinl(phase));
+            field[0] += term;
+            term *= I * (0.3L * from_x - 0.2L * from_y);
+            field[1] += term;
+            field[2] += term * I * (1.5L * p->mode[i]);
         }
 }
 
-/* Intensities of f(s) = f + s f' + s^2/2 f'' along the axis, differentiated as polynomials. */
-static void intensities_have_derivatives(void **state) {
+static void check(const pupil *p, int isa, int n, int rows, int cols) {
+    const long double step = 0.0313L;
+    double images[3 * PIXELS * PIXELS];
+    const int count = rows * cols;
+    for (int i = 0; i < 3 * count; i++)
+        images[i] = i; /* it adds to what is there */
+    shim_transform(isa, p->amplitude, p->opd, (size_t)n, 2e6, p->tilt_x, p->tilt_y, 0.3, -0.2, p->mode, 1.5,
+                   (size_t)rows, (size_t)cols, step, 0.25, images);
+    for (int row = 0; row < rows; row++)
+        for (int col = 0; col < cols; col++) {
+            long double complex field[3];
+            fields_at(p, n, step, col - 0.5 * (cols - 1), row - 0.5 * (rows - 1), field);
+            const int i = row * cols + col;
+            assert_close(images[i], i + 0.25 * (double)creall(field[0] * conjl(field[0])), 0, 2e-13);
+            assert_close(images[count + i], count + i + 0.5 * (double)creall(field[0] * conjl(field[1])), 0, 2e-13);
+            assert_close(images[2 * count + i], 2 * count + i + 0.25 * (double)creall(field[1] * conjl(field[2])), 0,
+                         2e-13);
+        }
+}
+
+/* Every mixture of even and odd sides. */
+static void transforms_are_their_sums(void **state) {
     (void)state;
-    enum { COUNT = 33 };
-    double planes[8 * COUNT], intensity[COUNT], derivative[COUNT], curvature[COUNT];
-    uint64_t random = 4;
-    for (int i = 0; i < 8 * COUNT; i++)
-        planes[i] = number(&random);
-    for (int i = 0; i < COUNT; i++)
-        intensity[i] = derivative[i] = curvature[i] = i; /* they add to what is there */
-    shim_images(planes, COUNT, 1.5, 0.6, -0.8, intensity, derivative, curvature);
-    for (int i = 0; i < COUNT; i++) {
-        const double *const p = planes + i;
-        const double complex f = p[0] + I * p[COUNT], fx = p[2 * COUNT] + I * p[3 * COUNT],
-                             fy = p[4 * COUNT] + I * p[5 * COUNT], d2f = p[6 * COUNT] + I * p[7 * COUNT],
-                             df = 0.6 * fx - 0.8 * fy;
-        assert_close(intensity[i], i + 1.5 * creal(f * conj(f)), 1e-14, 1e-14);
-        assert_close(derivative[i], i + 1.5 * creal(f * conj(fx) + fx * conj(f)), 1e-14, 1e-14);
-        assert_close(curvature[i], i + 1.5 * creal(f * conj(d2f) + 2 * df * conj(df) + d2f * conj(f)), 1e-14, 1e-14);
+    const pupil p = random_pupil();
+    for (int isa = 0; isa < shim_field_isas(); isa++)
+        for (int n = 1; n <= N; n++)
+            for (int rows = 1; rows <= PIXELS; rows += 2)
+                for (int cols = 1; cols <= PIXELS; cols++)
+                    check(&p, isa, n, cols % 3 == 0 ? rows - rows / 2 : rows, cols);
+}
+
+/* Only +, - and *: every instruction set gives the same bits. */
+static void instruction_sets_agree(void **state) {
+    (void)state;
+    const pupil p = random_pupil();
+    double first[3 * PIXELS * PIXELS] = {0};
+    shim_transform(0, p.amplitude, p.opd, N, 2e6, p.tilt_x, p.tilt_y, 0.3, -0.2, p.mode, 1.5, PIXELS, PIXELS, 0.0313L,
+                   1, first);
+    for (int isa = 1; isa < shim_field_isas(); isa++) {
+        double other[3 * PIXELS * PIXELS] = {0};
+        shim_transform(isa, p.amplitude, p.opd, N, 2e6, p.tilt_x, p.tilt_y, 0.3, -0.2, p.mode, 1.5, PIXELS, PIXELS,
+                       0.0313L, 1, other);
+        assert_memory_equal(first, other, sizeof first);
     }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cis_is_exact_to_rounding),     cmocka_unit_test(reduction_is_exact),
-        cmocka_unit_test(black_bodies_shine),           cmocka_unit_test(fields_have_the_phase),
-        cmocka_unit_test(intensities_have_derivatives),
+        cmocka_unit_test(cis_is_exact_to_rounding),  cmocka_unit_test(reduction_is_exact),
+        cmocka_unit_test(black_bodies_shine),        cmocka_unit_test(operands_are_exact),
+        cmocka_unit_test(transforms_are_their_sums), cmocka_unit_test(instruction_sets_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

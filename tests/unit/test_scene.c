@@ -77,8 +77,8 @@ static void impossible_values(void **state) {
          TOLIMAN_E_SCENE, "the separation has no direction"},
         {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"offsets_px\": {\"A\": [1, 2, 3], \"B\": [1, 2]}",
          TOLIMAN_E_SCENE, "binary.offsets_px.A: 3 numbers: must be 2 to 2"},
-        {"\"amplitude_px\": 1e-3", "\"amplitude_px\": 0.2", TOLIMAN_E_SCENE,
-         "signal.amplitude_px = 0.2: must be in [0, 0.1] px"},
+        {"\"amplitude_px\": 1e-3", "\"amplitude_px\": 101", TOLIMAN_E_SCENE,
+         "signal.amplitude_px = 101: must be in [0, 100] px"},
         {"\"amplitude_px\": 1e-3", "\"amplitude_px\": 1e-3, \"amplitude_uas\": 1", TOLIMAN_E_SCENE, "give either"},
         {"\"star\": \"B\"", "\"star\": \"C\"", TOLIMAN_E_SCENE, "signal.star = \"C\": must be one of \"A\", \"B\""},
         {"\"frames\": 100", "\"frames\": 0", TOLIMAN_E_SCENE, "cadence.frames = 0: must be in [1, 10000000] frames"},
@@ -129,8 +129,6 @@ static void zernikes_have_an_index(void **state) {
 static void not_built_yet(void **state) {
     (void)state;
     const change changes[] = {
-        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"pixel\": \"integrated\"", TOLIMAN_E_UNSUPPORTED,
-         "detector.pixel = \"integrated\": not supported yet"},
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bit_depth\": 12", TOLIMAN_E_UNSUPPORTED,
          "detector.bit_depth: not supported yet"},
         {"\"interval_days\": 2", "\"times_days\": [1, 2]", TOLIMAN_E_UNSUPPORTED, "cadence.times_days: not"},
@@ -138,8 +136,6 @@ static void not_built_yet(void **state) {
          "\"date\": 2027.0, \"orbit\": \"alpha-cen\", \"moving\": true", TOLIMAN_E_UNSUPPORTED,
          "scene: binary.moving = true: not supported yet"},
         {"\"noise\"", "\"systematics\": {}, \"noise\"", TOLIMAN_E_UNSUPPORTED, "systematics: not supported yet"},
-        {"\"noise\"", "\"preprocess\": {\"project\": [\"roll\"]}, \"noise\"", TOLIMAN_E_UNSUPPORTED,
-         "preprocess.project: \"roll\": not supported yet"},
     };
     CHECK(changes);
 }
@@ -194,8 +190,8 @@ static void impossible_planets(void **state) {
         {"\"mass_earth\": 1, ", "", TOLIMAN_E_SCENE, "signal.mass_earth: is missing"},
         {"\"mass_earth\": 1", "\"mass_earth\": -1", TOLIMAN_E_SCENE,
          "signal.mass_earth = -1: must be in [0, 1000000] Earth masses"},
-        {"\"mass_earth\": 1", "\"mass_earth\": 1e4", TOLIMAN_E_SCENE,
-         "signal.mass_earth = 10000: moves star B by up to 0.182 px: at most 0.1 px are allowed"},
+        {"\"mass_earth\": 1, \"semi_major_au\": 1", "\"mass_earth\": 1e4, \"semi_major_au\": 1e4", TOLIMAN_E_SCENE,
+         "signal.mass_earth = 10000: moves star B by up to"},
         {"\"semi_major_au\": 1", "\"semi_major_au\": 0", TOLIMAN_E_SCENE, "must be in [1e-06, 10000] au"},
         {"\"eccentricity\": 0.5", "\"eccentricity\": 1", TOLIMAN_E_SCENE,
          "signal.eccentricity = 1: must be in [0, 0.9999]"},

@@ -40,7 +40,8 @@ static toliman_sim *make(const char *stages, const char *noise) {
     return sim;
 }
 
-static const char *const kNoise = "\"photon\": true, \"read_e\": 2.5, \"seed\": 7", *const kPhotons = "\"photon\": true";
+static const char *const kNoise = "\"photon\": true, \"read_e\": 2.5, \"seed\": 7", *const kPhotons =
+                                                                                        "\"photon\": true";
 
 /* A frame, owned by the caller. */
 static double *frame(const char *stages, const char *noise) {
@@ -210,7 +211,8 @@ static void dark_pixels_are_cut_at_zero(void **state) {
         assert_true(dn[i] >= 0 && !signbit(dn[i]));
         zeros += dn[i] == 0;
     }
-    assert_close((double)zeros / PIXELS, 0.5 * erfc(-0.2 / sqrt(2)), 0, 5 * 0.5 / sqrt(PIXELS)); /* up to 0.5 = 0.2 sigma */
+    assert_close((double)zeros / PIXELS, 0.5 * erfc(-0.2 / sqrt(2)), 0,
+                 5 * 0.5 / sqrt(PIXELS)); /* up to 0.5 = 0.2 sigma */
     assert_non_null(strstr(heard, "detector.bias_dn: read noise may take 4096 pixels below 0 DN"));
     free(dn);
 }
@@ -246,9 +248,10 @@ static void limits_are_reported(void **state) {
 static void neutral_stages_change_no_byte(void **state) {
     (void)state;
     double *const bare = frame("", kNoise);
-    double *const neutral = frame("\"qe\": 1, \"coadds\": 1, \"flat_rms\": 0, \"dark_e_per_s\": 0, \"gain_e_per_dn\": 1,"
-                                  "\"bias_dn\": 0",
-                                  kNoise);
+    double *const neutral =
+        frame("\"qe\": 1, \"coadds\": 1, \"flat_rms\": 0, \"dark_e_per_s\": 0, \"gain_e_per_dn\": 1,"
+              "\"bias_dn\": 0",
+              kNoise);
     assert_memory_equal(bare, neutral, PIXELS * sizeof *bare);
     free(bare);
     free(neutral);

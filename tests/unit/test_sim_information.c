@@ -1,7 +1,7 @@
 /* Cramer-Rao bounds against the inverse Fisher matrix, and what is known of the shipped scenes. */
 #include "scene_text.h"
 
-enum { PARAMETERS = 5 };
+enum { PARAMETERS = 9 };
 
 /* Standard deviation of parameter 0 with all others free: square root of the inverse Fisher matrix's first element. */
 static double deviation(double *const *images, size_t count, const double *variance, size_t pixels) {
@@ -31,7 +31,8 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
     toliman_sim *const sim =
         sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
     const int32_t kinds[PARAMETERS] = {TOLIMAN_IMAGE_SEPARATION, TOLIMAN_IMAGE_SHIFT_Y, TOLIMAN_IMAGE_STAR_B,
-                                       TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_STAR_A};
+                                       TOLIMAN_IMAGE_SHIFT_X,    TOLIMAN_IMAGE_STAR_A,  TOLIMAN_IMAGE_ROLL,
+                                       TOLIMAN_IMAGE_SCALE,      TOLIMAN_IMAGE_FOCUS,   TOLIMAN_IMAGE_BACKGROUND};
     double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
     for (int i = 0; i < PARAMETERS; i++)
         images[i] = image_of(sim, kinds[i]);
@@ -39,6 +40,8 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
     assert_close(info.crb_px, deviation(images, 1, variance, 64 * 64), 1e-12, 0);
     assert_close(info.crb_projected_px, deviation(images, 3, variance, 64 * 64), 1e-12, 0);
     assert_close(info.crb_flux_shift_px, deviation(images, 5, variance, 64 * 64), 1e-12, 0);
+    assert_close(info.crb_marginal_px, deviation(images, 9, variance, 64 * 64), 1e-9, 0);
+    assert_true(info.crb_flux_shift_px < info.crb_marginal_px);
     assert_true(info.crb_px < info.crb_projected_px && info.crb_projected_px < info.crb_flux_shift_px);
     for (int i = 0; i < PARAMETERS; i++)
         free(images[i]);

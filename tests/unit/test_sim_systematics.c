@@ -15,6 +15,7 @@ static const char *const kProject = "\"flux_a\", \"flux_b\", \"shift_x\", \"shif
 static char *text_with(const double places[4], const char *extra) {
     char binary[200], end[600];
     char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
+    scene = replaced_again(scene, "\"m\": 5", "\"m\": 6"); /* with odd waves alone, defocus has no first order */
     scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
     scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
     snprintf(binary, sizeof binary, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", places[0],
@@ -103,7 +104,8 @@ static void pointing_moves_both_stars(void **state) {
 
 static void check_roll(double drift_deg, int64_t k) {
     char extra[100];
-    snprintf(extra, sizeof extra, "\"systematics\": {\"roll_rms_deg\": {\"rms\": 0, \"drift_per_day\": %g}}", drift_deg);
+    snprintf(extra, sizeof extra, "\"systematics\": {\"roll_rms_deg\": {\"rms\": 0, \"drift_per_day\": %g}}",
+             drift_deg);
     const double angle = drift_deg * 2 * (double)k * acos(-1) / 180, c = cos(angle), s = sin(angle);
     const double places[4] = {c * kStars[0] - s * kStars[1], s * kStars[0] + c * kStars[1],
                               c * kStars[2] - s * kStars[3], s * kStars[2] + c * kStars[3]};
@@ -119,8 +121,7 @@ static void roll_turns_the_stars_not_their_patterns(void **state) {
 /* The signal's own star also where the frames are not those of the cadence. */
 static void fluxes_multiply(void **state) {
     (void)state;
-    toliman_sim *const sim =
-        make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}");
+    toliman_sim *const sim = make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}");
     double image[PIXELS], expected[PIXELS];
     frame_of(sim, 1e-3, 30, image);
     assert_ok(toliman_sim_propagate(sim, 1e-3, expected, SIDE));
@@ -131,16 +132,16 @@ static void fluxes_multiply(void **state) {
 }
 
 /* Error of frame 50 against a scene with focus or scale of that frame, and the error that the log says. */
-static void check_first_order(const char *systematics, char *disturbed, double least_effect) {
+static void check_against_said(const char *systematics, char *disturbed, double least_effect) {
     double image[PIXELS], bare[PIXELS], said = 0;
     toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
     toliman_sim *const other = made(disturbed);
     frame_of(undisturbed, 0, 50, bare);
     toliman_sim_destroy(undisturbed);
     toliman_sim_destroy(make(kStars, systematics));
-    const char *const at = strstr(heard, "first order, may be off by ");
+    const char *const at = strstr(heard, "may be off by ");
     assert_non_null(at);
-    assert_int_equal(sscanf(at, "first order, may be off by %lf of the peak", &said), 1);
+    assert_int_equal(sscanf(at, "may be off by %lf of the peak", &said), 1);
     frame_of(sim, 0, 50, image);
     double *const expected = image_of(other, TOLIMAN_IMAGE_BOTH);
     const double effect = difference(bare, expected), error = difference(image, expected);
@@ -153,19 +154,19 @@ static void check_first_order(const char *systematics, char *disturbed, double l
     toliman_sim_destroy(other);
 }
 
-static void focus_and_scale_are_taken_to_first_order(void **state) {
+static void focus_and_scale_are_good_to_what_the_log_says(void **state) {
     (void)state;
     char *focused = text_with(kStars, "");
-    focused =
-        replaced_again(focused, "\"aperture_m\"", "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 0.5}}, \"aperture_m\"");
-    check_first_order("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
+    focused = replaced_again(focused, "\"aperture_m\"",
+                             "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 0.5}}, \"aperture_m\"");
+    check_against_said("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
     double places[4];
     char pitch[60];
     for (size_t i = 0; i < 4; i++)
         places[i] = kStars[i] * (1 + 1e-4);
     snprintf(pitch, sizeof pitch, "\"pixel_scale_arcsec\": %.17g", 0.2 / (1 + 1e-4));
     char *const stretched = replaced_again(text_with(places, ""), "\"pixel_scale_arcsec\": 0.2", pitch);
-    check_first_order("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
+    check_against_said("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
 }
 
 /* Solves a x = b for several x at once, largest pivot first; the solutions replace b[count][n]. */
@@ -230,9 +231,8 @@ static void draws_follow_their_law(void **state) {
             for (size_t i = 0; i < PIXELS; i++)
                 normal[j * kinds + l] += rms[j] * rms[l] * effect[j][i] * effect[l][i];
 
-    toliman_sim *const sim =
-        make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-5, \"flux_rms\": {\"rms\": 1e-5},"
-                     " \"roll_rms_deg\": 1e-5, \"scale_rms\": 1e-6, \"focus_rms_nm\": 1e-3}");
+    toliman_sim *const sim = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-5, \"flux_rms\": {\"rms\": 1e-5},"
+                                          " \"roll_rms_deg\": 1e-5, \"scale_rms\": 1e-6, \"focus_rms_nm\": 1e-3}");
     for (int64_t k = 0; k < frames; k++) {
         frame_of(sim, 0, k, image);
         for (size_t j = 0; j < kinds; j++)
@@ -256,11 +256,11 @@ static void draws_follow_their_law(void **state) {
     }
 }
 
-/* A blur is the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 of them, good to 1e-8 here. */
+/* A blur is the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 of them, good to 1e-9 here. */
 static void jitter_blurs(void **state) {
     (void)state;
-    const double sigma = 0.2, node[5] = {-2.0201828704560856, -0.9585724646138185, 0, 0.9585724646138185,
-                                         2.0201828704560856};
+    const double sigma = 0.2,
+                 node[5] = {-2.0201828704560856, -0.9585724646138185, 0, 0.9585724646138185, 2.0201828704560856};
     const double weight[5] = {0.019953242059045913, 0.39361932315224116, 0.9453087204829419, 0.39361932315224116,
                               0.019953242059045913};
     double expected[PIXELS] = {0};
@@ -274,11 +274,12 @@ static void jitter_blurs(void **state) {
         free(image);
         toliman_sim_destroy(sim);
     }
-    toliman_sim *const sharp = make(kStars, ""), *const sim = make(kStars, "\"systematics\": {\"jitter_sigma_px\": 0.2}");
+    toliman_sim *const sharp = make(kStars, ""), *const sim =
+                                                     make(kStars, "\"systematics\": {\"jitter_sigma_px\": 0.2}");
     double *const bare = image_of(sharp, TOLIMAN_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
     double frame[PIXELS];
-    assert_at_most(1e-2, difference(bare, expected));
-    assert_at_most(difference(image, expected), 2e-8);
+    assert_at_most(1e-3, difference(bare, expected));
+    assert_at_most(difference(image, expected), 2e-9);
     frame_of(sim, 0, 3, frame); /* the same blur in all frames */
     assert_memory_equal(frame, image, sizeof frame);
     free(bare);
@@ -292,8 +293,8 @@ static const char *const kAll = "\"systematics\": {\"pointing_rms_px\": {\"rms\"
                                 " \"focus_rms_nm\": 0.01, \"flux_rms\": 1e-4}";
 
 static char *noisy_text(const char *extra) {
-    char *text = replaced_again(text_with(kStars, extra), "\"seed\": 7",
-                                "\"photon\": true, \"read_e\": 2, \"seed\": 7");
+    char *text =
+        replaced_again(text_with(kStars, extra), "\"seed\": 7", "\"photon\": true, \"read_e\": 2, \"seed\": 7");
     return replaced_again(text, "\"pixel_scale_arcsec\": 0.2",
                           "\"pixel_scale_arcsec\": 0.2, \"qe\": 0.9, \"flat_rms\": 0.01, \"dark_e_per_s\": 5,"
                           "\"coadds\": 2, \"full_well_e\": 2e6, \"gain_e_per_dn\": 2, \"bias_dn\": 100,"
@@ -387,7 +388,7 @@ int main(void) {
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
         cmocka_unit_test(fluxes_multiply),
-        cmocka_unit_test(focus_and_scale_are_taken_to_first_order),
+        cmocka_unit_test(focus_and_scale_are_good_to_what_the_log_says),
         cmocka_unit_test(draws_follow_their_law),
         cmocka_unit_test(jitter_blurs),
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),

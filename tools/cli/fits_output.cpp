@@ -63,14 +63,6 @@ class FitsOutput : public FrameOutput {
     LONGLONG pixels_, first_ = 1; // of a frame; number of the next
 };
 
-// A header is ASCII: other bytes become question marks.
-std::string header_text(std::string text) {
-    for (char &letter : text)
-        if (letter < ' ' || letter > '~')
-            letter = '?';
-    return text;
-}
-
 class SimulatedCube : public FitsOutput {
   public:
     SimulatedCube(const std::string &path, const Simulated &frames)
@@ -109,7 +101,7 @@ class SimulatedCube : public FitsOutput {
 
     void text(const char *key, const std::string &value, const char *comment) {
         int status = 0;
-        fits_write_key_longstr(file(), key, header_text(value).c_str(), comment, &status);
+        fits_write_key_longstr(file(), key, value.c_str(), comment, &status);
         check(status);
     }
 

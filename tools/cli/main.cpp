@@ -22,6 +22,7 @@ Examples:
   toliman simulate chapter.json --frames 0:100 --out frames.npy
   toliman encode --weights w.tlmw frames.npy  one separation in pixels a frame, as CSV
   toliman convert mask.fits mask.npy          FITS to .npy and back
+  toliman plan scene.json                     what a scene needs and what it costs
   toliman pupil chapter.json --out better.json  search a mask that tells more
   toliman doctor                              what this machine offers
 
@@ -63,6 +64,7 @@ int parse_and_run(int argc, char **argv) {
     add_encode(app, context);
     add_convert(app, context);
     add_period(app, context);
+    add_plan(app, context);
     add_pupil(app, context);
     add_doctor(app, context);
     try {

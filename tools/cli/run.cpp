@@ -48,7 +48,9 @@ Json result_json(const Scene &scene, const Experiment &experiment) {
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
-    json.set("crb_flux_shift_px", info.crb_flux_shift_px).set("crb_projected_px", info.crb_projected_px);
+    json.set("crb_flux_shift_px", info.crb_flux_shift_px)
+        .set("crb_marginal_px", info.crb_marginal_px)
+        .set("crb_projected_px", info.crb_projected_px);
     json.set("latent_sigma_px", experiment.latent.sigma_px);
     const double efficiency = info.crb_projected_px / experiment.latent.sigma_px;
     json.set("efficiency", efficiency);

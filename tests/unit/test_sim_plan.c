@@ -1,0 +1,300 @@
+/* The plan: what is chosen keeps the accuracy asked for, and the errors that it predicts are the true ones. */
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "scene_text.h"
+
+static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    assert_ok(toliman_sim_get_plan(sim, &plan));
+    return plan;
+}
+
+static double *doubles(size_t count) {
+    double *const values = malloc(count * sizeof *values);
+    assert_non_null(values);
+    return values;
+}
+
+/* Largest difference of two simulators' frames over the first one's peak. */
+static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
+    double *const a = image_of(sim, TOLIMAN_IMAGE_BOTH), *const b = image_of(other, TOLIMAN_IMAGE_BOTH);
+    const toliman_sim_info info = info_of(sim);
+    double error = 0;
+    for (int64_t i = 0; i < info.rows * info.cols; i++)
+        error = fmax(error, fabs(a[i] - b[i]));
+    free(a);
+    free(b);
+    return error / info.peak_photons;
+}
+
+/* Light by exposure, so that a changed image is not scaled back to the same peak; the rest may vary. */
+typedef struct {
+    double accuracy, pixel_arcsec, min_nm, max_nm, step_nm;
+    int side, samples;
+    bool mask, integrated;
+} variation;
+
+static char *scene_of(const variation *v, int samples) {
+    static const char mask[] =
+        ", \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, "
+        "\"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
+    char *const text = malloc(4096);
+    assert_non_null(text);
+    snprintf(text, 4096,
+             "{\"schema\": \"toliman-scene/1\", \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.02,"
+             " \"pupil_samples\": %d%s}, \"band\": {\"min_nm\": %g, \"max_nm\": %g, \"step_nm\": %g},"
+             " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790},"
+             "  \"photons_per_s\": 3e7}, \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260},"
+             "  \"photons_per_s\": 1e7}}, \"binary\": {\"separation_arcsec\": %g, \"position_angle_deg\": 25},"
+             " \"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 9},"
+             " \"cadence\": {\"frames\": 10, \"exposure_s\": 100},"
+             " \"detector\": {\"shape\": [%d, %d], \"pixel_scale_arcsec\": %g, \"pixel\": \"%s\"},"
+             " \"noise\": {\"photon\": true}, \"accuracy\": %g}",
+             samples, v->mask ? mask : "", v->min_nm, v->max_nm, v->step_nm, 0.2 * v->side * v->pixel_arcsec, v->side,
+             v->side, v->pixel_arcsec, v->integrated ? "integrated" : "point", v->accuracy);
+    return text;
+}
+
+static toliman_sim *varied(const variation *v, int samples) {
+    char *const text = scene_of(v, samples);
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    return sim;
+}
+
+static const variation kVariations[] = {
+    {1e-9, 0.2, 550, 600, 1, 64, 96, true, false},     {1e-6, 0.2, 550, 600, 1, 64, 96, true, false},
+    {1e-3, 0.2, 550, 600, 1, 64, 96, true, false},     {1e-12, 0.2, 550, 600, 1, 64, 96, true, false},
+    {1e-9, 0.375, 530, 640, 1, 64, 128, true, false},  {1e-9, 0.375, 530, 640, 1, 64, 128, false, false},
+    {1e-9, 0.2, 550, 600, 1, 64, 96, true, true},      {1e-6, 0.375, 530, 640, 2, 48, 96, true, true},
+    {1e-9, 0.6, 550, 600, 1, 48, 160, true, true},     {1e-9, 0.1, 500, 700, 2, 80, 64, true, false},
+    {1e-5, 0.375, 580, 590, 0.5, 64, 128, true, true}, {1e-9, 0.05, 530, 640, 1, 65, 49, false, true},
+};
+
+/* Against every wavelength by itself and a filter as exact as double allows. */
+static void predictions_hold(void **state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof kVariations / sizeof *kVariations; i++) {
+        variation v = kVariations[i];
+        toliman_sim *const sim = varied(&v, v.samples);
+        const toliman_sim_plan_info plan = plan_of(sim);
+        const double predicted = plan.spectrum_error + plan.pixel_error + plan.rounding_error;
+        v.accuracy = 1e-15;
+        toliman_sim *const exact = varied(&v, v.samples);
+        const double error = error_to_peak(sim, exact);
+        print_message("scene %zu: %d nodes for %d, filter %d: error/peak %.2g, predicted %.2g\n", i, plan.wavelengths,
+                      plan.scene_wavelengths, plan.filter_taps, error, predicted);
+        assert_at_most(plan.spectrum_error, kVariations[i].accuracy);
+        assert_at_most(plan.pixel_error, kVariations[i].accuracy);
+        assert_at_most(error, predicted);
+        if (predicted > 1e-12)
+            assert_at_most(predicted, 1000 * error);
+        toliman_sim_destroy(exact);
+        toliman_sim_destroy(sim);
+    }
+}
+
+/* Against a pupil of four times the samples. */
+static void pupil_errors_hold(void **state) {
+    (void)state;
+    const size_t chosen[] = {0, 4, 5, 9};
+    for (size_t i = 0; i < sizeof chosen / sizeof *chosen; i++) {
+        variation v = kVariations[chosen[i]];
+        v.step_nm = 10;
+        toliman_sim *const sim = varied(&v, v.samples), *const finer = varied(&v, 4 * v.samples);
+        const double error = error_to_peak(sim, finer), predicted = plan_of(sim).pupil_error;
+        print_message("%d samples, %s: error/peak %.2g, predicted %.2g\n", v.samples, v.mask ? "mask" : "clear", error,
+                      predicted);
+        assert_at_most(error, predicted);
+        assert_at_most(predicted, 30 * error);
+        toliman_sim_destroy(sim);
+        toliman_sim_destroy(finer);
+    }
+}
+
+/* A stage that the scene does not name costs nothing. */
+static void stages_cost_what_they_are(void **state) {
+    (void)state;
+    variation v = kVariations[6];
+    toliman_sim *const whole = varied(&v, v.samples);
+    v.integrated = false;
+    toliman_sim *const point = varied(&v, v.samples);
+    v.step_nm = 50;
+    toliman_sim *const two_lines = varied(&v, v.samples);
+    const toliman_sim_plan_info a = plan_of(whole), b = plan_of(point), c = plan_of(two_lines);
+    assert_true(a.setup_flops > b.setup_flops && b.setup_flops > c.setup_flops);
+    assert_true(b.filter_taps == 0 && b.pixel_error <= 0 && c.spectrum_error <= 0);
+    assert_int_equal(c.wavelengths, 2);
+    for (int32_t i = 0; toliman_sim_get_stage_name(i) != NULL; i++) {
+        const bool differs = strcmp(toliman_sim_get_stage_name(i), "pixel integration") == 0;
+        assert_int_equal(a.stages >> i & 1, (differs ? 1 : 0) ^ (b.stages >> i & 1));
+    }
+    assert_null(toliman_sim_get_stage_name(-1));
+    toliman_sim_destroy(whole);
+    toliman_sim_destroy(point);
+    toliman_sim_destroy(two_lines);
+}
+
+/* A pixel's light is the mean over its square: Gauss-Legendre over images whose star stands elsewhere in it. */
+static void pixels_integrate(void **state) {
+    (void)state;
+    static const double nodes[6] = {-0.93246951420315202781, -0.66120938646626451366, -0.23861918608319690863,
+                                    0.23861918608319690863,  0.66120938646626451366,  0.93246951420315202781};
+    static const double weights[6] = {0.17132449237917034504, 0.36076157304813860757, 0.46791393457269104739,
+                                      0.46791393457269104739, 0.36076157304813860757, 0.17132449237917034504};
+    char *base = replaced(kSingleScene, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
+    base = replaced_again(base, "5790}}", "5790}, \"photons_per_s\": 1e6}");
+    base = replaced_again(base, "0.2}}", "0.45, \"pixel\": \"integrated\"}, \"accuracy\": 1e-12}");
+    toliman_sim *const sim = sim_with(base, "\"A\": [0, 0]", "\"A\": [1.3, -0.4]");
+    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH), *const sum = doubles(32 * 32);
+    memset(sum, 0, 32 * 32 * sizeof *sum);
+    char *const point = replaced(base, "\"integrated\"", "\"point\"");
+    for (int i = 0; i < 36; i++) {
+        char place[80];
+        snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", 1.3 + nodes[i % 6] / 2, -0.4 + nodes[i / 6] / 2);
+        toliman_sim *const moved = sim_with(point, "\"A\": [0, 0]", place);
+        double *const part = image_of(moved, TOLIMAN_IMAGE_BOTH);
+        for (int k = 0; k < 32 * 32; k++)
+            sum[k] += weights[i % 6] * weights[i / 6] / 4 * part[k];
+        free(part);
+        toliman_sim_destroy(moved);
+    }
+    const double peak = info_of(sim).peak_photons;
+    double error = 0;
+    for (int k = 0; k < 32 * 32; k++)
+        error = fmax(error, fabs(image[k] - sum[k]) / peak);
+    print_message("pixels of 0.45 arcsec: error/peak %.2g\n", error);
+    assert_at_most(error, 2e-10); /* the rule's own error over 1 px of up to 0.5 cycles */
+    free(image);
+    free(sum);
+    free(base);
+    free(point);
+    toliman_sim_destroy(sim);
+}
+
+static toliman_sim *padded(const char *json) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(json, strlen(json), NULL, &options, &sim));
+    return sim;
+}
+
+/* Where N_E = N_out p D / lambda is whole and the pupil's own number, both engines are one; odd and even sides. */
+static void engines_agree(void **state) {
+    (void)state;
+    const char *const shapes[] = {"[32, 32]", "[31, 29]"};
+    for (int i = 0; i < 2; i++) {
+        char *text = replaced(kSingleScene, "0.2}}", "0.35}}");
+        text = replaced_again(text, "[32, 32]", shapes[i]);
+        text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 424.211970970844"); /* 128 p D / 64 */
+        text = replaced_again(text, "\"A\": [0, 0]", "\"A\": [2.3, -1.7]");
+        toliman_sim *const exact = sim_of(text), *const fft = padded(text);
+        const toliman_sim_plan_info plan = plan_of(fft);
+        assert_at_most(plan.plate_scale_error, 1e-12);
+        assert_int_equal(plan.engine, TOLIMAN_ENGINE_PADDED_FFT);
+        assert_at_most(error_to_peak(exact, fft), 1e-11);
+        for (int32_t kind = TOLIMAN_IMAGE_SEPARATION; kind <= TOLIMAN_IMAGE_FOCUS; kind++) {
+            double *const a = image_of(exact, kind), *const b = image_of(fft, kind);
+            double error = 0, largest = 0;
+            for (int64_t k = 0; k < info_of(exact).rows * info_of(exact).cols; k++) {
+                error = fmax(error, fabs(a[k] - b[k]));
+                largest = fmax(largest, fabs(a[k]));
+            }
+            assert_at_most(error, 1e-10 * largest + 1e-9); /* a clear pupil has no slope in focus */
+            free(a);
+            free(b);
+        }
+        toliman_sim_destroy(exact);
+        toliman_sim_destroy(fft);
+        free(text);
+    }
+}
+
+/* Elsewhere the plate scale is off by what the plan says: the light's centre stands there. */
+static void padded_fft_is_off_as_planned(void **state) {
+    (void)state;
+    char *text = replaced(kSingleScene, "\"A\": [0, 0]", "\"A\": [9, 0]");
+    text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 565");
+    text = replaced_again(text, "[32, 32]", "[33, 129]");
+    toliman_sim *const exact = sim_of(text), *const fft = padded(text);
+    double *const a = image_of(exact, TOLIMAN_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_IMAGE_BOTH);
+    double *const slope = image_of(exact, TOLIMAN_IMAGE_SHIFT_X), shift = 0, norm = 0;
+    for (int k = 0; k < 33 * 129; k++) {
+        shift += (b[k] / info_of(fft).peak_photons * info_of(exact).peak_photons - a[k]) * slope[k];
+        norm += slope[k] * slope[k];
+    }
+    const double off = shift / norm / 9, planned = plan_of(fft).plate_scale_error;
+    print_message("plate scale off by %.3g, planned %.3g\n", off, planned);
+    assert_close(fabs(off), planned, 0.03, 0);
+    assert_true(planned > 3e-4);
+    free(a);
+    free(b);
+    free(slope);
+    free(text);
+    toliman_sim_destroy(exact);
+    toliman_sim_destroy(fft);
+}
+
+/* A signal of a pixel and more: every frame is propagated. */
+static void far_signals_are_exact(void **state) {
+    (void)state;
+    char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1.5");
+    text = replaced_again(text, "\"photon\": true, \"read_e\": 2.5, ", "");
+    toliman_sim *const sim = sim_of(text);
+    assert_int_equal(plan_of(sim).exact_frames, 1);
+    double *const frame = doubles(64 * 64), *const exact = doubles(64 * 64);
+    double at;
+    assert_ok(toliman_sim_get_series(sim, 5, 1, NULL, &at));
+    assert_true(fabs(at) > 1);
+    assert_ok(toliman_sim_frame_many(sim, 1, 5, 1, NULL, 1, frame));
+    assert_ok(toliman_sim_propagate(sim, at, exact, 64));
+    assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
+    assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");
+    assert_ok(toliman_sim_frame(sim, -99, 1, 0, frame, 64));
+    assert_fails(toliman_sim_frame(sim, -101, 1, 0, frame, 64), TOLIMAN_E_RANGE, "100");
+    free(frame);
+    free(exact);
+    free(text);
+    toliman_sim_destroy(sim);
+}
+
+static void bad_plans_are_refused(void **state) {
+    (void)state;
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    const char *const chapter = "examples/scenes/chapter.json";
+    assert_ok(toliman_sim_plan(chapter, &options, &plan));
+    assert_true(plan.wavelengths < plan.scene_wavelengths && plan.scene_wavelengths == 51);
+    options.engine = 3;
+    assert_fails(toliman_sim_plan(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "engine = 3: must be in [0, 2]");
+    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+    assert_ok(toliman_sim_plan(chapter, &options, &plan));
+    assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the chapter's rounding: up to 0.26 % */
+    assert_fails(toliman_sim_plan("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
+    assert_fails(toliman_sim_plan(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    plan.struct_size = 4;
+    assert_fails(toliman_sim_plan(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "struct_size");
+    toliman_sim *sim = NULL;
+    char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"opd_nm\": 297.5,",
+                                "\"kind\": \"file\", \"file\": \"x.npy\", \"quantity\": \"opd_m\"}}, \"x\": {\"y\": {");
+    assert_fails(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_SCENE, "x: unknown key");
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(predictions_hold),
+        cmocka_unit_test(pupil_errors_hold),
+        cmocka_unit_test(stages_cost_what_they_are),
+        cmocka_unit_test(pixels_integrate),
+        cmocka_unit_test(engines_agree),
+        cmocka_unit_test(padded_fft_is_off_as_planned),
+        cmocka_unit_test(far_signals_are_exact),
+        cmocka_unit_test(bad_plans_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
