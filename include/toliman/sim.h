@@ -22,6 +22,18 @@
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
+ *   Stages      of the detector, in this order, each only where the scene names it: expected photons x qe x the pixel's
+ *               response + dark current -> Poisson -> full well -> + read noise -> / gain + bias -> rounded to whole
+ * DN, halves to even, and cut to 0 ... 2^bit_depth - 1. With qe, photons_per_s and peak_photons are those that arrive.
+ * A frame is the sum of `coadds` frames: variance of the read noise and full well times coadds; exposure_s is that of
+ * the sum. Responses are 1 + flat_rms times a normal variate of the scene's own seed, the same in all frames; expected
+ * images and bounds know them. Unit        of frames and expected images: photons; electrons with qe; DN with gain,
+ * bias or bit depth. Systematics of frame k: each is its rms times a normal variate of (seed, k), plus its drift times
+ * the frame's time; after the cadence's last frame the drifts begin anew. Pointing shifts both stars, x and y
+ * independently. Roll turns the stars about the frame's centre from x towards y; their patterns do not turn. Scale
+ *               stretches the image, patterns included, about the centre; focus is defocus (Noll's fourth, nm rms over
+ *               the full aperture). Fluxes of the stars vary independently. One drift holds for x and y, and for both
+ *               stars. Jitter is a Gaussian blur, the same in all frames.
  *   Engines     the matrix DFT has exact pixel positions. The padded FFT is the chapter's: it embeds N_E = N_out p D /
  *               lambda samples in N_out, the power of two from 4 times the frame's longer side; N_E is rounded, so that
  *               each wavelength has its own plate scale. A baseline, chosen only by who asks for it.
@@ -73,6 +85,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_json(const char
 /* Ends a simulator; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
+#define TOLIMAN_UNIT_PHOTON 0
+#define TOLIMAN_UNIT_ELECTRON 1
+#define TOLIMAN_UNIT_DN 2
+
 /* Facts of a ready scene. Since 0.1. */
 typedef struct toliman_sim_info {
     uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
@@ -85,8 +101,8 @@ typedef struct toliman_sim_info {
     double period_days;    /* of the signal; 0 without one */
     double separation_px;  /* 0 for a single star */
     double flux_ratio;     /* photons of A over photons of B; 0 for a single star */
-    double peak_photons;   /* brightest pixel of the mean frame */
-    double total_photons;  /* in the frame */
+    double peak_photons;   /* brightest pixel of the mean frame, before the detector */
+    double total_photons;  /* in the frame, before the detector */
     /* Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it */
     double crb_px;            /* all else known; finite where the scene has a signal */
     double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
@@ -100,7 +116,8 @@ typedef struct toliman_sim_info {
     uint64_t scene_digest;                           /* FNV-1a of the scene's text, as in the weights trained for it */
     int64_t whole_counts;   /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
     double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
-    double peak_counts;     /* brightest pixel of the mean frame, in the frame's own unit */
+    double peak_counts;     /* brightest pixel of the mean frame, in the frame's unit */
+    int64_t unit;           /* of frames and expected images: TOLIMAN_UNIT_PHOTON, _ELECTRON or _DN */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -115,7 +132,7 @@ typedef struct toliman_sim_plan_info {
     int32_t scene_wavelengths; /* of the spectrum as the scene has it */
     int32_t wavelengths;       /* propagated: as many, or fewer Chebyshev nodes in 1/lambda */
     int32_t order;             /* of the series in the displacement */
-    int32_t exact_frames;      /* 1: the signal is too large for a series, every frame is propagated anew */
+    int32_t exact_frames;      /* 1: stars move too far for a series, every frame is propagated anew */
     int32_t oversampling;      /* point samples per pixel and axis */
     int32_t filter_taps;       /* of the filter that integrates over pixels; 0 = none */
     int64_t pupil_samples;     /* N of N x N */
@@ -131,6 +148,9 @@ typedef struct toliman_sim_plan_info {
     double frame_flops;       /* each expected frame, before its noise */
     double bytes;             /* memory */
     double setup_s, frame_s;  /* on one core of this machine, noise included; a rough guide */
+    int64_t place_order;      /* of the series in the places of both stars, for systematics; 0 = they need none */
+    double place_error;       /* of that series, over the signal's largest pixel, for disturbances of 4 sigma */
+    double scale_focus_error; /* of scale to first and focus to second order, for disturbances of 4 sigma */
 } toliman_sim_plan_info;
 
 /* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as
@@ -154,21 +174,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
                                                                      size_t count, double *times_days,
                                                                      double *displacements_px) TOLIMAN_NOEXCEPT;
 
-/* Noise-free images, in expected photons of a frame (derivatives: per unit of the quantity). */
-#define TOLIMAN_IMAGE_BOTH 0       /* the whole frame without displacement */
+/* Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter. */
+#define TOLIMAN_IMAGE_BOTH 0       /* the whole frame without displacement, with dark current and bias */
 #define TOLIMAN_IMAGE_STAR_A 1     /* also the derivative with respect to the relative flux of A */
 #define TOLIMAN_IMAGE_STAR_B 2     /* E_ARGUMENT for a single star */
 #define TOLIMAN_IMAGE_SEPARATION 3 /* d/d separation, per px */
 #define TOLIMAN_IMAGE_CURVATURE 4  /* second derivative, per px^2 */
 #define TOLIMAN_IMAGE_SHIFT_X 5    /* d/d common shift towards higher columns, per px */
 #define TOLIMAN_IMAGE_SHIFT_Y 6    /* d/d common shift towards higher rows, per px */
-/* Variance of the counts, photons^2: expected photons + read_e^2, even where the scene draws no photon noise; at least
- * 1e-12 of the brightest pixel. */
+/* Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
+ * no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel. */
 #define TOLIMAN_IMAGE_VARIANCE 7
 #define TOLIMAN_IMAGE_ROLL 8        /* d/d roll, per rad */
 #define TOLIMAN_IMAGE_SCALE 9       /* d/d relative plate scale */
 #define TOLIMAN_IMAGE_FOCUS 10      /* d/d defocus, per nm rms */
-#define TOLIMAN_IMAGE_BACKGROUND 11 /* d/d light that falls on every pixel alike: 1 */
+#define TOLIMAN_IMAGE_BACKGROUND 11 /* d/d light that falls on every pixel alike, per photon */
 /* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
@@ -190,20 +210,22 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toli
                                                                       double offsets_px[4]) TOLIMAN_NOEXCEPT;
 
 /* Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
- * slow, exact, for tests and large displacements. |displacement_px| <= 100, else TOLIMAN_E_RANGE. Since 0.1. */
+ * slow, exact, for tests and large displacements. In the frame's unit, without systematics but jitter.
+ * |displacement_px| <= 100, else TOLIMAN_E_RANGE. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Expected image by the series in the displacement, as frames use it; not below 0. Its order is that of the plan,
- * chosen for the scene's own signal, at least 2. |displacement_px| <= 0.1, else TOLIMAN_E_RANGE. Since 0.1. */
+/* Expected image by the series in the displacement, as frames without systematics use it; no light below 0. Its order
+ * is that of the plan, chosen for the scene's own signal, at least 2. In the frame's unit. |displacement_px| <= 0.1,
+ * else TOLIMAN_E_RANGE. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Noisy counts of frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says
- * exact_frames) and noise seed: Poisson photons, then read noise where the
- * scene has it. A frame depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and
- * on any machine given the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts
- * may differ). Since 0.1. */
+/* Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says exact_frames) and
+ * seed: disturbed by the systematics of (seed, k), then through the detector's stages with noise of (seed, k). A frame
+ * depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and on any machine given
+ * the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts may differ). Since 0.1.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;

@@ -22,7 +22,8 @@ using toliman::Status;
 
 namespace {
 
-constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine), kOldestPlan = sizeof(toliman_sim_plan_info),
+constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine),
+                 kOldestPlan = offsetof(toliman_sim_plan_info, place_order),
                  kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
 
 toliman_sim_options default_options() noexcept {
@@ -146,6 +147,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
+    info.unit = static_cast<int64_t>(simulator.detector().unit());
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }
@@ -171,6 +173,9 @@ toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &p
     info.pixel_error = plan.filter.error;
     info.plate_scale_error = plan.plate_scale_error;
     info.rounding_error = optics::kRounding;
+    info.place_order = static_cast<int64_t>(plan.place_order);
+    info.place_error = plan.place_error;
+    info.scale_focus_error = plan.scale_focus_error;
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);
     info.setup_flops = cost.setup_flops;
     info.frame_flops = cost.frame_flops;

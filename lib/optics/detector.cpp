@@ -29,7 +29,8 @@ Buffer<double> response_of(const Scene &scene, size_t pixels) {
 
 DetectorStages::DetectorStages(const Scene &scene)
     : pixels_(scene.detector.rows * scene.detector.cols), photon_noise_(scene.noise.photon),
-      response_(response_of(scene, pixels_)), dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
+      has_qe_(scene.detector.qe != 1), response_(response_of(scene, pixels_)),
+      dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
       read_e_(scene.noise.read_e * std::sqrt(static_cast<double>(scene.detector.coadds))),
       capacity_e_(std::numeric_limits<double>::infinity()), e_per_count_(scene.detector.gain_e_per_dn),
       bias_(scene.detector.bias_dn),
@@ -46,6 +47,12 @@ void DetectorStages::collect(Buffer<double> &image) const noexcept {
 double DetectorStages::added_variance_e2() const noexcept {
     const double rounding = largest_count_ > 0 ? e_per_count_ * e_per_count_ / 12 : 0;
     return read_e_ * read_e_ + rounding;
+}
+
+Unit DetectorStages::unit() const noexcept {
+    if (e_per_count_ != 1 || bias_ != 0 || largest_count_ > 0)
+        return Unit::dn;
+    return has_qe_ ? Unit::electron : Unit::photon;
 }
 
 bool DetectorStages::whole_counts() const noexcept {

@@ -9,6 +9,7 @@
 namespace toliman::optics {
 
 enum class Quantity { frame, derivative, variance };
+enum class Unit { photon, electron, dn }; // values equal TOLIMAN_UNIT_*
 
 class DetectorStages {
   public:
@@ -28,6 +29,7 @@ class DetectorStages {
     void to_counts(Quantity quantity, double *image) const noexcept;
     Buffer<double> in_counts(Buffer<double> image, Quantity quantity) const noexcept;
     double counts_of(double electrons) const noexcept { return electrons / e_per_count_ + bias_; }
+    Unit unit() const noexcept;
     bool whole_counts() const noexcept;
 
     // Tells the log where a frame without noise meets the full well or the bit depth.
@@ -35,7 +37,7 @@ class DetectorStages {
 
   private:
     size_t pixels_;
-    bool photon_noise_;
+    bool photon_noise_, has_qe_;
     Buffer<double> response_; // electrons a photon; empty where all are 1
     double dark_e_, read_e_;
     double capacity_e_; // infinite without a full well

@@ -69,7 +69,11 @@ class SimulatedCube : public FitsOutput {
         : FitsOutput(path, {frames.count(), frames.rows(), frames.cols()}, type_of(frames.scene.info)),
           range_(frames.range), cadence_(frames.scene) {
         const toliman_sim_info &info = frames.scene.info;
-        text("BUNIT", "photon", "of a frame");
+        text("BUNIT",
+             info.unit == TOLIMAN_UNIT_DN         ? "adu"
+             : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
+                                                  : "photon",
+             "of a frame");
         text("CREATOR", std::string("toliman ") + toliman_version(), "");
         text("SCENE", toliman_sim_get_name(frames.scene.sim.get()), "name of the scene");
         char digest[17];

@@ -60,6 +60,11 @@ void print_summary(const toliman_sim_plan_info &plan) {
         line("displacement", "every frame propagated: too far for a series", plan.rounding_error, "");
     else
         line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal");
+    if (plan.place_order > 0)
+        line("places", "series of order " + std::to_string(plan.place_order) + " for systematics", plan.place_error,
+             " of the signal");
+    if (plan.scale_focus_error > 0)
+        line("scale, focus", "to first and second order", plan.scale_focus_error, "");
     if (plan.filter_taps > 0)
         line("pixels",
              std::to_string(plan.oversampling) + " sample(s) a side, filter of " + std::to_string(plan.filter_taps),
@@ -78,10 +83,12 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
         stages_there.set(toliman_sim_get_stage_name(i), (plan.stages >> i & 1) != 0 ? 1.0 : 0.0);
     errors.set("rounding", plan.rounding_error).set("pupil", plan.pupil_error).set("spectrum", plan.spectrum_error);
     errors.set("series", plan.series_error).set("pixel", plan.pixel_error);
+    errors.set("places", plan.place_error).set("scale_focus", plan.scale_focus_error);
     errors.set("plate_scale", plan.plate_scale_error);
     json.set("schema", "toliman-plan/1").set("scene", scene).set("engine", engine_name(plan));
     json.set("accuracy", plan.accuracy).set("scene_wavelengths", plan.scene_wavelengths);
     json.set("wavelengths", plan.wavelengths).set("order", plan.order).set("exact_frames", plan.exact_frames);
+    json.set("place_order", static_cast<double>(plan.place_order));
     json.set("oversampling", plan.oversampling).set("filter_taps", plan.filter_taps);
     json.set("pupil_samples", static_cast<double>(plan.pupil_samples));
     json.set("stages", std::move(stages_there)).set("errors", std::move(errors));
