@@ -26,6 +26,10 @@ constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine),
                  kOldestPlan = offsetof(toliman_sim_plan_info, place_order),
                  kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
 
+static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
+              static_cast<int>(optics::Unit::electron) == TOLIMAN_UNIT_ELECTRON &&
+              static_cast<int>(optics::Unit::dn) == TOLIMAN_UNIT_DN);
+
 toliman_sim_options default_options() noexcept {
     toliman_sim_options options = {};
     options.struct_size = sizeof options;

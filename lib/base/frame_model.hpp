@@ -10,6 +10,7 @@ namespace toliman {
 struct FrameModel {
     size_t rows = 0, cols = 0;
     Buffer<double> reference;  // rows*cols, expected counts of the frame without displacement
+    double background = 0;     // of the reference in every pixel that is no light: dark current, bias
     Buffer<double> variance;   // rows*cols, variance of a frame's counts (photons + read noise), > 0
     Buffer<double> derivative; // rows*cols, d(reference)/d(separation), counts per pixel of separation
     struct Nuisance {

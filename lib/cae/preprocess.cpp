@@ -23,7 +23,7 @@ void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
     double light = 0, row_moment = 0, col_moment = 0;
     for (size_t r = 0; r < model.rows; r++)
         for (size_t c = 0; c < model.cols; c++) {
-            const double counts = model.reference[r * model.cols + c];
+            const double counts = model.reference[r * model.cols + c] - model.background;
             light += counts;
             row_moment += counts * static_cast<double>(r);
             col_moment += counts * static_cast<double>(c);

@@ -32,6 +32,21 @@ double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noe
     return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front();
 }
 
+// What a disturbance can make of a frame of the cadence.
+double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
+    const double days = cadence.interval_days * static_cast<double>(cadence.frames - 1);
+    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * days;
+}
+
+// How far systematics can move a star.
+double wandering_px(const Scene &scene, const Light &light) noexcept {
+    double farthest = 0;
+    for (size_t star = 0; star < scene.stars.size(); star++)
+        farthest = std::max(farthest, std::hypot(light.offset_px[star][0], light.offset_px[star][1]));
+    return std::sqrt(2) * reach_of(scene.systematics.pointing_px, scene.cadence) +
+           farthest * reach_of(scene.systematics.roll_rad, scene.cadence);
+}
+
 // A matrix Fourier transform repeats itself every N lambda/D; each star's first repetition must stay off the frame.
 void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, const Plan &plan) {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
@@ -41,6 +56,7 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
     for (size_t star = 0; star < scene.stars.size(); star++)
         for (size_t axis = 0; axis < 2; axis++)
             farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
+    farthest_px += wandering_px(scene, light);
     const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
     if (static_cast<double>(pupil.samples) < needed)
         fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
@@ -95,23 +111,13 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     plan.series_error = 0;
 }
 
-// What a disturbance can make of a frame of the cadence.
-double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
-    const double days = cadence.interval_days * static_cast<double>(cadence.frames - 1);
-    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * days;
-}
-
 // The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
 // A stretch moves a pixel's light by its distance from the axis; defocus turns phases by up to sqrt(3) of its rms to
 // either side. Left out are the square of the stretch, the cube of the phase, and their products with all else.
 void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const Systematics &systematics = scene.systematics;
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    double farthest = 0;
-    for (size_t star = 0; star < scene.stars.size(); star++)
-        farthest = std::max(farthest, std::hypot(light.offset_px[star][0], light.offset_px[star][1]));
-    const double moved = std::sqrt(2) * reach_of(systematics.pointing_px, scene.cadence) +
-                         farthest * reach_of(systematics.roll_rad, scene.cadence) + farthest_of(scene.signal);
+    const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
     const double corner =
         0.5 * std::hypot(static_cast<double>(plan.pixels.rows), static_cast<double>(plan.pixels.cols));
     const double stretched = frequency * corner * reach_of(systematics.scale, scene.cadence);
@@ -181,6 +187,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
         static_cast<double>((plan.place_order + 1) * (plan.place_order + 2) / 2 * scene.stars.size());
     if (plan.place_order > 0)
         fields += place_terms;
+    if (scene.systematics.focus_nm.any())
+        fields += static_cast<double>(scene.stars.size());
     const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
     Cost cost;
     cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);
@@ -193,10 +201,11 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
         cost.frame_s += place_terms * pixels * kTermSeconds;
     }
     if (plan.exact_frames) {
-        cost.frame_flops += one_image;
-        cost.frame_s += wavelengths * (transform / rate + elements / kElementRate) + filter / rate;
+        const double stars = scene.systematics.any() ? static_cast<double>(scene.stars.size()) : 1;
+        cost.frame_flops += stars * one_image;
+        cost.frame_s += stars * (wavelengths * (transform / rate + elements / kElementRate) + filter / rate);
     }
-    const double images = static_cast<double>(kFrameImages + plan.order + 1);
+    const double images = static_cast<double>(kFrameImages + plan.order + 1) + (plan.place_order > 0 ? place_terms : 0);
     const double worker = padded ? 2 * side * side : 8 * n * n + 8 * n * cols + 2 * samples;
     cost.bytes =
         sizeof(double) * (images * pixels + fields / static_cast<double>(scene.stars.size()) * (worker + samples));

@@ -186,6 +186,7 @@ FrameModel Simulator::frame_model() const {
     model.rows = scene_.detector.rows;
     model.cols = scene_.detector.cols;
     model.reference = detector_.in_counts(images_.both, Quantity::frame);
+    model.background = detector_.counts_of(detector_.dark_e());
     model.variance = detector_.in_counts(images_.variance, Quantity::variance);
     model.derivative = detector_.in_counts(images_.motion[0], Quantity::derivative);
     for (const Nuisance nuisance : scene_.projected)

@@ -91,6 +91,24 @@ class Cube(OutputTest):
                 self.assertEqual(data.dtype, numpy.dtype(">f8"))
                 self.assertTrue((data == numpy.load(self.folder / f"{name}.npy")).all())
 
+    def test_quantised_counts_are_whole_whatever_the_noise(self):
+        detector = {"gain_e_per_dn": 2, "bias_dn": 100, "bit_depth": 20}
+        self.scene("dn.json", noise={"read_e": 1.3}, detector=detector, cadence={"peak_photons": 3000})
+        for name in ("dn.fits", "dn.npy", "dn.bin"):
+            self.simulate(name, scene="dn.json", frames="0:2")
+        with fits.open(self.folder / "dn.fits") as cube:
+            self.assertEqual((cube[0].header["BUNIT"], cube[0].data.dtype), ("adu", numpy.uint32))
+            data = cube[0].data
+        self.assertTrue((data == numpy.load(self.folder / "dn.npy")).all())
+        self.assertTrue((data.ravel() == numpy.fromfile(self.folder / "dn.bin", "<u4")).all())
+        self.assertGreater(data.min(), 90)
+        self.simulate("pair", "--session", "t", "--dtype", "u16le", "--bit-depth", "12", scene="dn.json", frames="0:2")
+        stored = numpy.fromfile(self.folder / "pair" / "t_frames.bin", "<u2")
+        self.assertTrue((data.ravel() == stored).all())
+        self.scene("electrons.json", detector={"qe": 0.5})
+        self.simulate("electrons.fits", scene="electrons.json", frames="0")
+        self.assertEqual(fits.getheader(self.folder / "electrons.fits")["BUNIT"], "electron")
+
     def test_names_are_only_names(self):
         """To CFITSIO brackets, mem://, !, ~ and blanks are a language."""
         os.mkdir(self.folder / "mem:")

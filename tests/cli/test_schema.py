@@ -75,6 +75,57 @@ class Schema(ProgramTest):
                 else:
                     self.refuse(2, "scene.json: " + group, arguments=("psf", "scene.json", "--out", "x.npy"))
 
+    def test_detectors_and_systematics(self):
+        """What the library takes and refuses of them, the schema does too."""
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["telescope"].update(pupil_samples=64)
+        scene["band"] = {"wavelength_nm": 575}
+        scene["detector"]["shape"] = [16, 16]
+        scene["binary"]["separation_arcsec"] = 1
+        scene["cadence"] = {"frames": 11, "interval_days": 1, "exposure_s": 10}
+        for star in scene["stars"].values():
+            star.pop("relative_flux", None)
+            star["photons_per_s"] = 1e6
+        every_stage = {"qe": 0.95, "coadds": 10, "flat_rms": 0.1, "dark_e_per_s": 80, "full_well_e": 45000}
+        every_stage.update(gain_e_per_dn=11.5, bias_dn=100, bit_depth=32)
+        every = {"pointing_rms_px": {"rms": 1, "drift_per_day": -1}, "jitter_sigma_px": 0.2, "roll_rms_deg": 10}
+        every.update(scale_rms=1e-5, focus_rms_nm={"rms": 1}, flux_rms={"rms": 0.1, "drift_per_day": 0.01})
+        scene["systematics"] = {}
+        for good, group, changes in (
+            (True, "detector", every_stage),
+            (True, "systematics", every),
+            (True, "systematics", {}),
+            (True, "systematics", {"jitter_sigma_px": {"rms": 0.1, "drift_per_day": 0}}),
+            (False, "detector", {"qe": 0}),
+            (False, "detector", {"qe": 1.01}),
+            (False, "detector", {"coadds": 0}),
+            (False, "detector", {"flat_rms": 0.11}),
+            (False, "detector", {"dark_e_per_s": -1}),
+            (False, "detector", {"full_well_e": 0}),
+            (False, "detector", {"gain_e_per_dn": 0}),
+            (False, "detector", {"bias_dn": -1}),
+            (False, "detector", {"bit_depth": 0}),
+            (False, "detector", {"bit_depth": 33}),
+            (False, "systematics", {"pointing_rms_px": -1}),
+            (False, "systematics", {"pointing_rms_px": {"drift_per_day": 1}}),
+            (False, "systematics", {"jitter_sigma_px": {"rms": 1, "drift_per_day": 1}}),
+            (False, "systematics", {"jitter_sigma_px": 11}),
+            (False, "systematics", {"roll_rms_deg": "much"}),
+            (False, "systematics", {"scale_rms": 0.02}),
+            (False, "systematics", {"focus_rms_nm": {"rms": 1, "drift": 1}}),
+            (False, "systematics", {"flux_rms": {"rms": 0, "drift_per_day": 1}}),
+            (False, "systematics", {"shake": 1}),
+        ):
+            changed = copy.deepcopy(scene)
+            changed[group].update(changes)
+            with self.subTest(group=group, changes=changes):
+                self.assertEqual(self.validator.is_valid(changed), good)
+                (self.folder / "scene.json").write_text(json.dumps(changed))
+                if good:
+                    self.succeed("psf", "scene.json", "--out", "good.npy")
+                else:
+                    self.refuse(2, "scene.json: " + group, arguments=("psf", "scene.json", "--out", "x.npy"))
+
     def test_both_refuse(self):
         chapter = json.loads((SCENES / "chapter.json").read_text())
 

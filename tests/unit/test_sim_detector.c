@@ -114,6 +114,12 @@ static void facts_tell_photons_from_counts(void **state) {
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
     assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit tells nothing */
     assert_int_equal(dn.whole_counts, 0);
+    assert_int_equal(info.unit, TOLIMAN_UNIT_PHOTON);
+    assert_int_equal(less.unit, TOLIMAN_UNIT_ELECTRON);
+    assert_int_equal(dn.unit, TOLIMAN_UNIT_DN);
+    toliman_sim *const fractional = make("\"full_well_e\": 1000.5", kPhotons);
+    assert_int_equal(info_of(fractional).whole_counts, 0);
+    toliman_sim_destroy(fractional);
     double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_IMAGE_BOTH);
     assert_ok(toliman_sim_expect(units, 0, expected, SIDE));
     assert_memory_equal(expected, both, sizeof expected);

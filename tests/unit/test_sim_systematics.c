@@ -86,6 +86,30 @@ static void check_places(const char *systematics, int64_t k, const double places
     toliman_sim_destroy(other);
 }
 
+/* What the plan says of a scene with these systematics. */
+static toliman_sim_plan_info plan_of(const char *systematics) {
+    toliman_sim *const sim = make(kStars, systematics);
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    assert_ok(toliman_sim_get_plan(sim, &plan));
+    toliman_sim_destroy(sim);
+    return plan;
+}
+
+/* The order of the series follows from the reach of what is disturbed; without systematics there is none. */
+static void the_plan_knows_the_places(void **state) {
+    (void)state;
+    const toliman_sim_plan_info none = plan_of(""), little = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5}");
+    const toliman_sim_plan_info more = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-2, \"focus_rms_nm\": 1}");
+    const toliman_sim_plan_info far = plan_of("\"systematics\": {\"pointing_rms_px\": 1}");
+    assert_true(none.place_order == 0 && none.scale_focus_error <= 0 && little.scale_focus_error <= 0);
+    assert_true(little.place_order >= 2 && more.place_order > little.place_order && more.scale_focus_error > 0);
+    assert_true(more.place_error <= 1e-9 && more.exact_frames == 0);
+    assert_true(far.place_order == 0 && far.exact_frames == 1);
+    assert_true(none.setup_flops < little.setup_flops && little.setup_flops < more.setup_flops);
+    assert_true(none.frame_flops < little.frame_flops && little.frame_flops < more.frame_flops);
+    assert_true(none.bytes < little.bytes && little.bytes < more.bytes);
+}
+
 static void check_shift(double drift, int64_t k) {
     char extra[100];
     double places[4];
@@ -385,6 +409,7 @@ static void projection_makes_estimators_blind(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_plan_knows_the_places),
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
         cmocka_unit_test(fluxes_multiply),
