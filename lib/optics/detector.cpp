@@ -77,8 +77,8 @@ void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, dou
     }
     to_counts(Quantity::frame, image);
     if (largest_count_ > 0)
-        for (size_t i = 0; i < pixels_; i++) // halves are rounded to even
-            image[i] = std::min(std::max(0.0, std::nearbyint(image[i])), largest_count_);
+        for (size_t i = 0; i < pixels_; i++) // adding 2^52 leaves no bits behind the point: halves go to even
+            image[i] = (std::min(std::max(0.0, image[i]), largest_count_) + 0x1p52) - 0x1p52;
 }
 
 void DetectorStages::to_counts(Quantity quantity, double *image) const noexcept {

@@ -1,6 +1,7 @@
 /* Stages of the detector: each alone against its mean, its variance and its arithmetic, and all of them together. */
 #include <stdio.h>
 
+#include <toliman/cae.h>
 #include <toliman/linear.h>
 
 #include "frame_statistics.h"
@@ -291,6 +292,29 @@ static void the_template_reaches_the_bound(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* Bias and dark current fill the frame evenly, but the network's crop is about the stars. */
+static void the_crop_is_about_the_light(void **state) {
+    (void)state;
+    const char *const stages[] = {"", "\"bias_dn\": 1000, \"dark_e_per_s\": 50"};
+    toliman_cae_info info[2];
+    for (size_t i = 0; i < 2; i++) {
+        char *text = replaced_again(text_with(stages[i], ""), "[64, 64]", "[270, 300]");
+        text = replaced_again(text, "\"separation_arcsec\": 4, \"position_angle_deg\": 30",
+                              "\"offsets_px\": {\"A\": [20, 5], \"B\": [10, 3]}");
+        toliman_sim *const sim = sim_of(text);
+        toliman_cae *cae = NULL;
+        assert_ok(toliman_cae_create(sim, 1, &cae));
+        info[i].struct_size = sizeof info[i];
+        assert_ok(toliman_cae_get_info(cae, &info[i]));
+        toliman_cae_destroy(cae);
+        toliman_sim_destroy(sim);
+        free(text);
+    }
+    assert_true(info[0].crop_col > 22 + 8 && info[0].crop_row > 7 + 2);
+    assert_int_equal(info[1].crop_col, info[0].crop_col);
+    assert_int_equal(info[1].crop_row, info[0].crop_row);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stages_have_their_mean_and_variance),
@@ -302,6 +326,7 @@ int main(void) {
         cmocka_unit_test(limits_are_reported),
         cmocka_unit_test(neutral_stages_change_no_byte),
         cmocka_unit_test(the_template_reaches_the_bound),
+        cmocka_unit_test(the_crop_is_about_the_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

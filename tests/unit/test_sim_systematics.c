@@ -142,6 +142,25 @@ static void roll_turns_the_stars_not_their_patterns(void **state) {
     check_roll(0.04, 90);
 }
 
+/* A star that wanders must not bring its alias onto the frame. */
+static void aliases_are_refused(void **state) {
+    (void)state;
+    toliman_sim *sim = NULL;
+    const char *const systematics[] = {"", "\"systematics\": {\"pointing_rms_px\": 10}"};
+    for (size_t i = 0; i < 2; i++) {
+        char *const text =
+            replaced_again(text_with(kStars, systematics[i]), "\"pupil_samples\": 96", "\"pupil_samples\": 24");
+        if (i == 0) {
+            assert_ok(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim));
+            toliman_sim_destroy(sim);
+        } else {
+            assert_fails(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim), TOLIMAN_E_SCENE,
+                         "or the frame shows aliases");
+        }
+        free(text);
+    }
+}
+
 /* The signal's own star also where the frames are not those of the cadence. */
 static void fluxes_multiply(void **state) {
     (void)state;
@@ -412,6 +431,7 @@ int main(void) {
         cmocka_unit_test(the_plan_knows_the_places),
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
+        cmocka_unit_test(aliases_are_refused),
         cmocka_unit_test(fluxes_multiply),
         cmocka_unit_test(focus_and_scale_are_good_to_what_the_log_says),
         cmocka_unit_test(draws_follow_their_law),
