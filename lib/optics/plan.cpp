@@ -60,12 +60,13 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,
                         Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
-    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft)
+    // An accuracy below rounding asks for no approximation at all.
+    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
         return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
         const double error = kNodeMargin * errors[nodes] / peak;
-        if (error > std::max(scene.accuracy, kRounding))
+        if (error > scene.accuracy)
             continue;
         plan.nodes = true;
         plan.wavelengths = nodes;

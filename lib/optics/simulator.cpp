@@ -48,15 +48,27 @@ Simulator::Simulator(Outline outline, const Settings &settings)
         max_displacement_ = std::max(max_displacement_, displacement);
     }
     truncation_ = predict_truncation();
+    warn(settings.log);
+}
+
+// What is legal but perhaps not meant.
+void Simulator::warn(const Log &log) const {
     if (truncation_ > scene_.accuracy)
-        settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
-                          scene_.source.c_str(), scene_.accuracy, truncation_);
+        log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
+                 scene_.source.c_str(), scene_.accuracy, truncation_);
     if (plan_.filter.error > scene_.accuracy)
-        settings.log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", scene_.source.c_str(),
-                          scene_.accuracy, plan_.filter.error);
+        log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", scene_.source.c_str(),
+                 scene_.accuracy, plan_.filter.error);
+    for (size_t star = 0; star < scene_.stars.size(); star++) {
+        const auto &place = light_.offset_px[star];
+        if (std::fabs(place[0]) > 0.5 * static_cast<double>(scene_.detector.cols) ||
+            std::fabs(place[1]) > 0.5 * static_cast<double>(scene_.detector.rows))
+            log.warn("%s: star %c stands at (%.1f, %.1f) px, outside the frame of %zu x %zu", scene_.source.c_str(),
+                     star == 0 ? 'A' : 'B', place[0], place[1], scene_.detector.rows, scene_.detector.cols);
+    }
     if (plan_.exact_frames)
-        settings.log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew",
-                          scene_.source.c_str(), scene_.signal.amplitude_px, scene_.accuracy);
+        log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew",
+                 scene_.source.c_str(), scene_.signal.amplitude_px, scene_.accuracy);
 }
 
 // Light enough for finite whitened images, and a signal that shows in them.
@@ -87,7 +99,10 @@ double Simulator::predict_truncation() const {
 }
 
 double Simulator::time_days(int64_t k) const noexcept {
-    return static_cast<double>(k) * scene_.cadence.interval_days;
+    const Cadence &cadence = scene_.cadence;
+    if (cadence.times_days.empty())
+        return static_cast<double>(k) * cadence.interval_days;
+    return cadence.times_days[std::min(static_cast<size_t>(k), cadence.times_days.size() - 1)];
 }
 
 double Simulator::displacement_px(int64_t k) const noexcept {

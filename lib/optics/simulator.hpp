@@ -56,7 +56,7 @@ class Simulator {
     double min_displacement_px() const noexcept { return min_displacement_; }
     double max_displacement_px() const noexcept { return max_displacement_; }
 
-    double time_days(int64_t k) const noexcept;
+    double time_days(int64_t k) const noexcept; // beyond listed times, the last of them
     double displacement_px(int64_t k) const noexcept;
 
     // Expected image at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
@@ -69,6 +69,7 @@ class Simulator {
 
   private:
     void check_use() const;
+    void warn(const Log &log) const;
     double predict_truncation() const;
 
     Scene scene_;
