@@ -19,6 +19,9 @@
  *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
  *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
  *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
+ *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
+ *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
+ *               wavelength is propagated by itself.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.

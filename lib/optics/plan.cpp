@@ -34,8 +34,7 @@ double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noe
 
 // What a disturbance can make of a frame of the cadence.
 double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
-    const double days = cadence.interval_days * static_cast<double>(cadence.frames - 1);
-    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * days;
+    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * longest_days(cadence);
 }
 
 // How far systematics can move a star.
@@ -77,12 +76,13 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,
                         Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
-    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft)
+    // An accuracy below rounding asks for no approximation at all.
+    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
         return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
         const double error = kNodeMargin * errors[nodes] / peak;
-        if (error > std::max(scene.accuracy, kRounding))
+        if (error > scene.accuracy)
             continue;
         plan.nodes = true;
         plan.wavelengths = nodes;

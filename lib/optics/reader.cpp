@@ -131,6 +131,10 @@ bool Reader::has_object(const char *key) const {
     return has(key) && need(key).kind == Kind::object;
 }
 
+bool Reader::has_text(const char *key) const {
+    return has(key) && need(key).kind == Kind::text;
+}
+
 double Reader::number(const char *key, Range range) const {
     return checked(key, need(key), range);
 }

@@ -35,6 +35,7 @@ class Reader {
     const std::vector<std::string> &names() const { return value_.names; }
     bool has(const char *key) const { return value_.find(key) != nullptr; }
     bool has_object(const char *key) const;
+    bool has_text(const char *key) const;
     double number(const char *key, Range range) const;
     double number_or(const char *key, double otherwise, Range range) const;
     std::optional<double> optional_number(const char *key, Range range) const;

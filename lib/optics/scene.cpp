@@ -23,27 +23,6 @@ std::string read_name(const Reader &scene) {
     return name;
 }
 
-Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars) {
-    const Reader reader = scene.object("cadence");
-    reader.allow({"frames", "interval_days", "peak_photons", "exposure_s"}, {"times_days"});
-    Cadence cadence;
-    cadence.frames = reader.integer("frames", within(1, 1e7, "frames"));
-    cadence.interval_days = reader.number_or("interval_days", 1, above(0, 1e6, "days"));
-    if (reader.has("peak_photons") == reader.has("exposure_s"))
-        reader.refuse(Status::scene, "peak_photons", ": give either peak_photons or exposure_s");
-    const auto rated = [](const Star &star) { return star.photons_per_s.has_value(); };
-    if (reader.has("exposure_s")) {
-        cadence.exposure_s = reader.number("exposure_s", above(0, 1e9, "s"));
-        if (!std::all_of(stars.begin(), stars.end(), rated))
-            reader.refuse(Status::scene, "exposure_s", ": every star needs photons_per_s with it");
-    } else {
-        cadence.peak_photons = reader.number("peak_photons", within(kFewestPhotons, 1e12, "photons"));
-        if (std::any_of(stars.begin(), stars.end(), rated) && !std::all_of(stars.begin(), stars.end(), rated))
-            scene.refuse(Status::scene, "stars", ": give photons_per_s for both or for none");
-    }
-    return cadence;
-}
-
 Noise read_noise(const Reader &scene) {
     Noise noise;
     if (!scene.has("noise"))
@@ -101,6 +80,15 @@ const char *name_of(Nuisance nuisance) noexcept {
     return names[static_cast<size_t>(nuisance)];
 }
 
+double longest_days(const Cadence &cadence) noexcept {
+    double longest = cadence.interval_days * static_cast<double>(cadence.frames - 1);
+    if (!cadence.times_days.empty())
+        longest = 0;
+    for (const double days : cadence.times_days)
+        longest = std::max(longest, std::fabs(days));
+    return longest;
+}
+
 std::string resolve(const std::string &folder, const std::string &path) {
     return !path.empty() && path[0] == '/' ? path : folder + "/" + path;
 }
@@ -120,7 +108,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     scene.stars = read_stars(reader, folder);
     need_band(reader, scene);
     scene.binary = read_binary(reader, scene.stars.size());
-    scene.cadence = read_cadence(reader, scene.stars);
+    scene.cadence = read_cadence(reader, scene.stars, folder);
     scene.detector = read_detector(reader, scene.cadence);
     scene.signal = read_signal(reader, scene);
     scene.noise = read_noise(reader);

@@ -86,9 +86,12 @@ struct Signal {
 struct Cadence {
     int64_t frames = 0;
     double interval_days = 1;
-    double peak_photons = 0; // 0: exposure_s counts
+    std::vector<double> times_days; // of the frames; empty: k times the interval
+    double peak_photons = 0;        // 0: exposure_s counts
     double exposure_s = 0;
 };
+
+double longest_days(const Cadence &cadence) noexcept; // of a frame from time 0
 
 struct Detector {
     size_t rows = 0, cols = 0;

@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-double days_of(const Cadence &cadence) noexcept {
-    return cadence.interval_days * static_cast<double>(cadence.frames - 1);
-}
-
 // A number is the rms; `most` bounds it and what the drift makes of the cadence.
 Disturbance read_disturbance(const Reader &reader, const char *key, double most, const char *unit, double days) {
     Disturbance disturbance;
@@ -72,7 +68,7 @@ Systematics read_systematics(const Reader &scene, const Cadence &cadence) {
         return systematics;
     const Reader reader = scene.object("systematics");
     reader.allow({"pointing_rms_px", "jitter_sigma_px", "roll_rms_deg", "scale_rms", "focus_rms_nm", "flux_rms"});
-    const double days = days_of(cadence);
+    const double days = longest_days(cadence);
     systematics.pointing_px = read_disturbance(reader, "pointing_rms_px", 10, "px", days);
     systematics.roll_rad = scaled(read_disturbance(reader, "roll_rms_deg", 10, "deg", days), kPi / 180);
     systematics.scale = read_disturbance(reader, "scale_rms", 0.01, "", days);

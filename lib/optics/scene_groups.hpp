@@ -14,6 +14,7 @@ std::string resolve(const std::string &folder, const std::string &path);
 
 Telescope read_telescope(const Reader &scene, const std::string &folder);
 std::optional<Band> read_band(const Reader &scene);
+Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const std::string &folder);
 std::vector<Star> read_stars(const Reader &scene, const std::string &folder);
 Binary read_binary(const Reader &scene, size_t stars);
 Detector read_detector(const Reader &scene, const Cadence &cadence);

@@ -51,6 +51,7 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     warn(settings.log);
 }
 
+// What is legal but perhaps not meant.
 void Simulator::warn(const Log &log) const {
     const char *const source = scene_.source.c_str();
     if (truncation_ > scene_.accuracy)
@@ -59,6 +60,13 @@ void Simulator::warn(const Log &log) const {
     if (plan_.filter.error > scene_.accuracy)
         log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", source, scene_.accuracy,
                  plan_.filter.error);
+    for (size_t star = 0; star < scene_.stars.size(); star++) {
+        const auto &place = light_.offset_px[star];
+        if (std::fabs(place[0]) > 0.5 * static_cast<double>(scene_.detector.cols) ||
+            std::fabs(place[1]) > 0.5 * static_cast<double>(scene_.detector.rows))
+            log.warn("%s: star %c stands at (%.1f, %.1f) px, outside the frame of %zu x %zu", source,
+                     star == 0 ? 'A' : 'B', place[0], place[1], scene_.detector.rows, scene_.detector.cols);
+    }
     if (plan_.exact_frames && scene_.systematics.any())
         log.warn("%s: systematics: stars move too far for a series at accuracy = %g: every frame is propagated anew",
                  source, scene_.accuracy);
@@ -100,7 +108,10 @@ double Simulator::predict_truncation() const {
 }
 
 double Simulator::time_days(int64_t k) const noexcept {
-    return static_cast<double>(k) * scene_.cadence.interval_days;
+    const Cadence &cadence = scene_.cadence;
+    if (cadence.times_days.empty())
+        return static_cast<double>(k) * cadence.interval_days;
+    return cadence.times_days[std::min(static_cast<size_t>(k), cadence.times_days.size() - 1)];
 }
 
 double Simulator::displacement_px(int64_t k) const noexcept {

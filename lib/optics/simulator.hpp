@@ -58,7 +58,7 @@ class Simulator {
     double min_displacement_px() const noexcept { return min_displacement_; }
     double max_displacement_px() const noexcept { return max_displacement_; }
 
-    double time_days(int64_t k) const noexcept;
+    double time_days(int64_t k) const noexcept; // beyond listed times, the last of them
     double displacement_px(int64_t k) const noexcept;
 
     // Expected electrons at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
@@ -71,8 +71,8 @@ class Simulator {
 
   private:
     void check_use() const;
-    double predict_truncation() const;
     void warn(const Log &log) const;
+    double predict_truncation() const;
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
     void expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const;
 

@@ -131,7 +131,6 @@ static void not_built_yet(void **state) {
     const change changes[] = {
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bin\": 2", TOLIMAN_E_UNSUPPORTED,
          "detector.bin: not supported yet"},
-        {"\"interval_days\": 2", "\"times_days\": [1, 2]", TOLIMAN_E_UNSUPPORTED, "cadence.times_days: not"},
         {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
          "\"date\": 2027.0, \"orbit\": \"alpha-cen\", \"moving\": true", TOLIMAN_E_UNSUPPORTED,
          "scene: binary.moving = true: not supported yet"},
@@ -545,6 +544,47 @@ static void the_band_ends_where_it_says(void **state) {
 }
 
 /* A pipe that nobody writes to is refused, not waited for. */
+/* Times of their own, in the scene or in a file. */
+static void times_are_listed(void **state) {
+    (void)state;
+    const char *const cadence = "\"frames\": 100, \"interval_days\": 2";
+    double times[3];
+    for (int i = 0; i < 2; i++) {
+        write_file("times.csv", "# days\n0.5\n\n 40.5\r\n-3e1\n", 24);
+        char list[200];
+        snprintf(list, sizeof list, i == 0 ? "\"times_days\": [0.5, 40.5, -30]" : "\"times_days\": \"%s\"",
+                 path_of("times.csv"));
+        toliman_sim *const sim = sim_with(kBinaryScene, cadence, list);
+        double displacements[3];
+        assert_int_equal(info_of(sim).frames, 3);
+        assert_ok(toliman_sim_get_series(sim, 0, 3, times, displacements));
+        assert_true(times[0] == 0.5 && times[1] == 40.5 && times[2] == -30);
+        assert_close(displacements[0], displacements[1], 1e-12, 0); /* one period apart */
+        toliman_sim_destroy(sim);
+    }
+    const change changes[] = {
+        {cadence, "\"times_days\": []", TOLIMAN_E_SCENE, "cadence.times_days"},
+        {cadence, "\"times_days\": [1, \"2\"]", TOLIMAN_E_SCENE, "cadence.times_days"},
+        {cadence, "\"times_days\": [1e10]", TOLIMAN_E_SCENE, "days"},
+        {cadence, "\"times_days\": [1, 2], \"frames\": 2", TOLIMAN_E_SCENE, "cadence.frames: unknown key"},
+        {cadence, "\"times_days\": \"none.csv\"", TOLIMAN_E_NOT_FOUND, "none.csv"},
+    };
+    CHECK(changes);
+    const struct {
+        const char *text, *message;
+    } bad[] = {{"1\n2 3\n", "times.csv:2: \"2 3\": must be a number"},
+               {"nan\n", "times.csv:1: \"nan\": must be a number"},
+               {"# none\n", "holds 0 times"}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char list[200];
+        write_file("times.csv", bad[i].text, strlen(bad[i].text));
+        snprintf(list, sizeof list, "\"times_days\": \"%s\"", path_of("times.csv"));
+        const change file[] = {{cadence, list, TOLIMAN_E_FORMAT, bad[i].message}};
+        CHECK(file);
+    }
+    unlink(path_of("times.csv"));
+}
+
 static void pipes_are_refused(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
@@ -584,15 +624,25 @@ static void files_are_found_beside_the_scene(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(impossible_values),           cmocka_unit_test(unknown_keys),
-        cmocka_unit_test(zernikes_have_an_index),      cmocka_unit_test(not_built_yet),
-        cmocka_unit_test(impossible_detectors),        cmocka_unit_test(impossible_systematics),
-        cmocka_unit_test(impossible_orbits),           cmocka_unit_test(impossible_planets),
-        cmocka_unit_test(text_that_is_no_json),        cmocka_unit_test(names_are_no_paths),
-        cmocka_unit_test(sizes_far_below_use),         cmocka_unit_test(masks_are_read),
-        cmocka_unit_test(masks_are_refused),           cmocka_unit_test(amplitudes_and_surfaces_are_refused),
-        cmocka_unit_test(tables_are_read_and_refused), cmocka_unit_test(the_band_ends_where_it_says),
-        cmocka_unit_test(pipes_are_refused),           cmocka_unit_test(files_are_found_beside_the_scene),
+        cmocka_unit_test(impossible_values),
+        cmocka_unit_test(unknown_keys),
+        cmocka_unit_test(zernikes_have_an_index),
+        cmocka_unit_test(not_built_yet),
+        cmocka_unit_test(impossible_detectors),
+        cmocka_unit_test(impossible_systematics),
+        cmocka_unit_test(impossible_orbits),
+        cmocka_unit_test(impossible_planets),
+        cmocka_unit_test(text_that_is_no_json),
+        cmocka_unit_test(names_are_no_paths),
+        cmocka_unit_test(sizes_far_below_use),
+        cmocka_unit_test(masks_are_read),
+        cmocka_unit_test(masks_are_refused),
+        cmocka_unit_test(amplitudes_and_surfaces_are_refused),
+        cmocka_unit_test(tables_are_read_and_refused),
+        cmocka_unit_test(the_band_ends_where_it_says),
+        cmocka_unit_test(times_are_listed),
+        cmocka_unit_test(pipes_are_refused),
+        cmocka_unit_test(files_are_found_beside_the_scene),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

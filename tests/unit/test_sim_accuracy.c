@@ -1,90 +1,7 @@
-/* Propagation against sums in long double that know nothing of the library but pupil, spectrum and offsets. */
-#include <complex.h>
+/* Propagation against sums in long double. */
 #include <stdio.h>
 
-#include "scene_text.h"
-
-#define PI_L 3.14159265358979323846264338327950288L
-
-static long double complex cis(long double cycles) {
-    cycles -= rintl(cycles);
-    return cosl(2 * PI_L * cycles) + I * sinl(2 * PI_L * cycles);
-}
-
-typedef struct {
-    int n;                   /* pupil samples */
-    long double aperture, p; /* m, rad */
-    double *amplitude, *opd, *wavelength, *weight[2], offset[4];
-    int wavelengths;
-    long double area;
-} reference;
-
-static double *doubles(size_t count) {
-    double *const values = malloc(count * sizeof *values);
-    assert_non_null(values);
-    return values;
-}
-
-static reference reference_of(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec) {
-    const toliman_sim_info info = info_of(sim);
-    reference r = {.n = (int)info.pupil_samples, .aperture = aperture_m, .p = pixel_arcsec * PI_L / 648000};
-    const size_t cells = (size_t)(r.n * r.n);
-    r.wavelengths = info.wavelengths;
-    r.amplitude = doubles(cells);
-    r.opd = doubles(cells);
-    r.wavelength = doubles((size_t)r.wavelengths);
-    r.weight[0] = doubles((size_t)r.wavelengths);
-    r.weight[1] = doubles((size_t)r.wavelengths);
-    assert_ok(toliman_sim_get_pupil(sim, r.amplitude, r.opd));
-    assert_ok(toliman_sim_get_spectrum(sim, (size_t)r.wavelengths, r.wavelength, r.weight[0], r.weight[1]));
-    assert_ok(toliman_sim_get_offsets(sim, r.offset));
-    for (size_t i = 0; i < cells; i++)
-        r.area += r.amplitude[i];
-    return r;
-}
-
-static void release(reference *r) {
-    free(r->amplitude);
-    free(r->opd);
-    free(r->wavelength);
-    free(r->weight[0]);
-    free(r->weight[1]);
-}
-
-/* Adds one star in one wavelength to sum[count_y][count_x], the pixels at u[], v[] (in px from the axis). */
-static void add_star(const reference *r, int star, int w, const double *u, int count_x, const double *v, int count_y,
-                     long double *sum) {
-    const long double lambda = r->wavelength[w], cell = r->aperture / r->n;
-    const double *const offset = r->offset + 2 * star;
-    long double complex *const kernel = malloc(sizeof *kernel * (size_t)(r->n * (count_x + 1)));
-    long double complex *const focal = calloc((size_t)(count_x * count_y), sizeof *focal);
-    long double complex *const row = kernel + r->n * count_x;
-    for (int j = 0; j < count_x; j++)
-        for (int x = 0; x < r->n; x++)
-            kernel[j * r->n + x] = cis(-(x - (r->n - 1) / 2.0L) * cell * u[j] * r->p / lambda);
-    for (int y = 0; y < r->n; y++) {
-        const long double pupil_y = (y - (r->n - 1) / 2.0L) * cell;
-        for (int x = 0; x < r->n; x++) {
-            const double a = r->amplitude[y * r->n + x];
-            const long double pupil_x = (x - (r->n - 1) / 2.0L) * cell;
-            const long double opd = r->opd[y * r->n + x] + (pupil_x * offset[0] + pupil_y * offset[1]) * r->p;
-            row[x] = a != 0 ? a * cis(opd / lambda) : 0;
-        }
-        for (int j = 0; j < count_x; j++) {
-            long double complex along = 0;
-            for (int x = 0; x < r->n; x++)
-                along += row[x] * kernel[j * r->n + x];
-            for (int i = 0; i < count_y; i++)
-                focal[i * count_x + j] += along * cis(-pupil_y * v[i] * r->p / lambda);
-        }
-    }
-    const long double scale = cell * r->p / lambda;
-    for (int i = 0; i < count_x * count_y; i++)
-        sum[i] += r->weight[star][w] * scale * scale / r->area *
-                  (creall(focal[i]) * creall(focal[i]) + cimagl(focal[i]) * cimagl(focal[i]));
-    free(kernel);
-    free(focal);
-}
+#include "long_double_sim.h"
 
 /* Largest error over some 200 pixels, relative to the peak. */
 static double error_to_peak(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec,
@@ -97,10 +14,7 @@ static double error_to_peak(const toliman_sim *sim, long double aperture_m, long
         u[j] = columns[j] - (double)(info.cols - 1) / 2;
     for (int i = 0; i < count_y; i++)
         v[i] = rows[i] - (double)(info.rows - 1) / 2;
-    for (int star = 0; star < 2; star++)
-        for (int w = 0; w < r.wavelengths; w++)
-            if (!isnan(r.offset[2 * star]))
-                add_star(&r, star, w, u, count_x, v, count_y, sum);
+    add_stars(&r, u, count_x, v, count_y, sum);
     double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
     long double worst = 0;
     for (int i = 0; i < count_y; i++)

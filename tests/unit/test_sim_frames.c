@@ -197,8 +197,8 @@ static void remember(int32_t level, const char *text, void *user_data) {
     strncat((char *)user_data, text, 400);
 }
 
-/* A signal too far for a series is said. */
-static void exact_frames_are_reported(void **state) {
+/* A signal too far for a series and a star outside the frame are said. */
+static void odd_scenes_are_reported(void **state) {
     (void)state;
     char heard[512] = "";
     toliman_sim_options options;
@@ -213,6 +213,12 @@ static void exact_frames_are_reported(void **state) {
     assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
     assert_non_null(strstr(heard, "signal: 3 px is too far for a series at accuracy = 1e-09"));
     toliman_sim_destroy(sim);
+    heard[0] = '\0';
+    char *const outside = replaced(kBinaryScene, "\"separation_arcsec\": 4", "\"separation_arcsec\": 12");
+    assert_ok(toliman_sim_create_json(outside, strlen(outside), NULL, &options, &sim));
+    assert_non_null(strstr(heard, "star B stands at (-22.5, 39.0) px, outside the frame of 64 x 64"));
+    free(outside);
+    toliman_sim_destroy(sim);
     free(text);
 }
 
@@ -226,7 +232,7 @@ int main(void) {
         cmocka_unit_test(info_says_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
         cmocka_unit_test(progress_may_cancel),
-        cmocka_unit_test(exact_frames_are_reported),
+        cmocka_unit_test(odd_scenes_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

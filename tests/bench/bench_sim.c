@@ -1,0 +1,258 @@
+/* Measures the simulator on one core and prints one JSON object a line; bench_sim.py runs it and lays out the tables.
+ * Times are processor time, medians; errors are against sums in long double or, where said, against every wavelength.
+ */
+#include <stdio.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include "long_double_sim.h"
+
+enum { POINTS = 14, REPEATS = 5, BATCH = 32 };
+
+static double processor_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static char *file_text(const char *path) {
+    char text[8192];
+    FILE *const file = fopen(path, "r");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    assert_int_equal(fclose(file), 0);
+    char *const copy = malloc(strlen(text) + 1);
+    assert_non_null(copy);
+    return strcpy(copy, text);
+}
+
+static char *chapter(void) {
+    return file_text("examples/scenes/chapter.json");
+}
+
+/* The text with "key": old replaced by "key": value. */
+static char *with_number(char *text, const char *key, const char *old, double value) {
+    char from[80], to[80];
+    snprintf(from, sizeof from, "\"%s\": %s", key, old);
+    snprintf(to, sizeof to, "\"%s\": %.17g", key, value);
+    return replaced_again(text, from, to);
+}
+
+static toliman_sim *one_core(char *text, int32_t engine) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.threads = 1;
+    options.engine = engine;
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(text, strlen(text), "examples/scenes", &options, &sim));
+    free(text);
+    return sim;
+}
+
+static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    assert_ok(toliman_sim_get_plan(sim, &plan));
+    return plan;
+}
+
+/* Seconds of one broadband image of the moving star. */
+static double image_s(const toliman_sim *sim, int repeats) {
+    double times[REPEATS];
+    double *const image = doubles((size_t)(info_of(sim).rows * info_of(sim).cols));
+    for (int i = 0; i < repeats; i++) {
+        const double start = processor_s();
+        assert_ok(toliman_sim_propagate(sim, 1e-3 * i, image, (size_t)info_of(sim).cols));
+        times[i] = processor_s() - start;
+    }
+    free(image);
+    qsort(times, (size_t)repeats, sizeof *times, ascending);
+    return times[repeats / 2];
+}
+
+/* The pixels looked at: both stars' cores and the frame at large with its corners. */
+typedef struct {
+    int column[POINTS], row[POINTS];
+    double u[POINTS], v[POINTS];
+} points;
+
+static points points_of(const toliman_sim *sim) {
+    double offset[4];
+    assert_ok(toliman_sim_get_offsets(sim, offset));
+    points p;
+    for (int i = 0; i < POINTS; i++) {
+        const int star = i / 3;
+        p.column[i] = i < 6 ? (int)(127.5 + offset[2 * star]) + i % 3 : i < 13 ? 36 * (i - 6) : 255;
+        p.row[i] = i < 6 ? (int)(127.5 + offset[2 * star + 1]) + i % 3 : p.column[i];
+        p.u[i] = p.column[i] - 127.5;
+        p.v[i] = p.row[i] - 127.5;
+    }
+    return p;
+}
+
+/* The reference of a simulator's scene with star A displaced by d px. */
+static void displaced(const reference *r, const points *p, long double d, long double *sum) {
+    reference moved = *r;
+    const long double x = r->offset[2] - r->offset[0], y = r->offset[3] - r->offset[1], length = sqrtl(x * x + y * y);
+    moved.offset[0] -= d * x / length;
+    moved.offset[1] -= d * y / length;
+    memset(sum, 0, POINTS * POINTS * sizeof *sum);
+    add_stars(&moved, p->u, POINTS, p->v, POINTS, sum);
+}
+
+/* error/peak of the image at the points, and by how much a displacement found with its series is off. */
+static void errors_of(const toliman_sim *sim, const points *p, double d, const long double *still,
+                      const long double *moved, double *error, double *shift) {
+    double *const both = image_of(sim, TOLIMAN_IMAGE_BOTH), *const there = doubles(256 * 256);
+    assert_ok(toliman_sim_expect(sim, d, there, 256));
+    long double worst = 0, product = 0, norm = 0;
+    for (int i = 0; i < POINTS * POINTS; i++) {
+        const int at = p->row[i / POINTS] * 256 + p->column[i % POINTS];
+        const long double change = (long double)there[at] - both[at];
+        worst = fmaxl(worst, fabsl(both[at] - still[i]));
+        product += change * (moved[i] - still[i]);
+        norm += change * change;
+    }
+    *error = (double)(worst / info_of(sim).peak_photons);
+    *shift = (double)fabsl(d * (product / norm - 1));
+    free(both);
+    free(there);
+}
+
+/* Engine x pupil samples x wavelengths x order, on the chapter's scene. */
+static void measure_choices(void) {
+    const double far[] = {1e-6, 1e-2}, accuracies[] = {1e-3, 1e-6, 1e-9, 1e-12, 1e-15};
+    const int samples[] = {128, 192, 256};
+    for (int k = 0; k < 2; k++) {
+        toliman_sim *const exact = one_core(with_number(chapter(), "accuracy", "1e-9", 1e-15), 0);
+        const points p = points_of(exact);
+        reference r = reference_of(exact, 0.125L, 0.20);
+        static long double still[POINTS * POINTS], moved[POINTS * POINTS];
+        displaced(&r, &p, 0, still);
+        displaced(&r, &p, far[k], moved);
+        release(&r);
+        toliman_sim_destroy(exact);
+        for (int i = 0; i < 16; i++) {
+            const int fft = i == 15;
+            char *text = with_number(chapter(), "pupil_samples", "256", fft ? 256 : samples[i / 5]);
+            text = with_number(text, "accuracy", "1e-9", fft ? 1e-9 : accuracies[i % 5]);
+            text = with_number(text, "amplitude_px", "1e-6", far[k]);
+            toliman_sim *const sim = one_core(text, fft ? TOLIMAN_ENGINE_PADDED_FFT : 0);
+            const toliman_sim_plan_info plan = plan_of(sim);
+            double error, shift;
+            errors_of(sim, &p, far[k], still, moved, &error, &shift);
+            printf("{\"part\": \"choices\", \"engine\": \"%s\", \"samples\": %lld, \"wavelengths\": %d, \"order\": %d, "
+                   "\"displacement_px\": %g, \"seconds\": %.5g, \"error\": %.3g, \"shift_error_px\": %.3g}\n",
+                   fft ? "fft" : "mdft", (long long)plan.pupil_samples, plan.wavelengths, plan.order, far[k],
+                   image_s(sim, fft ? 1 : REPEATS), error, shift);
+            fflush(stdout);
+            toliman_sim_destroy(sim);
+        }
+    }
+}
+
+/* One image in 101 wavelengths, 1 nm apart, for the two geometries: nodes against all of them, and those against long
+ * double. */
+static void measure_image(const char *name, double pixel_arcsec, double min_nm) {
+    char *text = with_number(chapter(), "pixel_scale_arcsec", "0.20", pixel_arcsec);
+    text = with_number(text, "min_nm", "550", min_nm);
+    text = with_number(text, "max_nm", "600", min_nm + 100);
+    char *const all = with_number(strcpy(malloc(strlen(text) + 1), text), "accuracy", "1e-9", 1e-15);
+    toliman_sim *const nodes = one_core(text, 0), *const exact = one_core(all, 0);
+    const points p = points_of(exact);
+    reference r = reference_of(exact, 0.125L, (long double)pixel_arcsec);
+    static long double still[POINTS * POINTS];
+    displaced(&r, &p, 0, still);
+    release(&r);
+    double *const a = image_of(nodes, TOLIMAN_IMAGE_BOTH), *const b = image_of(exact, TOLIMAN_IMAGE_BOTH);
+    double node_error = 0, error, shift;
+    for (int i = 0; i < 256 * 256; i++)
+        node_error = fmax(node_error, fabs(a[i] - b[i]) / info_of(exact).peak_photons);
+    errors_of(exact, &p, 1e-6, still, still, &error, &shift);
+    printf("{\"part\": \"image\", \"geometry\": \"%s\", \"pixel_arcsec\": %g, \"min_nm\": %g, \"nodes\": %d, "
+           "\"node_seconds\": %.5g, \"node_error\": %.3g, \"wavelengths\": %d, \"seconds\": %.5g, \"error\": %.3g}\n",
+           name, pixel_arcsec, min_nm, plan_of(nodes).wavelengths, image_s(nodes, REPEATS), node_error,
+           plan_of(exact).wavelengths, image_s(exact, REPEATS), error);
+    fflush(stdout);
+    free(a);
+    free(b);
+    toliman_sim_destroy(nodes);
+    toliman_sim_destroy(exact);
+}
+
+static double frames_s(const toliman_sim *sim, int64_t count) {
+    const toliman_sim_info info = info_of(sim);
+    double *const images = doubles((size_t)(BATCH * info.rows * info.cols));
+    const double zero[BATCH] = {0}, start = processor_s();
+    for (int64_t first = 0; first < count; first += BATCH) {
+        const size_t batch = (size_t)(count - first < BATCH ? count - first : BATCH);
+        assert_ok(toliman_sim_frame_many(sim, 1, first, batch, zero, 1, images));
+    }
+    const double spent = processor_s() - start;
+    free(images);
+    return spent;
+}
+
+static long peak_memory_kib(void) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+}
+
+/* Noisy frames: cost must be linear and memory flat. */
+static void measure_frames(void) {
+    toliman_sim *const sim = one_core(chapter(), 0);
+    const double first = frames_s(sim, 1095);
+    const long before = peak_memory_kib();
+    const double many = frames_s(sim, 10000);
+    printf("{\"part\": \"frames\", \"seconds_1095\": %.5g, \"seconds_10000\": %.5g, \"growth_kib\": %ld, "
+           "\"ns_a_pixel\": %.3g}\n",
+           first, many, peak_memory_kib() - before, many / 10000 / 65536 * 1e9);
+    fflush(stdout);
+    toliman_sim_destroy(sim);
+}
+
+/* What a stage costs: set-up and frames of the chapter's scene with one thing changed. */
+static void measure_stage(const char *what, char *text) {
+    const double start = processor_s();
+    toliman_sim *const sim = one_core(text, 0);
+    const double setup = processor_s() - start;
+    printf("{\"part\": \"stage\", \"what\": \"%s\", \"setup_s\": %.4g, \"frame_ms\": %.4g}\n", what, setup,
+           frames_s(sim, 300) / 300 * 1e3);
+    fflush(stdout);
+    toliman_sim_destroy(sim);
+}
+
+static void measure_stages(void) {
+    measure_stage("the chapter's scene", chapter());
+    measure_stage("every wavelength by itself", with_number(chapter(), "accuracy", "1e-9", 1e-15));
+    measure_stage("accuracy 1e-6", with_number(chapter(), "accuracy", "1e-9", 1e-6));
+    measure_stage("one wavelength", replaced_again(chapter(), "{\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 1}",
+                                                   "{\"wavelength_nm\": 575}"));
+    measure_stage("128 pupil samples", with_number(chapter(), "pupil_samples", "256", 128));
+    measure_stage("signal of 0.01 px", with_number(chapter(), "amplitude_px", "1e-6", 1e-2));
+    measure_stage("integrated pixels", replaced_again(chapter(), "\"point\"", "\"integrated\""));
+    measure_stage("no photon noise", replaced_again(chapter(), "\"photon\": true", "\"photon\": false"));
+    measure_stage("read noise too", replaced_again(chapter(), "\"photon\": true", "\"photon\": true, \"read_e\": 1.3"));
+}
+
+int main(void) {
+    toliman_machine machine = {.struct_size = sizeof machine};
+    assert_ok(toliman_get_machine(&machine));
+    if (machine.blas_is_slow != 0) {
+        fprintf(stderr, "OpenBLAS runs its %s kernels: set OPENBLAS_CORETYPE=%s\n", machine.blas_core,
+                machine.blas_better);
+        return 1;
+    }
+    printf("{\"part\": \"machine\", \"isa\": \"%s\", \"blas_core\": \"%s\"}\n", machine.isa, machine.blas_core);
+    measure_image("chapter", 0.20, 545);
+    measure_image("mission", 0.375, 535);
+    measure_frames();
+    measure_stages();
+    measure_choices();
+    return 0;
+}
