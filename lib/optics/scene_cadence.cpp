@@ -48,7 +48,7 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     if (reader.has("times_days")) {
         reader.allow({"times_days", "peak_photons", "exposure_s"});
         cadence.times_days = reader.has_text("times_days") ? times_in(resolve(folder, reader.text("times_days")))
-                                                          : reader.numbers("times_days", 1, 4096, kTime);
+                                                           : reader.numbers("times_days", 1, 4096, kTime);
         cadence.frames = static_cast<int64_t>(cadence.times_days.size());
     } else {
         reader.allow({"frames", "interval_days", "times_days", "peak_photons", "exposure_s"});

@@ -1,5 +1,6 @@
 /* Measures the simulator on one core and prints one JSON object a line; bench_sim.py runs it and lays out the tables.
- * Times are processor time, medians; errors are against sums in long double or, where said, against every wavelength. */
+ * Times are processor time, medians; errors are against sums in long double or, where said, against every wavelength.
+ */
 #include <stdio.h>
 #include <sys/resource.h>
 #include <time.h>

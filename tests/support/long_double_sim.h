@@ -1,4 +1,5 @@
-/* Images in long double by the sums that define them; they know nothing of the library but pupil, spectrum and places. */
+/* Images in long double by the sums that define them; they know nothing of the library but pupil, spectrum and places.
+ */
 #ifndef TOLIMAN_TESTS_LONG_DOUBLE_SIM_H
 #define TOLIMAN_TESTS_LONG_DOUBLE_SIM_H
 
@@ -58,8 +59,8 @@ static inline void release(reference *r) {
 }
 
 /* Adds one star in one wavelength to sum[count_y][count_x], the pixels at u[], v[] (in px from the axis). */
-static inline void add_star(const reference *r, int star, int w, const double *u, int count_x, const double *v, int count_y,
-                     long double *sum) {
+static inline void add_star(const reference *r, int star, int w, const double *u, int count_x, const double *v,
+                            int count_y, long double *sum) {
     const long double lambda = r->wavelength[w], cell = r->aperture / r->n;
     const long double *const offset = r->offset + 2 * star;
     long double complex *const kernel = malloc(sizeof *kernel * (size_t)(r->n * (count_x + 1)));
