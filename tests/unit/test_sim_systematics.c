@@ -442,6 +442,12 @@ static void impossible_systematics(void **state) {
         {"\"pointing\": 1", "systematics.pointing: unknown key"},
     };
     check_additions(kBinaryScene, "\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
+    /* Twice the light must still be counted exactly. */
+    char *const bright = replaced(kBinaryScene, "1e5", "6e11");
+    toliman_sim_destroy(sim_of(bright));
+    const char *const flux[][2] = {{"\"flux_rms\": 0.01", "at most 5e+11 are allowed"}};
+    check_additions(bright, "\"noise\"", "\"systematics\": {%s}, \"noise\"", flux, 1);
+    free(bright);
 }
 
 int main(void) {
