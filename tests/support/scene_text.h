@@ -2,6 +2,7 @@
 #ifndef TOLIMAN_TESTS_SCENE_TEXT_H
 #define TOLIMAN_TESTS_SCENE_TEXT_H
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -66,6 +67,20 @@ static inline toliman_sim *sim_with(const char *json, const char *from, const ch
     toliman_sim *const sim = sim_of(text);
     free(text);
     return sim;
+}
+
+/* Each addition, put in by the format at the place of the scene, is refused with its message. */
+static inline void check_additions(const char *json, const char *place, const char *format,
+                                   const char *const (*cases)[2], size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char text[200];
+        snprintf(text, sizeof text, format, cases[i][0]);
+        char *const scene = replaced(json, place, text);
+        toliman_sim *sim = NULL;
+        assert_fails(toliman_sim_create_json(scene, strlen(scene), NULL, NULL, &sim), TOLIMAN_E_SCENE, cases[i][1]);
+        assert_null(sim);
+        free(scene);
+    }
 }
 
 static inline toliman_sim_info info_of(const toliman_sim *sim) {

@@ -141,54 +141,6 @@ static void not_built_yet(void **state) {
     CHECK(changes);
 }
 
-/* Each addition at the place is refused with its message. */
-static void check_additions(const char *place, const char *format, const char *const (*cases)[2], size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        char text[200];
-        snprintf(text, sizeof text, format, cases[i][0]);
-        const change changes[] = {{place, text, TOLIMAN_E_SCENE, cases[i][1]}};
-        CHECK(changes);
-    }
-}
-
-static void impossible_detectors(void **state) {
-    (void)state;
-    const char *const cases[][2] = {
-        {"\"qe\": 0", "scene: detector.qe = 0: must be in (0, 1]"},
-        {"\"qe\": 1.1", "detector.qe = 1.1: must be in (0, 1]"},
-        {"\"coadds\": 0", "detector.coadds = 0: must be in [1, 1000000000] frames"},
-        {"\"coadds\": 1.5", "detector.coadds = 1.5: must be a whole number"},
-        {"\"flat_rms\": 0.2", "detector.flat_rms = 0.2: must be in [0, 0.1]"},
-        {"\"dark_e_per_s\": -1", "detector.dark_e_per_s = -1: must be in [0, 1000000000] e-/s"},
-        {"\"dark_e_per_s\": 80", "detector.dark_e_per_s = 80: needs cadence.exposure_s"},
-        {"\"full_well_e\": 0", "detector.full_well_e = 0: must be in [1, 1e+12] e-"},
-        {"\"gain_e_per_dn\": 0", "detector.gain_e_per_dn = 0: must be in [1e-06, 1e+12] e- per DN"},
-        {"\"bias_dn\": -1", "detector.bias_dn = -1: must be in [0, 4294967295] DN"},
-        {"\"bit_depth\": 33", "detector.bit_depth = 33: must be in [1, 32] bits"},
-        {"\"bit_dept\": 12", "detector.bit_dept: unknown key; did you mean \"bit_depth\"?"},
-    };
-    check_additions("\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, %s", cases,
-                    sizeof cases / sizeof *cases);
-}
-
-static void impossible_systematics(void **state) {
-    (void)state;
-    const char *const cases[][2] = {
-        {"\"pointing_rms_px\": -1", "scene: systematics.pointing_rms_px = -1: must be in [0, 10] px"},
-        {"\"roll_rms_deg\": 11", "systematics.roll_rms_deg = 11: must be in [0, 10] deg"},
-        {"\"scale_rms\": \"much\"", "systematics.scale_rms = \"much\": must be a number in [0, 0.01]"},
-        {"\"focus_rms_nm\": {}", "systematics.focus_rms_nm.rms: is missing"},
-        {"\"flux_rms\": {\"rms\": 0.2}", "systematics.flux_rms.rms = 0.2: must be in [0, 0.1]"},
-        {"\"flux_rms\": {\"rms\": 0, \"drift\": 1}", "systematics.flux_rms.drift: unknown key"},
-        {"\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1}",
-         "systematics.flux_rms.drift_per_day = -1: must be in [-0.1, 0.1]"},
-        {"\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": -0.1}",
-         "systematics.pointing_rms_px.drift_per_day = -0.1: makes 19.8 in the cadence's 198 days: at most 10 px"},
-        {"\"pointing\": 1", "systematics.pointing: unknown key"},
-    };
-    check_additions("\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
-}
-
 /* The binary scene with its places from an orbit: elements with one place replaced. */
 static const char *const kElements =
     "{\"period_years\": 80, \"semi_major_arcsec\": 10, \"eccentricity\": 0.5, \"inclination_deg\": 30,"
@@ -628,8 +580,6 @@ int main(void) {
         cmocka_unit_test(unknown_keys),
         cmocka_unit_test(zernikes_have_an_index),
         cmocka_unit_test(not_built_yet),
-        cmocka_unit_test(impossible_detectors),
-        cmocka_unit_test(impossible_systematics),
         cmocka_unit_test(impossible_orbits),
         cmocka_unit_test(impossible_planets),
         cmocka_unit_test(text_that_is_no_json),

@@ -315,6 +315,26 @@ static void the_crop_is_about_the_light(void **state) {
     assert_int_equal(info[1].crop_row, info[0].crop_row);
 }
 
+static void impossible_detectors(void **state) {
+    (void)state;
+    const char *const cases[][2] = {
+        {"\"qe\": 0", "scene: detector.qe = 0: must be in (0, 1]"},
+        {"\"qe\": 1.1", "detector.qe = 1.1: must be in (0, 1]"},
+        {"\"coadds\": 0", "detector.coadds = 0: must be in [1, 1000000000] frames"},
+        {"\"coadds\": 1.5", "detector.coadds = 1.5: must be a whole number"},
+        {"\"flat_rms\": 0.2", "detector.flat_rms = 0.2: must be in [0, 0.1]"},
+        {"\"dark_e_per_s\": -1", "detector.dark_e_per_s = -1: must be in [0, 1000000000] e-/s"},
+        {"\"dark_e_per_s\": 80", "detector.dark_e_per_s = 80: needs cadence.exposure_s"},
+        {"\"full_well_e\": 0", "detector.full_well_e = 0: must be in [1, 1e+12] e-"},
+        {"\"gain_e_per_dn\": 0", "detector.gain_e_per_dn = 0: must be in [1e-06, 1e+12] e- per DN"},
+        {"\"bias_dn\": -1", "detector.bias_dn = -1: must be in [0, 4294967295] DN"},
+        {"\"bit_depth\": 33", "detector.bit_depth = 33: must be in [1, 32] bits"},
+        {"\"bit_dept\": 12", "detector.bit_dept: unknown key; did you mean \"bit_depth\"?"},
+    };
+    check_additions(kBinaryScene, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, %s", cases,
+                    sizeof cases / sizeof *cases);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stages_have_their_mean_and_variance),
@@ -327,6 +347,7 @@ int main(void) {
         cmocka_unit_test(neutral_stages_change_no_byte),
         cmocka_unit_test(the_template_reaches_the_bound),
         cmocka_unit_test(the_crop_is_about_the_light),
+        cmocka_unit_test(impossible_detectors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -426,6 +426,30 @@ static void projection_makes_estimators_blind(void **state) {
     assert_at_most(rms_bias(kProject), 5e-7);
 }
 
+static void impossible_systematics(void **state) {
+    (void)state;
+    const char *const cases[][2] = {
+        {"\"pointing_rms_px\": -1", "scene: systematics.pointing_rms_px = -1: must be in [0, 10] px"},
+        {"\"roll_rms_deg\": 11", "systematics.roll_rms_deg = 11: must be in [0, 10] deg"},
+        {"\"scale_rms\": \"much\"", "systematics.scale_rms = \"much\": must be a number in [0, 0.01]"},
+        {"\"focus_rms_nm\": {}", "systematics.focus_rms_nm.rms: is missing"},
+        {"\"flux_rms\": {\"rms\": 0.2}", "systematics.flux_rms.rms = 0.2: must be in [0, 0.1]"},
+        {"\"flux_rms\": {\"rms\": 0, \"drift\": 1}", "systematics.flux_rms.drift: unknown key"},
+        {"\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1}",
+         "systematics.flux_rms.drift_per_day = -1: must be in [-0.1, 0.1]"},
+        {"\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": -0.1}",
+         "systematics.pointing_rms_px.drift_per_day = -0.1: makes 19.8 in the cadence's 198 days: at most 10 px"},
+        {"\"pointing\": 1", "systematics.pointing: unknown key"},
+    };
+    check_additions(kBinaryScene, "\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
+    /* Twice the light must still be counted exactly. */
+    char *const bright = replaced(kBinaryScene, "1e5", "6e11");
+    toliman_sim_destroy(sim_of(bright));
+    const char *const flux[][2] = {{"\"flux_rms\": 0.01", "at most 5e+11 are allowed"}};
+    check_additions(bright, "\"noise\"", "\"systematics\": {%s}, \"noise\"", flux, 1);
+    free(bright);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_plan_knows_the_places),
@@ -440,6 +464,7 @@ int main(void) {
         cmocka_unit_test(draws_belong_to_seed_and_number),
         cmocka_unit_test(systematics_of_nothing_change_no_byte),
         cmocka_unit_test(projection_makes_estimators_blind),
+        cmocka_unit_test(impossible_systematics),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

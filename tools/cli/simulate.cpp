@@ -21,7 +21,7 @@ struct Options {
 constexpr size_t kFramesAtOnce = 32;
 
 constexpr char kPsfDescription[] =
-    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames (photons, or DN with a gain).
+    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
 
 Example:
   toliman psf examples/scenes/chapter.json --out psf.npy --star A)";
