@@ -15,12 +15,13 @@
  *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
  *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
  *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
- *   Time        0 at frame 0; with an orbit the stars stand where they are at binary.date, which is time 0, throughout.
- *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
- *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
- *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
- *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
- *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
+ *   Time        binary.date is time 0. With an orbit the stars stand throughout where they are then; with binary.moving
+ *               they follow it, and frames are made about anchors along it. All that describes the scene as one
+ * (images, bounds, propagate, expect, estimators made of it) is that of time 0. Planet      moves its star by a m/(M +
+ * m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane held it: argument 0 is a sine of
+ * phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean over a period is not 0 but -3/2 e sin(argument)
+ * amplitudes. Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many
+ * terms the series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
  *               wavelength is propagated by itself.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
@@ -151,9 +152,11 @@ typedef struct toliman_sim_plan_info {
     double frame_flops;       /* each expected frame, before its noise */
     double bytes;             /* memory */
     double setup_s, frame_s;  /* on one core of this machine, noise included; a rough guide */
-    int64_t place_order;      /* of the series in the places of both stars, for systematics; 0 = they need none */
+    int64_t place_order;      /* of the series in the places of both stars, for systematics and orbits; 0 = none */
     double place_error;       /* of that series, over the signal's largest pixel, for disturbances of 4 sigma */
     double scale_focus_error; /* of scale to first and focus to second order, for disturbances of 4 sigma */
+    int64_t anchors;          /* points of the orbit about which that series is made anew; 0 = at time 0 only */
+    double orbit_px;          /* that a star moves along its orbit through the cadence, at most */
 } toliman_sim_plan_info;
 
 /* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as

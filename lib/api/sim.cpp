@@ -179,6 +179,8 @@ toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &p
     info.rounding_error = optics::kRounding;
     info.place_order = static_cast<int64_t>(plan.place_order);
     info.place_error = plan.place_error;
+    info.anchors = static_cast<int64_t>(plan.anchors);
+    info.orbit_px = plan.orbit_px;
     info.scale_focus_error = plan.scale_focus_error;
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);
     info.setup_flops = cost.setup_flops;

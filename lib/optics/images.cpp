@@ -89,13 +89,13 @@ Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, c
     Images images;
     for (size_t s = 0; s < stars; s++) {
         const bool moves = s == scene.signal.star;
-        const Wanted wanted = {moves ? plan.order + 1 : 1, std::max<size_t>(1, plan.place_order), true,
-                               scene.systematics.focus_nm.any()};
+        const Wanted wanted = {moves ? plan.order + 1 : 1, plan.anchors > 0 ? 1 : std::max<size_t>(1, plan.place_order),
+                               true, scene.systematics.focus_nm.any()};
         StarImages star = imager.images(light, s, 0, wanted, [&](double fraction) {
             progress.report("propagate", (static_cast<double>(s) + fraction) / static_cast<double>(stars));
         });
         add_nuisances(star, light, s, images);
-        if (plan.place_order > 0)
+        if (plan.place_order > 0 && plan.anchors == 0)
             for (const Derivative &derivative : star.derivatives)
                 if (derivative.along + derivative.across > 0 &&
                     derivative.along + derivative.across <= plan.place_order)

@@ -1,5 +1,6 @@
 #include "optics/light.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -113,11 +114,10 @@ void place_stars(const Scene &scene, Light &light) {
     light.offset_px = offsets_at(scene, light, 0);
     if (scene.stars.size() < 2)
         return;
-    const double x = light.offset_px[1][0] - light.offset_px[0][0], y = light.offset_px[1][1] - light.offset_px[0][1];
-    light.separation_px = std::hypot(x, y);
-    const double direction = scene.signal.star == 0 ? -1 : 1; // either star moves away from the other
-    light.axis[0] = direction * x / light.separation_px;
-    light.axis[1] = direction * y / light.separation_px;
+    light.separation_px =
+        std::hypot(light.offset_px[1][0] - light.offset_px[0][0], light.offset_px[1][1] - light.offset_px[0][1]);
+    const auto axis = axis_of(scene, light.offset_px);
+    std::copy(axis.begin(), axis.end(), light.axis);
 }
 
 } // namespace
@@ -127,6 +127,14 @@ Light make_light(const Scene &scene) {
     sample_stars(scene, light);
     place_stars(scene, light);
     return light;
+}
+
+std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept {
+    if (scene.stars.size() < 2)
+        return {1, 0};
+    const double x = offsets[1][0] - offsets[0][0], y = offsets[1][1] - offsets[0][1];
+    const double length = (scene.signal.star == 0 ? -1 : 1) * std::hypot(x, y); // either star moves away from the other
+    return {x / length, y / length};
 }
 
 Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept {

@@ -20,6 +20,9 @@ struct Light {
 // Photons are relative (scaled later to the peak) or absolute, as the cadence says.
 Light make_light(const Scene &scene);
 
+// Unit vector of a positive displacement of the star that moves, with the stars there.
+std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept;
+
 // Where the stars of that light stand `days` after time 0: on their orbit if the scene has one, else as at time 0. The
 // scene's centre stands on the frame's axis at any time.
 Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept;

@@ -18,7 +18,8 @@ constexpr size_t kFewWavelengths = 8; // not worth fewer
 constexpr double kGreyOffset = 0.2;   // cells
 constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
-constexpr double kFarSigmas = 4; // of a disturbance
+constexpr double kFarSigmas = 4;    // of a disturbance
+constexpr size_t kOrbitSteps = 256; // over the cadence
 
 // For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
 // those of a 2020s server core and only steer expectations.
@@ -35,6 +36,33 @@ double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noe
 // What a disturbance can make of a frame of the cadence.
 double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
     return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * longest_days(cadence);
+}
+
+// Days between the first and the last frame.
+double span_of(const Cadence &cadence) noexcept {
+    if (cadence.times_days.empty())
+        return longest_days(cadence);
+    const auto [first, last] = std::minmax_element(cadence.times_days.begin(), cadence.times_days.end());
+    return *last - *first;
+}
+
+// Fastest motion of a star along its orbit, px a day, on steps that are short against the orbit.
+double orbit_px_a_day(const Scene &scene, const Light &light) noexcept {
+    if (!scene.binary.moving)
+        return 0;
+    const double longest = longest_days(scene.cadence), step = 2 * longest / kOrbitSteps;
+    double fastest = 0;
+    for (size_t i = 0; step > 0 && i < kOrbitSteps; i++) {
+        const double from = static_cast<double>(i) * step - longest;
+        const Offsets a = offsets_at(scene, light, from), b = offsets_at(scene, light, from + step);
+        for (size_t star = 0; star < 2; star++)
+            fastest = std::max(fastest, std::hypot(b[star][0] - a[star][0], b[star][1] - a[star][1]) / step);
+    }
+    return fastest;
+}
+
+double orbit_px(const Scene &scene, const Light &light) noexcept {
+    return orbit_px_a_day(scene, light) * longest_days(scene.cadence);
 }
 
 // How far systematics can move a star.
@@ -55,7 +83,7 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
     for (size_t star = 0; star < scene.stars.size(); star++)
         for (size_t axis = 0; axis < 2; axis++)
             farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
-    farthest_px += wandering_px(scene, light);
+    farthest_px += wandering_px(scene, light) + orbit_px(scene, light);
     const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
     if (static_cast<double>(pupil.samples) < needed)
         fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
@@ -138,6 +166,38 @@ void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, P
     plan.exact_frames = true;
     plan.place_order = 0;
     plan.series_error = plan.place_error = 0;
+}
+
+// Stars that follow an orbit: a higher order reaches farther from an anchor but takes more fields. The plan is the
+// cheapest, and exact frames where there are fewer of them than fields.
+void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
+    const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
+    const double speed = orbit_px_a_day(scene, light), span = span_of(scene.cadence);
+    const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
+    auto least = static_cast<double>(scene.cadence.frames);
+    plan.orbit_px = orbit_px(scene, light);
+    plan.exact_frames = true;
+    plan.place_order = 0;
+    double factorial = 1;
+    for (size_t order = 1; order <= kMostOrder; order++) {
+        factorial *= static_cast<double>(order);
+        const auto n = static_cast<double>(order);
+        const double reach = std::pow(scene.accuracy * factorial, 1 / n) / frequency - moved;
+        if (order < kLeastOrder || reach <= 0)
+            continue;
+        const double anchors = std::max(1.0, std::ceil(span * speed / (2 * reach)));
+        const double fields = anchors * (n + 1) * (n + 2) / 2;
+        if (fields >= least)
+            continue;
+        least = fields;
+        plan.exact_frames = false;
+        plan.place_order = order;
+        plan.anchors = static_cast<size_t>(anchors);
+        plan.anchor_days = span > 0 ? span / anchors : 1;
+        plan.place_error = std::pow(frequency * (moved + speed * plan.anchor_days / 2), n) / factorial;
+    }
+    plan.order = kLeastOrder;
+    plan.series_error = plan.place_error;
 }
 
 // Where the phase jumps between two cells the boundary may run anywhere between their centres: the field there is off
@@ -229,6 +289,8 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     choose_order(scene, pupil, light, plan);
     if (scene.systematics.any())
         choose_places(scene, pupil, light, plan);
+    if (scene.binary.moving)
+        choose_anchors(scene, pupil, light, plan);
     return plan;
 }
 

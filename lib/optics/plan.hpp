@@ -24,8 +24,11 @@ struct Plan {
     bool exact_frames = false;    // every frame is propagated: the signal is too large for the series
     size_t order = 2;             // of the series in the displacement
     double series_error = 0;      // relative to the signal's own largest pixel, rounding included
-    size_t place_order = 0;       // of the series in both stars' places; 0 = systematics move none
+    size_t place_order = 0;       // of the series in both stars' places; 0 = nothing moves them
     double place_error = 0;       // relative to the signal, at 4 sigma
+    double orbit_px = 0;          // that a star moves along its orbit in the cadence, at most
+    size_t anchors = 0;           // places along the orbit about which series are made; 0 = one, at time 0
+    double anchor_days = 0;       // that each of them serves
     double scale_focus_error = 0; // of the scale to first order and the focus to second, at 4 sigma
     PixelFilter filter;
     double pupil_error = 0; // of N samples against many

@@ -70,7 +70,8 @@ struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
     Place place = {0, 0}; // of B from A at time 0
     std::optional<Orbit> orbit;
-    double years = 0; // from the orbit's epoch to time 0
+    double years = 0;    // from the orbit's epoch to time 0
+    bool moving = false; // the stars follow the orbit through the cadence
     std::optional<double> distance_pc;
     bool by_offsets = false;
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By

@@ -56,8 +56,7 @@ void read_orbit(const Reader &reader, Binary &binary) {
     binary.place = place_on(*binary.orbit, binary.years);
     if (binary.place.separation_arcsec == 0)
         reader.refuse(Status::scene, "orbit", ": both stars stand in one place: the separation has no direction");
-    if (reader.boolean_or("moving", false))
-        reader.refuse(Status::unsupported, "moving", " = true: not supported yet");
+    binary.moving = reader.boolean_or("moving", false);
 }
 
 } // namespace

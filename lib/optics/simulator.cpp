@@ -38,6 +38,7 @@ Outline outline_of(const std::string &path, const Settings &settings) {
 Simulator::Simulator(Outline outline, const Settings &settings)
     : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
       plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
+      anchors_(scene_, imager_, plan_, detector_, light_),
       images_(make_images(scene_, imager_, plan_, detector_, light_, settings.progress)),
       bounds_(bound(scene_, images_)) {
     check_use();
@@ -67,9 +68,12 @@ void Simulator::warn(const Log &log) const {
             log.warn("%s: star %c stands at (%.1f, %.1f) px, outside the frame of %zu x %zu", source,
                      star == 0 ? 'A' : 'B', place[0], place[1], scene_.detector.rows, scene_.detector.cols);
     }
-    if (plan_.exact_frames && scene_.systematics.any())
-        log.warn("%s: systematics: stars move too far for a series at accuracy = %g: every frame is propagated anew",
-                 source, scene_.accuracy);
+    if (plan_.orbit_px > 0)
+        log.warn("%s: binary.moving: a star moves by up to %.2g px along its orbit: estimators are made for time 0",
+                 source, plan_.orbit_px);
+    if (plan_.exact_frames && (scene_.systematics.any() || scene_.binary.moving))
+        log.warn("%s: stars move too far for a series at accuracy = %g: every frame is propagated anew", source,
+                 scene_.accuracy);
     else if (plan_.exact_frames)
         log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew", source,
                  scene_.signal.amplitude_px, scene_.accuracy);
@@ -151,29 +155,38 @@ void Simulator::expect(double displacement_px, double *image) const noexcept {
     }
 }
 
-// Places and fluxes exactly or by the series of both stars' places; scale to first order, focus to second.
-void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const {
-    Buffer<double> anew[2];
+// Places and fluxes exactly or by the series of both stars' places, about time 0 or the anchor of the time; scale to
+// first order, focus to second.
+void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double days,
+                                 double *image) const {
+    const Offsets offsets = scene_.binary.moving ? offsets_at(scene_, light_, days) : light_.offset_px;
+    const auto axis = axis_of(scene_, offsets);
+    const std::shared_ptr<const Anchor> anchor = plan_.anchors > 0 ? anchors_.near(days) : nullptr;
+    const Offsets &from = anchor ? anchor->offset_px : light_.offset_px;
     std::vector<Term> terms;
     if (disturbances.scale != 0)
-        terms.push_back({images_.scale.data(), disturbances.scale});
+        terms.push_back({(anchor ? anchor->scale : images_.scale).data(), disturbances.scale});
     if (disturbances.focus_nm != 0) { // a mask may leave no slope at the best focus
-        terms.push_back({images_.focus_curve.data(), 0.5 * disturbances.focus_nm * disturbances.focus_nm});
-        terms.push_back({images_.focus.data(), disturbances.focus_nm});
+        terms.push_back({(anchor ? anchor->focus_curve : images_.focus_curve).data(),
+                         0.5 * disturbances.focus_nm * disturbances.focus_nm});
+        terms.push_back({(anchor ? anchor->focus : images_.focus).data(), disturbances.focus_nm});
     }
+    Buffer<double> anew[2];
     for (size_t star = 0; star < scene_.stars.size(); star++) {
         const double own = star == scene_.signal.star ? displacement_px : 0;
         const double flux = 1 + disturbances.flux[star];
-        const auto move = move_of(disturbances, light_.offset_px[star], light_.axis, own);
+        auto move = move_of(disturbances, offsets[star], axis.data(), own);
+        for (size_t i = 0; i < 2; i++)
+            move[i] += offsets[star][i] - from[star][i];
         if (plan_.exact_frames) {
             Light light = light_;
-            for (size_t axis = 0; axis < 2; axis++)
-                light.offset_px[star][axis] += move[axis];
+            for (size_t i = 0; i < 2; i++)
+                light.offset_px[star][i] += move[i];
             anew[star] = star_at(light, star, 0);
             terms.push_back({anew[star].data(), flux});
         } else {
-            add_places(images_.places[star], light_.axis, move, flux, terms);
-            terms.push_back({images_.star[star].data(), flux});
+            add_places(anchor ? anchor->places[star] : images_.places[star], light_.axis, move, flux, terms);
+            terms.push_back({(anchor ? anchor->star[star] : images_.star[star]).data(), flux});
         }
     }
     add_up(terms, detector_.dark_e(), pixels(), image);
@@ -181,9 +194,9 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
 
 void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
     const auto number = static_cast<uint64_t>(k);
-    if (scene_.systematics.any())
-        expect_disturbed(displacement_px, draw(scene_.systematics, seed, number, time_days(k % scene_.cadence.frames)),
-                         scratch);
+    const double days = time_days(k % scene_.cadence.frames);
+    if (scene_.systematics.any() || scene_.binary.moving)
+        expect_disturbed(displacement_px, draw(scene_.systematics, seed, number, days), days, scratch);
     else if (plan_.exact_frames)
         propagate(displacement_px, scratch);
     else

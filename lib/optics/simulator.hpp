@@ -5,6 +5,7 @@
 
 #include "base/frame_model.hpp"
 #include "base/progress.hpp"
+#include "optics/anchors.hpp"
 #include "optics/images.hpp"
 #include "optics/information.hpp"
 #include "optics/light.hpp"
@@ -74,7 +75,7 @@ class Simulator {
     void warn(const Log &log) const;
     double predict_truncation() const;
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
-    void expect_disturbed(double displacement_px, const Disturbances &disturbances, double *image) const;
+    void expect_disturbed(double displacement_px, const Disturbances &disturbances, double days, double *image) const;
 
     Scene scene_;
     Pupil pupil_;
@@ -82,6 +83,7 @@ class Simulator {
     Plan plan_;
     Imager imager_;
     DetectorStages detector_;
+    Anchors anchors_;
     Images images_;
     Bounds bounds_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence

@@ -131,9 +131,6 @@ static void not_built_yet(void **state) {
     const change changes[] = {
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bin\": 2", TOLIMAN_E_UNSUPPORTED,
          "detector.bin: not supported yet"},
-        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
-         "\"date\": 2027.0, \"orbit\": \"alpha-cen\", \"moving\": true", TOLIMAN_E_UNSUPPORTED,
-         "scene: binary.moving = true: not supported yet"},
         {"\"noise\"", "\"systematics\": {\"jitter_sigma_px\": {\"rms\": 1, \"drift_per_day\": 1e-3}}, \"noise\"",
          TOLIMAN_E_UNSUPPORTED,
          "systematics.jitter_sigma_px.drift_per_day = 0.001: the blur is the same in all frames"},

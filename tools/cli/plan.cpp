@@ -61,8 +61,11 @@ void print_summary(const toliman_sim_plan_info &plan) {
     else
         line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal");
     if (plan.place_order > 0)
-        line("places", "series of order " + std::to_string(plan.place_order) + " for systematics", plan.place_error,
-             " of the signal");
+        line("places",
+             "series of order " + std::to_string(plan.place_order) +
+                 (plan.anchors > 0 ? " about " + std::to_string(plan.anchors) + " points of the orbit"
+                                   : " for systematics"),
+             plan.place_error, " of the signal");
     if (plan.scale_focus_error > 0)
         line("scale, focus", "to first and second order", plan.scale_focus_error, "");
     if (plan.filter_taps > 0)
@@ -88,6 +91,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
     json.set("schema", "toliman-plan/1").set("scene", scene).set("engine", engine_name(plan));
     json.set("accuracy", plan.accuracy).set("scene_wavelengths", plan.scene_wavelengths);
     json.set("wavelengths", plan.wavelengths).set("order", plan.order).set("exact_frames", plan.exact_frames);
+    json.set("anchors", static_cast<double>(plan.anchors)).set("orbit_px", plan.orbit_px);
     json.set("place_order", static_cast<double>(plan.place_order));
     json.set("oversampling", plan.oversampling).set("filter_taps", plan.filter_taps);
     json.set("pupil_samples", static_cast<double>(plan.pupil_samples));

@@ -1,0 +1,105 @@
+/* Stars that follow their orbit through the cadence: every frame against a scene that stands still at its date. */
+#include <stdio.h>
+
+#include "scene_text.h"
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE };
+
+/* Alpha Centauri at a date, moving or not; light by exposure, no noise. */
+static char *scene_at(double date, const char *moving, const char *cadence, const char *more) {
+    char place[200];
+    snprintf(place, sizeof place, "{\"date\": %.17g, \"orbit\": \"alpha-cen\"%s}", date, moving);
+    char *text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
+    text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
+    text = replaced_again(text, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
+    text = replaced_again(text, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", place);
+    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
+    text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", cadence);
+    return replaced_again(text, "\"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}", more);
+}
+
+static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    assert_ok(toliman_sim_get_plan(sim, &plan));
+    return plan;
+}
+
+/* Largest error of frame k over the peak, against a scene at its date, with the signal of frame k. */
+static double error_of(const toliman_sim *sim, int64_t k, double days) {
+    static double frame[PIXELS], there[PIXELS];
+    double displacement, worst = 0;
+    assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
+    assert_ok(toliman_sim_frame_many(sim, 1, k, 1, NULL, 1, frame));
+    char *const text = scene_at(2027 + days / 365.25, "", "\"frames\": 1", "\"accuracy\": 1e-15");
+    toliman_sim *const still = sim_of(text);
+    assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
+    for (int i = 0; i < PIXELS; i++)
+        worst = fmax(worst, fabs(frame[i] - there[i]));
+    worst /= info_of(still).peak_photons;
+    toliman_sim_destroy(still);
+    free(text);
+    return worst;
+}
+
+static void frames_follow_the_orbit(void **state) {
+    (void)state;
+    const struct {
+        const char *cadence, *accuracy;
+        double interval;
+        int64_t frames;
+    } cases[] = {{"\"frames\": 20000, \"interval_days\": 0.05", "\"accuracy\": 1e-9", 0.05, 20000},
+                 {"\"frames\": 1000, \"interval_days\": 1", "\"accuracy\": 1e-6", 1, 1000},
+                 {"\"frames\": 5, \"interval_days\": 200", "\"accuracy\": 1e-9", 200, 5}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        char *const text = scene_at(2027, ", \"moving\": true", cases[c].cadence, cases[c].accuracy);
+        toliman_sim *const sim = sim_of(text);
+        const toliman_sim_plan_info plan = plan_of(sim);
+        double worst = 0;
+        for (int i = 0; i < 4; i++) {
+            const int64_t k = i * (cases[c].frames - 1) / 3;
+            worst = fmax(worst, error_of(sim, k, (double)k * cases[c].interval));
+        }
+        print_message("%lld frames, %.2g px along the orbit: %lld anchors of order %lld, exact %d: error/peak %.2g, planned "
+                      "%.2g\n",
+                      (long long)cases[c].frames, plan.orbit_px, (long long)plan.anchors, (long long)plan.place_order,
+                      plan.exact_frames, worst, plan.place_error);
+        assert_true(plan.orbit_px > 1);
+        assert_int_equal(plan.exact_frames, c == 2);
+        assert_true((plan.anchors > 1) == (c < 2));
+        assert_at_most(worst, plan.place_error + 1e-13);
+        toliman_sim_destroy(sim);
+        free(text);
+    }
+}
+
+/* In any order, on any threads: the same bytes. */
+static void anchors_are_made_in_any_order(void **state) {
+    (void)state;
+    enum { FRAMES = 12 };
+    char *const text = scene_at(2027, ", \"moving\": true", "\"frames\": 12000, \"interval_days\": 0.1",
+                                "\"noise\": {\"photon\": true, \"seed\": 3}, \"accuracy\": 1e-6");
+    toliman_sim *const sim = sim_of(text), *const other = sim_of(text);
+    double *const frames = malloc(FRAMES * PIXELS * sizeof *frames), *const again = malloc(PIXELS * sizeof *again);
+    assert_non_null(frames);
+    assert_non_null(again);
+    assert_true(plan_of(sim).anchors > 3);
+    for (int64_t i = 0; i < FRAMES; i++)
+        assert_ok(toliman_sim_frame_many(sim, 3, 999 * i, 1, NULL, 3, frames + i * PIXELS));
+    for (int64_t i = FRAMES; i-- > 0;) {
+        assert_ok(toliman_sim_frame_many(other, 3, 999 * i, 1, NULL, 1, again));
+        assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
+    }
+    free(frames);
+    free(again);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(other);
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(frames_follow_the_orbit),
+        cmocka_unit_test(anchors_are_made_in_any_order),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
