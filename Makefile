@@ -19,7 +19,7 @@ check: check-deps ## build and run every test
 bench-sim: check-deps ## measure the simulator's speed against its error (3 minutes)
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
-	@python3 tests/bench/bench_sim.py $(BUILD)/bin/bench_sim $(BUILD)/bench-sim.json
+	@python3 tests/bench/bench_sim.py $(BUILD)/bin $(BUILD)/bench-sim.json
 
 format: ## lay out the sources as .clang-format says
 	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i

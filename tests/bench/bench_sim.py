@@ -1,12 +1,13 @@
 """Speed of the simulator against its error, on one core, beside a plain numpy matrix transform in the same run.
 
-Usage: bench_sim.py PROGRAM RESULT.json. PROGRAM is bench_sim; numpy is taken from Debian's python3 where it is there."""
+Usage: bench_sim.py FOLDER RESULT.json. FOLDER holds bench_sim and bench_poisson; numpy is taken from Debian's python3
+where it is there."""
 import json
 import os
 import subprocess
 import sys
 
-PEER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "numpy_mft.py")
+HERE = os.path.dirname(os.path.abspath(__file__))
 PYTHON = "/usr/bin/python3"
 
 
@@ -21,16 +22,16 @@ def measure(program):
     with subprocess.Popen([program], env=environment(), stdout=subprocess.PIPE, text=True) as run:
         for line in run.stdout:
             rows.append(json.loads(line))
-            print(f"\r{len(rows)} measured", end="", file=sys.stderr)
-    print(file=sys.stderr)
+            if sys.stderr.isatty():
+                print(f"\r{len(rows)} measured", end="", file=sys.stderr)
     if run.returncode != 0:
         sys.exit(run.returncode)
     return rows
 
 
-def peer_seconds(row):
-    """numpy's time for the same image; None without numpy."""
-    done = subprocess.run([PYTHON, PEER, str(row["pixel_arcsec"]), str(row["min_nm"])], env=environment(),
+def numpy_time(script, *arguments):
+    """What a peer's script measures; None without numpy."""
+    done = subprocess.run([PYTHON, os.path.join(HERE, script), *map(str, arguments)], env=environment(),
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     return float(done.stdout) if done.returncode == 0 else None
 
@@ -63,6 +64,10 @@ def show(rows):
     print(f"\nnoisy frames of the chapter's scene: 1095 in {frames['seconds_1095']:.2f} s, 10000 in "
           f"{frames['seconds_10000']:.2f} s ({frames['ns_a_pixel']:.1f} ns a pixel), memory grown by "
           f"{frames['growth_kib']} KiB")
+    for row in of["poisson"]:
+        peer = f"numpy {row['numpy_ns']:.1f}, {row['numpy_ns'] / row['ns']:.1f} x" if row["numpy_ns"] else "no numpy"
+        means = "1e4 to 1e9" if row["decades"] else "1e4"
+        print(f"Poisson counts of means {means:10s} {row['isa']:8s} {row['ns']:5.1f} ns a pixel ({peer})")
     print("\nscene                          once, s   a frame, ms")
     for row in of["stage"]:
         print(f"{row['what']:30s} {row['setup_s']:7.3f} {row['frame_ms']:13.3f}")
@@ -74,11 +79,13 @@ def show(rows):
 
 
 def main():
-    program, result = sys.argv[1:]
-    rows = measure(program)
+    folder, result = sys.argv[1:]
+    rows = measure(os.path.join(folder, "bench_sim")) + measure(os.path.join(folder, "bench_poisson"))
     for row in rows:
         if row["part"] == "image":
-            row["numpy_seconds"] = peer_seconds(row)
+            row["numpy_seconds"] = numpy_time("numpy_mft.py", row["pixel_arcsec"], row["min_nm"])
+        if row["part"] == "poisson":
+            row["numpy_ns"] = numpy_time("numpy_poisson.py", row["decades"])
     for far in (1e-6, 1e-2):
         mark_front([row for row in rows if row["part"] == "choices" and row["displacement_px"] == far])
     show(rows)

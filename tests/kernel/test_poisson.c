@@ -165,8 +165,9 @@ static void scale_is_the_slope_of_the_transformation(void **state) {
 
 enum { PIXELS = 1 << 16, FRAMES = 8 };
 
-/* Cells of consecutive counts, each with at least `least` of the expected `total`, and their chi-square. */
-static void assert_distribution(const double *counts, size_t total, double mean, double least) {
+/* Cells of consecutive counts, each with at least `least` of the expected `total`: their chi-square in standard
+ * deviations. */
+static double chi_square_deviation(const double *counts, size_t total, double mean, double least) {
     const double spread = 12 * sqrt(mean) + 40, lowest = floor(fmax(0, mean - spread));
     const size_t bins = (size_t)(mean + spread - lowest);
     double *seen = calloc(bins, sizeof *seen);
@@ -189,10 +190,8 @@ static void assert_distribution(const double *counts, size_t total, double mean,
     }
     /* Wilson and Hilferty: the cube root of chi-square over its freedom is nearly normal. */
     const double part = 2 / (9 * (cells - 1));
-    const double deviation = (cbrt(chi / (cells - 1)) - (1 - part)) / sqrt(part);
-    if (!(deviation < 4))
-        fail_msg("mean %g: chi-square %g in %g cells, %.1f sigma", mean, chi, cells, deviation);
     free(seen);
+    return (cbrt(chi / (cells - 1)) - (1 - part)) / sqrt(part);
 }
 
 static void assert_moments(const double *counts, size_t total, double mean) {
@@ -213,7 +212,7 @@ static void assert_moments(const double *counts, size_t total, double mean) {
 
 static void counts_follow_the_distribution(void **state) {
     (void)state;
-    const double means[] = {0.1, 3, 9.99, 10, 10.7, 30, 1e3, 1e6, 1e9};
+    const double means[] = {0.01, 0.1, 3, 9.99, 10, 10.7, 30, 1e3, 1e6, 1e9};
     const size_t total = PIXELS * FRAMES, host = shim_isas() - 1;
     double *mean = numbers(PIXELS), *counts = numbers(total);
     for (size_t m = 0; m < sizeof means / sizeof *means; m++) {
@@ -222,7 +221,38 @@ static void counts_follow_the_distribution(void **state) {
         for (size_t f = 0; f < FRAMES; f++)
             shim_poisson(host, mean, PIXELS, 0, 2024 + m, f, 0, counts + f * PIXELS);
         assert_moments(counts, total, means[m]);
-        assert_distribution(counts, total, means[m], means[m] < 100 ? 20 : 2000);
+        const double deviation = chi_square_deviation(counts, total, means[m], means[m] < 100 ? 20 : 2000);
+        if (!(deviation < 4))
+            fail_msg("mean %g: chi-square off by %.1f sigma", means[m], deviation);
+    }
+    free(mean);
+    free(counts);
+}
+
+static int ascending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Over many seeds the p-values of chi-square are uniform (Kolmogorov and Smirnov): neither too far nor too near. */
+static void chi_squares_are_spread_as_they_should(void **state) {
+    (void)state;
+    enum { SEEDS = 500, COUNTS = 1 << 13 };
+    const double means[] = {0.3, 4, 11, 25, 150, 1e4};
+    double *mean = numbers(COUNTS), *counts = numbers(COUNTS), p[SEEDS];
+    for (size_t m = 0; m < sizeof means / sizeof *means; m++) {
+        for (size_t i = 0; i < COUNTS; i++)
+            mean[i] = means[m];
+        for (size_t s = 0; s < SEEDS; s++) {
+            shim_poisson(shim_isas() - 1, mean, COUNTS, 0, 7000 + s, m, 0, counts);
+            p[s] = 0.5 * erfc(chi_square_deviation(counts, COUNTS, means[m], 200) / sqrt(2));
+        }
+        qsort(p, SEEDS, sizeof *p, ascending);
+        double distance = 0;
+        for (int s = 0; s < SEEDS; s++)
+            distance = fmax(distance, fmax(fabs(p[s] - (double)s / SEEDS), fabs(p[s] - (double)(s + 1) / SEEDS)));
+        print_message("mean %g: %d p-values, distance from uniform %.3f\n", means[m], SEEDS, distance);
+        assert_at_most(distance, 1.95 / sqrt(SEEDS)); /* 1 in 1000 */
     }
     free(mean);
     free(counts);
@@ -394,6 +424,7 @@ int main(void) {
         cmocka_unit_test(hat_dominates_and_squeeze_stays_below),
         cmocka_unit_test(scale_is_the_slope_of_the_transformation),
         cmocka_unit_test(counts_follow_the_distribution),
+        cmocka_unit_test(chi_squares_are_spread_as_they_should),
         cmocka_unit_test(small_means_are_inverted_exactly),
         cmocka_unit_test(ends_of_the_range_work),
         cmocka_unit_test(normals_are_the_transform_of_their_words),
