@@ -24,6 +24,7 @@ constexpr size_t kOrbitSteps = 256; // over the cadence
 // For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
 // those of a 2020s server core and only steer expectations.
 constexpr double kFieldFlops = 60, kImageFlops = 12, kElementRate = 4e10, kPaddedRate = 3;
+constexpr double kPlaceSeconds = 0.9e-9; // more images than a cache holds
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9;
 constexpr size_t kStarFields = 4;  // the image, its slopes and focus
 constexpr size_t kFrameImages = 9; // kept besides the derivatives along the displacement
@@ -258,7 +259,7 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
                              (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
     if (plan.place_order > 0) {
         cost.frame_flops += 2 * place_terms * pixels;
-        cost.frame_s += place_terms * pixels * kTermSeconds;
+        cost.frame_s += place_terms * pixels * kPlaceSeconds;
     }
     if (plan.exact_frames) {
         const double stars = scene.systematics.any() ? static_cast<double>(scene.stars.size()) : 1;
