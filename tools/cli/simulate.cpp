@@ -35,7 +35,8 @@ Examples:
   toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
 
 With --session the mission's own pair of files, <session>_frames.bin and <session>_meta.jsonl, goes into the folder
---out. Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
+--out. Unsigned counts hold nothing below 0: where read noise takes a pixel there, .bin and the pair are refused.
+Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
 
 void psf(const Options &options, Progress &progress) {
     const Scene scene(options.scene, progress);

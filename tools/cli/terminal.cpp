@@ -24,7 +24,9 @@ void watch_signals() {
     action.sa_handler = take_note;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
-    ::signal(SIGPIPE, SIG_IGN); // a closed pipe is then a write error with a message
+    // A closed pipe and a file beyond the limit of sizes are then write errors with a message.
+    ::signal(SIGPIPE, SIG_IGN);
+    ::signal(SIGXFSZ, SIG_IGN);
 }
 
 int stop_signal() noexcept {
