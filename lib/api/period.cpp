@@ -43,6 +43,7 @@ double fap_of(const period::Stream &stream, double log10_residual) noexcept {
 
 toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     toliman_period_peak out = {};
+    out.flags = peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0;
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;

@@ -8,6 +8,7 @@
 namespace toliman {
 
 struct FrameModel {
+    std::string source; // how messages call the scene
     size_t rows = 0, cols = 0;
     Buffer<double> reference;  // rows*cols, expected counts of the frame without displacement
     Buffer<double> variance;   // rows*cols, variance of a frame's counts (photons + read noise), > 0

@@ -154,6 +154,7 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
 
 FrameModel Simulator::frame_model() const {
     FrameModel model;
+    model.source = scene_.source;
     model.rows = scene_.detector.rows;
     model.cols = scene_.detector.cols;
     model.reference = images_.both;

@@ -49,6 +49,8 @@ void Grid::check() const {
              static_cast<long long>(kMaxFrequencies));
     if (!std::isfinite(last()))
         fail(Status::argument, "f0 + (nf - 1) df overflows");
+    if (!(last() > 0))
+        fail(Status::argument, "f0 = 0, nf = 1: a grid needs a frequency above 0");
     if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
         fail(Status::argument, "time_offset = %g, value_offset = %g: must be finite", time_offset, value_offset);
     if (!(value_bound >= 1e-100 && value_bound <= 1e100))

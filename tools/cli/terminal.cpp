@@ -83,6 +83,10 @@ void Progress::clear() {
     drawn_ = false;
 }
 
+void Progress::warn(const std::string &text) {
+    log(TOLIMAN_LOG_WARNING, text.c_str(), this);
+}
+
 int32_t Progress::callback(const char *stage, double fraction, void *user_data) {
     static_cast<Progress *>(user_data)->show(stage, fraction);
     return asked != 0 ? 1 : 0;

@@ -14,9 +14,13 @@ class _Options(ctypes.Structure):
 
 
 class Peak(ctypes.Structure):
-    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats."""
+    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats.
 
-    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32)] + [
+    y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase). at_edge: the peak stands at the grid's first or
+    last frequency, and the period may lie outside.
+    """
+
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
         (name, c_double)
         for name in (
             "frequency period power log10_residual fwhm fwhm_error half_width_error frequency_error "
@@ -24,11 +28,15 @@ class Peak(ctypes.Structure):
         ).split()
     ]
 
+    @property
+    def at_edge(self):
+        return bool(self.flags & _AT_EDGE)
+
     def __repr__(self):
         return f"Peak(period={self.period:.6g}, power={self.power:.6g}, log10_fap={self.log10_fap:.4g})"
 
 
-_FIXED_MEAN = 1
+_FIXED_MEAN, _AT_EDGE = 1, 1
 _doubles = POINTER(c_double)
 
 
