@@ -42,8 +42,8 @@ typedef struct toliman_period_options {
 /* Fills *options with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
-/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is taken
- * here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
+/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is
+ * taken here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
  * samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
@@ -96,7 +96,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const t
 
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
-    uint32_t struct_size; /* in: sizeof(toliman_period_peak) */
+    uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
     uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE or 0 */
     double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */

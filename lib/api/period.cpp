@@ -218,9 +218,10 @@ toliman_status toliman_period_load_file(const char *path, toliman_period **out) 
     return guard([&] {
         required(out, "out");
         const std::vector<uint8_t> header = file::head(&required(path, "path"), period::Stream::kHeaderSize);
-        const size_t size = period::Stream::saved_size(header.data(), header.size());
+        size_t size = 0;
+        in_file(path, [&] { size = period::Stream::saved_size(header.data(), header.size()); });
         const std::vector<uint8_t> bytes = file::read(path, size);
-        *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())};
+        in_file(path, [&] { *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())}; });
     });
 }
 

@@ -42,8 +42,11 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
             farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
     const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
     if (static_cast<double>(pupil.samples) < needed)
-        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
-             scene.source.c_str(), pupil.samples, needed);
+        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases%s",
+             scene.source.c_str(), pupil.samples, needed,
+             needed > static_cast<double>(kMostPupilSamples)
+                 ? "; 2048 at most are: make detector.shape or detector.pixel_scale_arcsec smaller"
+                 : "");
 }
 
 // This engine samples the pupil anew at each wavelength, and takes each of the scene's.

@@ -49,8 +49,6 @@ void Grid::check() const {
              static_cast<long long>(kMaxFrequencies));
     if (!std::isfinite(last()))
         fail(Status::argument, "f0 + (nf - 1) df overflows");
-    if (!(last() > 0))
-        fail(Status::argument, "f0 = 0, nf = 1: a grid needs a frequency above 0");
     if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
         fail(Status::argument, "time_offset = %g, value_offset = %g: must be finite", time_offset, value_offset);
     if (!(value_bound >= 1e-100 && value_bound <= 1e100))
@@ -63,6 +61,8 @@ void Grid::check() const {
     if (!(sigma_ceiling <= kMostRatio * sigma_floor * (1 + 1e-12)))
         fail(Status::range, "sigma_ceiling = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
              sigma_ceiling, sigma_floor, kMostRatio);
+    if (!(last() > 0))
+        fail(Status::argument, "f0 = 0, nf = 1: a grid needs a frequency above 0");
 }
 
 uint64_t Grid::digest() const {

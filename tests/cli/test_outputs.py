@@ -335,7 +335,7 @@ class Encode(OutputTest):
             ("line", "has 1 axes", "2 or 3"),
             ("four", "has 4 axes"),
             ("none", "holds no image"),
-            ("empty", "is not a FITS file"),
+            ("empty", "is empty"),
             ("junk", "is not a FITS file"),
             ("text", "cannot be read as FITS"),
             ("header", "cannot be read as FITS"),
@@ -388,7 +388,7 @@ class Encode(OutputTest):
         (self.folder / "empty.bin").write_bytes(b"")
         done = self.run_program("encode", "--weights", self.weights, "--dtype", "u16le", "--shape", "9x9", "empty.bin")
         self.assertEqual(done.returncode, 3)
-        self.assertIn("empty.bin: holds no frames", done.stderr)
+        self.assertIn("empty.bin: is empty", done.stderr)
 
 
 class Convert(OutputTest):

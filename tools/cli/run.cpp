@@ -8,6 +8,7 @@
 #include "failure.hpp"
 #include "json.hpp"
 #include "output.hpp"
+#include "seed.hpp"
 
 namespace cli {
 
@@ -163,7 +164,7 @@ void add_run(CLI::App &app, Context &context) {
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->folder,
                         "folder for the results, default ./<scene name>.run, scene.run without a name");
-    CLI::Option *seed = command->add_option("--seed", options->seed, "seed of noise and weights, default the scene's");
+    CLI::Option *seed = add_seed(*command, options->seed, "seed of noise and weights, default the scene's");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, seed] {
         options->seed_given = seed->count() > 0;
