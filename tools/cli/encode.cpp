@@ -29,8 +29,8 @@ constexpr char kTrainDescription[] = R"(Train the autoencoder for a scene and wr
 Example:
   toliman train examples/scenes/chapter.json --out chapter.tlmw
 
-The weights hold all that `encode` needs: layout, preprocessing and reference images. The cosine that is printed is the
-share of the photon limit that the encoder reaches.)";
+Frames must have 256x256 pixels or more. The weights hold all that `encode` needs: layout, preprocessing and reference
+images. The cosine that is printed is the share of the photon limit that the encoder reaches.)";
 
 constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
 

@@ -26,8 +26,9 @@ Examples:
   toliman run examples/scenes/chapter.json
   toliman run examples/scenes/mission.json --seed 7 --out mission7 --json
 
-Writes result.json (schema toliman-run/1), series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside
-the network stand the template estimator, the untrained network, frames without signal and the Cramer-Rao bound.)";
+Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
+series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside the network stand the template estimator, the
+untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
 
 constexpr double kSignificant = -2;                        // log10 FAP
 constexpr int64_t kFewestFrames = 5, kMostFrames = 400000; // of a periodogram on the default grid

@@ -145,7 +145,8 @@ void add_simulate(CLI::App &app, Context &context) {
         ->add_option("--out", options->out,
                      "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")
         ->required();
-    command->add_option("--frames", options->frames, "FIRST:END, default all of the cadence");
+    command->add_option("--frames", options->frames,
+                        "FIRST:END, FIRST:, :END or one number; default all of the cadence");
     CLI::Option *seed = add_seed(*command, options->seed, "noise seed, default the scene's");
     CLI::Option *session = command->add_option("--session", options->session, "name of the pair of files");
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
