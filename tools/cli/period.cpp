@@ -32,8 +32,9 @@ A first line of names tells which columns are t, y and sigma; others are passed 
 order. --columns takes columns of other names.
 
 Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
-1/(2 median dt), with T the time span plus one median step, but not more than 2e6 of them; the FAP depends on the grid, so it stands in
-the result. A peak at the edge of the grid is remarked upon: the period may lie beyond.
+1/(2 median dt), with T the time span plus one median step; where these are more than 2e6 they must be given. The FAP
+depends on the grid, so it stands in the result. A peak at the edge of the grid is remarked upon: the period may lie
+beyond.
 
 The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time.
 An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
