@@ -1,5 +1,5 @@
-// Nanoseconds a pixel of the Poisson kernel in each instruction set of this processor, one JSON object a line; processor
-// time, median of nine. bench_sim.py runs it beside numpy.
+// Nanoseconds a pixel of the Poisson kernel in each instruction set of this processor, one JSON object a line;
+// processor time, median of nine. bench_sim.py runs it beside numpy.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -37,10 +37,11 @@ int main() {
     const struct {
         const char *name;
         const PoissonKernels *kernels;
-    } sets[] = {{"baseline", &poisson_baseline},
+    } sets[] = {
+        {"baseline", &poisson_baseline},
 #if defined(__x86_64__)
-                {"avx2", &poisson_avx2},
-                {"avx512", &poisson_avx512}
+        {"avx2", &poisson_avx2},
+        {"avx512", &poisson_avx512}
 #endif
     };
     for (size_t isa = 0; isa <= static_cast<size_t>(host_isa()); isa++) {
@@ -48,8 +49,8 @@ int main() {
             std::vector<double> means(kPixels);
             for (size_t i = 0; i < kPixels; i++)
                 means[i] = 1e4 * std::pow(10.0, decades * static_cast<double>(i * 7919 % kPixels) / kPixels);
-            std::printf("{\"part\": \"poisson\", \"isa\": \"%s\", \"decades\": %g, \"ns\": %.4g}\n", sets[isa].name, decades,
-                        ns_a_pixel(*sets[isa].kernels, means));
+            std::printf("{\"part\": \"poisson\", \"isa\": \"%s\", \"decades\": %g, \"ns\": %.4g}\n", sets[isa].name,
+                        decades, ns_a_pixel(*sets[isa].kernels, means));
         }
     }
     return 0;

@@ -36,7 +36,7 @@ FrequencyGrid default_grid(const Series &series) {
         char text[256];
         std::snprintf(text, sizeof text,
                       "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
-                      "span %g; give --f0, --df and --nf",
+                      "span %g; `toliman period` takes --f0, --df and --nf",
                       kMostFrequencies, step, span);
         throw Failure(kExitUsage, series.name + ": " + text);
     }
