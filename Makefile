@@ -1,9 +1,10 @@
 # Thin front to CMake: everything real lives in CMakeLists.txt and tools/.
 BUILD ?= build
 JOBS ?= $(shell nproc)
+PREFIX ?= /usr/local
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps bench-sim format lint clean help
+.PHONY: all deps demo check check-deps bench-sim install format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -20,6 +21,9 @@ bench-sim: check-deps ## measure the simulator's speed against its error (3 minu
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	@python3 tests/bench/bench_sim.py $(BUILD)/bin $(BUILD)/bench-sim.json
+
+install: all ## install below PREFIX, by default /usr/local
+	@cmake --install $(BUILD) --prefix $(PREFIX)
 
 format: ## lay out the sources as .clang-format says
 	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i

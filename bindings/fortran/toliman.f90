@@ -7,6 +7,7 @@ module toliman
     public :: toliman_message
 
     integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 1 ! in a peak's flags
 
     type, bind(C), public :: toliman_period_options
         integer(c_int32_t) :: struct_size
@@ -16,7 +17,7 @@ module toliman
 
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size
-        integer(c_int32_t) :: reserved
+        integer(c_int32_t) :: flags
         real(c_double) :: frequency, period, power, log10_residual, fwhm, fwhm_error, half_width_error
         real(c_double) :: frequency_error, amplitude, amplitude_error, phase, offset, log10_fap
     end type

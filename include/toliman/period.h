@@ -42,8 +42,8 @@ typedef struct toliman_period_options {
 /* Fills *options with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
-/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26. options may be NULL. All memory is taken
- * here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
+/* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is
+ * taken here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
  * samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
@@ -91,11 +91,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
 
+/* Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another. */
+#define TOLIMAN_PERIOD_AT_EDGE 1u
+
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
-    uint32_t struct_size; /* in: sizeof(toliman_period_peak) */
-    uint32_t reserved;
-    double frequency;      /* between grid points, where the power is greatest */
+    uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
+    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE or 0 */
+    double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */
     double power;          /* in [0, 1] */
     double log10_residual; /* log10(1 - power), formed from residual/total; -4900 at least */

@@ -198,7 +198,7 @@ toliman_status toliman_cae_load_file(const char *path, toliman_cae **out) noexce
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);
-        give(cae::from_blob(bytes.data(), bytes.size()), out);
+        in_file(path, [&] { give(cae::from_blob(bytes.data(), bytes.size()), out); });
     });
 }
 

@@ -46,6 +46,15 @@ inline void required(const void *pointer, const char *name) {
         fail(Status::argument, "%s is NULL", name);
 }
 
+// Runs work on what stands in a file; its complaints are prefixed by the name.
+template <class Work> void in_file(const char *path, Work work) {
+    try {
+        work();
+    } catch (const Error &error) {
+        fail(error.status(), "%s: %s", path, error.what());
+    }
+}
+
 // Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
 

@@ -43,6 +43,7 @@ double fap_of(const period::Stream &stream, double log10_residual) noexcept {
 
 toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     toliman_period_peak out = {};
+    out.flags = peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0;
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;
@@ -217,9 +218,10 @@ toliman_status toliman_period_load_file(const char *path, toliman_period **out) 
     return guard([&] {
         required(out, "out");
         const std::vector<uint8_t> header = file::head(&required(path, "path"), period::Stream::kHeaderSize);
-        const size_t size = period::Stream::saved_size(header.data(), header.size());
+        size_t size = 0;
+        in_file(path, [&] { size = period::Stream::saved_size(header.data(), header.size()); });
         const std::vector<uint8_t> bytes = file::read(path, size);
-        *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())};
+        in_file(path, [&] { *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())}; });
     });
 }
 

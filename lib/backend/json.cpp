@@ -48,7 +48,9 @@ size_t utf8_length(const std::string &text, size_t at) {
 // UTF-8, control characters in strings and numbers such as 01. How tokens may follow one another is left to it.
 class Scan {
   public:
-    Scan(const std::string &text, const std::string &source) : text_(text), source_(source) {}
+    // Behind the mark U+FEFF, which editors of some systems put first and cJSON passes over.
+    Scan(const std::string &text, const std::string &source)
+        : text_(text), source_(source), at_(text.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0) {}
 
     void run() {
         while (at_ < text_.size())
@@ -160,7 +162,7 @@ class Scan {
 
     const std::string &text_;
     const std::string &source_;
-    size_t at_ = 0, levels_ = 0, values_ = 0, keys_ = 0;
+    size_t at_, levels_ = 0, values_ = 0, keys_ = 0;
 };
 
 // Recursion is bounded by kMostLevels.
@@ -201,6 +203,8 @@ const Value *Value::find(const std::string &name) const noexcept {
 Value parse(const std::string &text, const std::string &source) {
     if (text.size() > kLargestText)
         fail(Status::format, "%s: %zu bytes: at most %zu are allowed", source.c_str(), text.size(), kLargestText);
+    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+        fail(Status::format, "%s: is empty", source.c_str());
     Scan(text, source).run();
     const char *end = nullptr;
     const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(

@@ -8,6 +8,7 @@
 namespace toliman {
 
 struct FrameModel {
+    std::string source; // how messages call the scene
     size_t rows = 0, cols = 0;
     Buffer<double> reference;  // rows*cols, expected counts of the frame without displacement
     double background = 0;     // of the reference in every pixel that is no light: dark current, bias

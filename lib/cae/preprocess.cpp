@@ -29,7 +29,7 @@ void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
             col_moment += counts * static_cast<double>(c);
         }
     if (!(light > 0))
-        fail(Status::scene, "sim: the reference frame holds no light");
+        fail(Status::scene, "%s: the reference frame holds no light", model.source.c_str());
     out.crop_row = crop_start(row_moment / light, model.rows);
     out.crop_col = crop_start(col_moment / light, model.cols);
 }
@@ -55,26 +55,26 @@ void round_to_two_floats(Buffer<double> &plane) {
 }
 
 // What the nuisances leave of the derivative must stand above the rounding of their float32 planes.
-void check_signal(const Preprocess &preprocess) {
+void check_signal(const Preprocess &preprocess, const std::string &source) {
     Buffer<double> target = preprocess.target;
     const auto [before, left] =
         kernels::project_out_twice(preprocess.units.data(), preprocess.projected, kPixels, target.data());
     if (!(left > kLeastLeft * before))
         fail(Status::scene,
-             "sim: the scene tells nothing of the separation: %g of the information of %g px^-2 a frame is left after "
-             "preprocess.project",
-             before > 0 ? left / before * left / before : 0, before * before);
+             "%s: preprocess.project: the scene tells nothing of the separation: %g of the information of %g px^-2 a "
+             "frame is left after it",
+             source.c_str(), before > 0 ? left / before * left / before : 0, before * before);
 }
 
 } // namespace
 
 Preprocess Preprocess::from_model(const FrameModel &model) {
     if (model.rows < kSide || model.cols < kSide)
-        fail(Status::unsupported, "sim: frames of %zu x %zu: the network takes at least %zu x %zu", model.rows,
-             model.cols, kSide, kSide);
+        fail(Status::unsupported, "%s: detector.shape = [%zu, %zu]: the network takes at least %zu px either way",
+             model.source.c_str(), model.rows, model.cols, kSide);
     if (model.projected.size() > kMaxProjected)
-        fail(Status::unsupported, "sim: %zu nuisance images: at most %zu can be projected out", model.projected.size(),
-             kMaxProjected);
+        fail(Status::unsupported, "%s: preprocess.project: %zu names: at most %zu can be projected out",
+             model.source.c_str(), model.projected.size(), kMaxProjected);
     Preprocess out;
     out.rows = model.rows;
     out.cols = model.cols;
@@ -95,7 +95,7 @@ Preprocess Preprocess::from_model(const FrameModel &model) {
     out.units.resize(out.projected * kPixels);
     out.target = crop(model, model.derivative, out);
     kernels::whiten(out.target.data(), out.variance.data(), kPixels, out.target.data());
-    check_signal(out);
+    check_signal(out, model.source);
 
     round_to_float(out.units);
     kernels::project_out(out.units.data(), out.projected, kPixels, out.target.data());

@@ -87,8 +87,11 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
     farthest_px += wandering_px(scene, light) + orbit_px(scene, light);
     const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
     if (static_cast<double>(pupil.samples) < needed)
-        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases",
-             scene.source.c_str(), pupil.samples, needed);
+        fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases%s",
+             scene.source.c_str(), pupil.samples, needed,
+             needed > static_cast<double>(kMostPupilSamples)
+                 ? "; 2048 at most are: make detector.shape or detector.pixel_scale_arcsec smaller"
+                 : "");
 }
 
 // This engine samples the pupil anew at each wavelength, and takes each of the scene's.

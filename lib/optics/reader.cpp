@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <cstdlib>
+
+#include "backend/file.hpp"
 
 namespace toliman::optics {
 
@@ -45,9 +48,18 @@ bool among(const std::string &word, std::initializer_list<const char *> words) {
     return std::any_of(words.begin(), words.end(), [&](const char *other) { return word == other; });
 }
 
+std::string joined(std::initializer_list<const char *> words) {
+    std::string list;
+    for (const char *word : words)
+        list += (list.empty() ? "" : ", ") + std::string(word);
+    return list;
+}
+
 std::string shown(double value) {
     char text[40];
     std::snprintf(text, sizeof text, "%.10g", value);
+    if (std::strtod(text, nullptr) != value) // a bound is what it says
+        std::snprintf(text, sizeof text, "%.17g", value);
     return text;
 }
 
@@ -101,7 +113,7 @@ void Reader::allow(std::initializer_list<const char *> known, std::initializer_l
         const char *meant = nearest(name, known);
         if (meant != nullptr)
             refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", meant);
-        refuse(Status::scene, name.c_str(), ": unknown key");
+        refuse(Status::scene, name.c_str(), ": unknown key; allowed are %s", joined(known).c_str());
     }
 }
 
@@ -195,6 +207,16 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
         list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
     }
     refuse(Status::scene, key, " = \"%s\": must be one of %s", given.substr(0, 40).c_str(), list.c_str());
+}
+
+std::string Reader::file(const char *key, const std::string &folder) const {
+    const std::string &name = text(key), path = !name.empty() && name[0] == '/' ? name : folder + "/" + name;
+    try {
+        file::head(path, 1);
+    } catch (const Error &error) {
+        refuse(error.status(), key, ": %s", error.what());
+    }
+    return path;
 }
 
 Reader Reader::object(const char *key) const {

@@ -47,6 +47,8 @@ class Reader {
     // Index of the text among the choices; those in later are valid but not built yet.
     size_t choice(const char *key, std::initializer_list<const char *> choices,
                   std::initializer_list<const char *> later = {}) const;
+    // A file's name, from `folder` on unless absolute; the file is there and can be read.
+    std::string file(const char *key, const std::string &folder) const;
     Reader object(const char *key) const;
     std::vector<Reader> objects(const char *key, size_t least, size_t most) const;
 

@@ -89,10 +89,6 @@ double longest_days(const Cadence &cadence) noexcept {
     return longest;
 }
 
-std::string resolve(const std::string &folder, const std::string &path) {
-    return !path.empty() && path[0] == '/' ? path : folder + "/" + path;
-}
-
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder) {
     const json::Value tree = json::parse(json, source);
     const Reader reader(tree, "", source);

@@ -12,6 +12,7 @@ namespace toliman::optics {
 
 constexpr double kLargestDisplacement = 0.1;  // px, of a series
 constexpr double kFarthestDisplacement = 100; // px, of an image propagated anew
+constexpr size_t kMostPupilSamples = 2048;    // either way
 constexpr double kFewestPhotons = 1e-6;       // in the brightest pixel; far below any use, far above underflow
 
 struct Struts {

@@ -47,7 +47,7 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     Cadence cadence;
     if (reader.has("times_days")) {
         reader.allow({"times_days", "peak_photons", "exposure_s"});
-        cadence.times_days = reader.has_text("times_days") ? times_in(resolve(folder, reader.text("times_days")))
+        cadence.times_days = reader.has_text("times_days") ? times_in(reader.file("times_days", folder))
                                                            : reader.numbers("times_days", 1, 4096, kTime);
         cadence.frames = static_cast<int64_t>(cadence.times_days.size());
     } else {

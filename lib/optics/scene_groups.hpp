@@ -9,9 +9,6 @@ constexpr const char *kStarNames[] = {"A", "B"};
 constexpr Range kTurn = within(-360, 360, "deg");
 constexpr Range kEccentricity = within(0, 0.9999, "");
 
-// path as the scene names it, made relative to the scene's folder.
-std::string resolve(const std::string &folder, const std::string &path);
-
 Telescope read_telescope(const Reader &scene, const std::string &folder);
 std::optional<Band> read_band(const Reader &scene);
 Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const std::string &folder);

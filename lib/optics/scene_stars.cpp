@@ -21,7 +21,7 @@ Source read_source(const Reader &star, const std::string &folder) {
         break;
     case Source::Kind::table:
         reader.allow({"kind", "file"});
-        source.file = resolve(folder, reader.text("file"));
+        source.file = reader.file("file", folder);
         break;
     case Source::Kind::lines:
         reader.allow({"kind", "wavelength_nm", "weight"});

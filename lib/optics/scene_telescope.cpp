@@ -35,7 +35,7 @@ Mask read_file_mask(const Reader &reader, const std::string &folder) {
     Mask mask;
     mask.kind = Mask::Kind::file;
     mask.quantity = static_cast<Mask::Quantity>(reader.choice("quantity", {"binary", "opd_m", "phase_rad"}));
-    mask.file = resolve(folder, reader.text("file"));
+    mask.file = reader.file("file", folder);
     switch (mask.quantity) {
     case Mask::Quantity::binary:
         reader.allow({"kind", "file", "quantity", "opd_nm", "height_nm"});
@@ -99,7 +99,7 @@ int read_noll(const Reader &zernikes, const std::string &key) {
 void read_aberrations(const Reader &reader, const std::string &folder, Telescope &telescope) {
     reader.allow({"zernike_rms_nm", "opd_file"});
     if (reader.has("opd_file"))
-        telescope.opd_file = resolve(folder, reader.text("opd_file"));
+        telescope.opd_file = reader.file("opd_file", folder);
     if (!reader.has("zernike_rms_nm"))
         return;
     const Reader zernikes = reader.object("zernike_rms_nm");
@@ -121,11 +121,12 @@ Telescope read_telescope(const Reader &scene, const std::string &folder) {
                       telescope.aperture_m);
     telescope.struts = read_struts(reader, telescope.aperture_m);
     if (reader.has("pupil_samples"))
-        telescope.pupil_samples = static_cast<size_t>(reader.integer("pupil_samples", within(8, 2048, "samples")));
+        telescope.pupil_samples =
+            static_cast<size_t>(reader.integer("pupil_samples", within(8, kMostPupilSamples, "samples")));
     if (reader.has("amplitude")) {
         const Reader amplitude = reader.object("amplitude");
         amplitude.allow({"file"});
-        telescope.amplitude_file = resolve(folder, amplitude.text("file"));
+        telescope.amplitude_file = amplitude.file("file", folder);
     }
     telescope.mask = read_mask(reader, folder);
     if (reader.has("aberrations"))

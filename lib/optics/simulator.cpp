@@ -207,6 +207,7 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
 // In the frame's own unit; the bound is the same in any.
 FrameModel Simulator::frame_model() const {
     FrameModel model;
+    model.source = scene_.source;
     model.rows = scene_.detector.rows;
     model.cols = scene_.detector.cols;
     model.reference = detector_.in_counts(images_.both, Quantity::frame);

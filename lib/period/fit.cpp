@@ -67,8 +67,8 @@ class Sinusoid {
 
     // Least squares at one frequency; what cosine and sine cannot tell apart is left out, as in the power.
     Fit at(Real frequency) const;
-    // Gauss-Newton from a fit, never leaving its frequency by more than `reach` and never uphill.
-    Fit refine(Fit best, Real reach) const;
+    // Gauss-Newton from a fit, within [low, high] in frequency and never uphill.
+    Fit refine(Fit best, Real low, Real high) const;
     // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity where the
     // samples cannot tell.
     void errors(const Fit &fit, Peak &peak) const;
@@ -184,9 +184,8 @@ Fit Sinusoid::at(Real frequency) const {
     return fit;
 }
 
-Fit Sinusoid::refine(Fit best, Real reach) const {
+Fit Sinusoid::refine(Fit best, Real low, Real high) const {
     constexpr int max_steps = 60;
-    const Real low = best.frequency - reach, high = best.frequency + reach;
     Matrix matrix;
     Vector right, step = {};
     Real shorten = 1;
@@ -260,7 +259,12 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
                      samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor, static_cast<int64_t>(i));
     const Sinusoid sinusoid(samples, stream.grid().fixed_mean);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
-    const Fit fit = sinusoid.refine(parabola.residual < grid.residual ? parabola : grid, stream.grid().df);
+    // One step either side of the parabola, but not out of the grid: there are powers that were never compared.
+    const Fit start = parabola.residual < grid.residual ? parabola : grid;
+    const Real step = stream.grid().df, first = stream.grid().f0, last = stream.grid().last();
+    const Fit fit =
+        sinusoid.refine(start, std::fmax(first, start.frequency - step), std::fmin(last, start.frequency + step));
+    peak.at_edge = fit.frequency <= first || fit.frequency >= last;
     const Real ratio = fit.rank > 0 ? std::fmin(1.0L, fit.residual / sinusoid.total()) : 1;
     peak.frequency = static_cast<double>(fit.frequency);
     peak.power = static_cast<double>(1 - ratio);

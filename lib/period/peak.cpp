@@ -46,7 +46,8 @@ Peak find_peak(const Stream &stream) {
     Peak peak = {};
     double shift = 0;
     peak.power = highest;
-    if (top > 0 && top + 1 < grid.nf) {
+    peak.at_edge = top == 0 || top + 1 == grid.nf;
+    if (!peak.at_edge) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
         if (bend < 0) {
             shift = 0.5 * (left - right) / bend;

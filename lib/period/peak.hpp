@@ -7,6 +7,7 @@ namespace toliman::period {
 struct Peak {
     double frequency, power, log10_residual;
     double grid_frequency; // of the highest grid point
+    bool at_edge;          // at the grid's first or last frequency: beyond, the power may be greater
     double fwhm;           // +infinity when the peak has no half-power point on one of its sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
 };

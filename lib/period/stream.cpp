@@ -61,6 +61,8 @@ void Grid::check() const {
     if (!(sigma_ceiling <= kMostRatio * sigma_floor * (1 + 1e-12)))
         fail(Status::range, "sigma_ceiling = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
              sigma_ceiling, sigma_floor, kMostRatio);
+    if (!(last() > 0))
+        fail(Status::argument, "f0 = 0, nf = 1: a grid needs a frequency above 0");
 }
 
 uint64_t Grid::digest() const {
@@ -100,10 +102,11 @@ void Stream::check(double t, double y, double sigma, int64_t index) const {
         fail(Status::range, "%sy = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",
              where, y, grid_.value_bound, grid_.value_offset);
     if (sigma < grid_.sigma_floor)
-        fail(Status::range, "%ssigma = %g: below sigma_floor = %g, fixed at creation", where, sigma, grid_.sigma_floor);
+        fail(Status::range, "%ssigma = %g: below sigma_floor = %g, fixed at creation: give the smallest sigma there",
+             where, sigma, grid_.sigma_floor);
     if (sigma > grid_.sigma_ceiling)
-        fail(Status::range, "%ssigma = %g: above sigma_ceiling = %g, fixed at creation", where, sigma,
-             grid_.sigma_ceiling);
+        fail(Status::range, "%ssigma = %g: above sigma_ceiling = %g, fixed at creation: give the largest sigma there",
+             where, sigma, grid_.sigma_ceiling);
     if (totals_.count + std::max<int64_t>(0, index) >= kMostSamples)
         fail(Status::range, "%smore than %lld samples", where, static_cast<long long>(kMostSamples));
 }

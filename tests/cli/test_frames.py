@@ -152,8 +152,8 @@ class Refusals(ProgramTest):
             done = subprocess.run([PROGRAM, "psf", CHAPTER, "--out", "-"], stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 6, done.stderr)
         self.assertIn("standard output: cannot be written: No space", done.stderr)
-        (self.folder / "folder").mkdir()
-        self.refuse(6, "folder", "directory", arguments=("psf", CHAPTER, "--out", "folder"))
+        (self.folder / "folder.npy").mkdir()
+        self.refuse(6, "folder.npy", "directory", arguments=("psf", CHAPTER, "--out", "folder.npy"))
 
     def test_mistyped_commands_and_options(self):
         self.refuse(2, "did you mean period?", arguments=("perod",))

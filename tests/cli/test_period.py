@@ -135,7 +135,7 @@ class HardSeries(ProgramTest):
         sigma[78] = 2e-9
         sigma[79] = 10
         self.write(t, y, sigma)
-        self.refuse(2, "sigma_ceiling = 10", "1e+08 at most", arguments=("period", "series.csv"))
+        self.refuse(3, "series.csv: sigma_ceiling = 10", "1e+08 at most", arguments=("period", "series.csv"))
 
     def test_a_signal_stops_it(self):
         self.write(numpy.arange(20000.0), numpy.arange(20000.0) % 7)
@@ -160,10 +160,76 @@ class HardSeries(ProgramTest):
         os.close(terminal)
 
     def test_default_grid_that_is_too_long(self):
-        for step, span in ((1e-15, 1e9), (1e-300, 1e300), (1e-3, 1e7)):
+        for step, span in ((1e-15, 1e9), (1e-98, 1e97), (1e-3, 1e7)):
             self.write(numpy.r_[numpy.arange(6) * step, span, 2 * span], numpy.arange(8) % 3)
-            self.refuse(2, "more than 67108864", f"time step is {step:g}", "time span", "--nf",
+            self.refuse(2, "series.csv: ", "more than 2000000", f"time step is {step:g}", "time span", "--nf",
                         arguments=("period", "series.csv"))
+
+
+class Edge(ProgramTest):
+    """A period beyond the default grid, which begins at 1.5/300: refined by a step it was 214.286 for one of 500."""
+
+    def test_the_frequency_stays_inside_and_is_remarked_upon(self):
+        t = numpy.arange(300.0)
+        y = numpy.sin(2 * numpy.pi * t / 500) + 0.01 * numpy.random.default_rng(1).standard_normal(300)
+        numpy.savetxt(self.folder / "long.csv", numpy.column_stack([t, y]), delimiter=",", fmt="%.17g")
+        done = self.run_program("period", "long.csv", "--json")
+        self.assertEqual(done.returncode, 0)
+        peak = json.loads(done.stdout)["peak"]
+        self.assertEqual((peak["frequency"], peak["at_edge"]), (1.5 / 300, True))
+        self.assertIn("edge of the grid", done.stderr)
+        self.assertIn("--f0, --df and --nf", done.stderr)
+        wide = ("--f0", 1e-3, "--df", 1e-4, "--nf", 50)
+        done = self.run_program("period", "long.csv", *wide, "--json")
+        peak = json.loads(done.stdout)["peak"]
+        self.assertAlmostEqual(peak["period"], 500, delta=5)
+        self.assertEqual((peak["at_edge"], done.stderr), (False, ""))
+        # Nearest to the first grid point, but inside: no edge.
+        peak = json.loads(self.succeed("period", "long.csv", "--f0", 1.98e-3, "--df", 1e-4, "--nf", 9, "--json"))["peak"]
+        self.assertAlmostEqual(peak["period"], 500, delta=5)
+        self.assertFalse(peak["at_edge"])
+
+
+class Phase(ProgramTest):
+    def test_its_origin_is_told(self):
+        t = 1e6 + numpy.arange(100.0)
+        truth = 3 + 2 * numpy.sin(2 * numpy.pi * t / 17.3 + 0.4)
+        numpy.savetxt(self.folder / "s.csv", numpy.column_stack([t, truth]), delimiter=",", fmt="%.17g")
+        peak = json.loads(self.succeed("period", "s.csv", "--json"))["peak"]
+        model = peak["offset"] + peak["amplitude"] * numpy.sin(
+            2 * numpy.pi * peak["frequency"] * (t - peak["time_offset"]) + peak["phase"])
+        self.assertLess(abs(model - truth).max(), 1e-9)
+        self.assertIn(f"phase       {peak['phase']:.4g} rad at t = 1000000\n", self.succeed("period", "s.csv"))
+
+
+class Columns(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        rows = [(k, k % 3 + 0.1 * (k % 5), 1 + 0.1 * (k % 2)) for k in range(30)]
+        self.rows = rows
+        self.plain = self.period("t,y,sigma", "%d,%g,%g", lambda t, y, s: (t, y, s))
+
+    def period(self, head, form, order, *options):
+        text = (head + "\n" if head else "") + "".join(form % order(*row) + "\n" for row in self.rows)
+        (self.folder / "s.csv").write_text(text)
+        return self.succeed("period", "s.csv", *options)
+
+    def test_by_name(self):
+        self.assertEqual(self.period("", "%d,%g,%g", lambda t, y, s: (t, y, s)), self.plain)
+        self.assertEqual(self.period("sigma,t,y", "%g,%d,%g", lambda t, y, s: (s, t, y)), self.plain)
+        self.assertEqual(self.period("k,y,note,t,sigma", "1,%g,x,%d,%g", lambda t, y, s: (y, t, s)), self.plain)
+        named = ("--columns", "BJD,RV,err")
+        self.assertEqual(self.period("RV,err,BJD", "%g,%g,%d", lambda t, y, s: (y, s, t), *named), self.plain)
+        self.assertEqual(self.period("\ufefft,y,sigma", "%d,%g,%g", lambda t, y, s: (t, y, s)), self.plain)
+
+    def test_a_quoted_first_line_is_data(self):
+        self.assertEqual(self.period("", '"%d","%g","%g"', lambda t, y, s: (t, y, s)), self.plain)
+
+    def test_refusals(self):
+        self.refuse(3, "s.csv:1: has no column z among t,y,sigma", arguments=("period", "s.csv", "--columns", "t,z"))
+        self.refuse(2, "--columns t: must be T,Y or T,Y,SIGMA", arguments=("period", "s.csv", "--columns", "t"))
+        self.period("", "%d,%g,%g", lambda t, y, s: (t, y, s))
+        self.refuse(3, "s.csv:1: names no columns", arguments=("period", "s.csv", "--columns", "t,y"))
 
 
 class BadSeries(ProgramTest):
@@ -171,9 +237,9 @@ class BadSeries(ProgramTest):
         for text, *expected in (
             ("t,y\n1,2\n2,three\n", "bad.csv:3: y", "three", "finite number"),
             ("t,y\n1,2\n2,nan\n", "bad.csv:3: y", "nan", "finite number"),
-            ("t,y,sigma\n1,2,1\n2,3,0\n", "bad.csv:3: sigma = 0", "above 0"),
-            ("t,y,sigma\n1,2,1\n2,3,-1\n", "bad.csv:3: sigma = -1", "above 0"),
-            ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "t,y,sigma"),
+            ("t,y,sigma\n1,2,1\n2,3,0\n", "bad.csv:3: sigma = \"0\"", "above 0"),
+            ("t,y,sigma\n1,2,1\n2,3,-1\n", "bad.csv:3: sigma = \"-1\"", "above 0"),
+            ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "have 3"),
             ("1,2,3,4\n", "bad.csv:1: has 4 columns", "t,y or t,y,sigma"),
             ("1,1e999\n", "bad.csv:1: y", "finite number"),
             ("0,1\n1,2\n2,1 5\n", 'bad.csv:3: y = "1 5"', "finite number"),
@@ -182,8 +248,15 @@ class BadSeries(ProgramTest):
             ("0,1\n1,\0\n", "bad.csv:2: y", "finite number"),
             ("1 5,2 1\n1,2\n", 'bad.csv:1: t = "1 5"', "finite number"),
             ("nan,inf\n1,2\n", "bad.csv:1: t", "finite number"),
-            ("", "bad.csv: holds no samples"),
-            ("t,y\n1,2\n2,3\n", "five different times"),
+            ("", "bad.csv: is empty"),
+            ("t,y\n", "bad.csv: holds no samples"),
+            ("0,1\n1,1e300\n", "bad.csv:2: y", "1e300", "-1e98 to 1e98"),
+            ("0,1\n-1e99,1\n", "bad.csv:2: t", "-1e99", "-1e98 to 1e98"),
+            ("0,1,1\n1,1,1e-99\n", "bad.csv:2: sigma", "1e-98 to 1e98"),
+            ("y,time\n1,2\n", "bad.csv:1: has no column t among y,time", "--columns"),
+            ("BJD,RV\n1,2\n", "bad.csv:1: has no column t among BJD,RV", "--columns"),
+            ("".join(f"{k},7.1\n" for k in range(20)), "bad.csv: ", "not all equal"),
+            ("t,y\n1,2\n2,3\n", "bad.csv: ", "five different times"),
         ):
             with self.subTest(text=text):
                 (self.folder / "bad.csv").write_text(text)
@@ -201,13 +274,23 @@ class BadSeries(ProgramTest):
         self.assertEqual(done.returncode, 3)
         self.assertIn("standard input:3: y", done.stderr)
 
-    def test_constant_values(self):
-        (self.folder / "flat.csv").write_text("".join(f"{k},7.1\n" for k in range(20)))
-        self.refuse(2, "not all equal", arguments=("period", "flat.csv", "--power", "p.npy"))
+    def test_few_samples_on_a_given_grid(self):
+        (self.folder / "short.csv").write_text("0,1\n1,2\n2,0\n")
+        self.refuse(3, "short.csv: ", "five samples",
+                    arguments=("period", "short.csv", "--f0", 0.1, "--df", 0.1, "--nf", 3))
+
+    def test_files_that_are_no_text(self):
+        numpy.save(self.folder / "f.npy", numpy.ones((9, 2)))
+        self.refuse(3, "f.npy: is a .npy file", "CSV", arguments=("period", "f.npy"))
 
     def test_missing_file_and_bad_options(self):
         self.refuse(3, "none.csv", "No such file", arguments=("period", "none.csv"))
         self.refuse(2, "all three or none", arguments=("period", DATA, "--f0", 1))
+        for f0, df, nf, text in (("nan", 1, 5, "f0 = nan: must be finite and at least 0"),
+                                 (1, "inf", 5, "df = inf: must be finite and above 0"),
+                                 (1, 1, 0, "nf = 0: must be in [1, 67108864]"),
+                                 (0, 1, 1, "a grid needs a frequency above 0")):
+            self.refuse(2, text, "--f0, --df, --nf: ", arguments=("period", DATA, "--f0", f0, "--df", df, "--nf", nf))
         self.refuse(2, "df = -1", arguments=("period", DATA, "--f0", 1, "--df", -1, "--nf", 5))
         self.refuse(2, "--nf", arguments=("period", DATA, "--nf", "many"))
         self.refuse(6, "no/power.npy", "cannot be written", arguments=("period", DATA, "--power", "no/power.npy"))

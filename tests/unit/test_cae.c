@@ -324,7 +324,7 @@ static void test_arguments(void **unused) {
     toliman_cae *out = NULL;
     toliman_cae_train_options options;
     toliman_sim *small = make_sim(255, 300, 0, "");
-    assert_fails(toliman_cae_create(small, 1, &out), TOLIMAN_E_UNSUPPORTED, "255 x 300");
+    assert_fails(toliman_cae_create(small, 1, &out), TOLIMAN_E_UNSUPPORTED, "scene: detector.shape = [255, 300]");
     assert_null(out);
     toliman_sim_destroy(small);
     assert_fails(toliman_cae_create(NULL, 1, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");

@@ -370,6 +370,42 @@ static void memory_is_taken_at_creation(void **unused) {
 }
 #endif
 
+/* Half a cycle more than the series holds: the power rises beyond the first frequency, and never is a peak told there.
+ */
+static void peak_at_the_edge_is_flagged(void **unused) {
+    (void)unused;
+    for (int i = 0; i < N; i++) {
+        times[i] = i;
+        values[i] = sin(2 * M_PI * i / 310);
+        sigmas[i] = 1;
+    }
+    const struct {
+        double f0, df;
+        int64_t nf;
+        double edge; /* 0: the peak is inside */
+    } grids[] = {{0.005, 0.001, 50, 0.005}, {0.0001, 0.0002, 11, 0.0021}, {0.004, 1, 1, 0.004},
+                 {0.001, 0.0005, 50, 0},    {0.0032, 0.001, 9, 0},        {0, 0.0005, 20, 0}};
+    for (size_t i = 0; i < sizeof grids / sizeof grids[0]; i++) {
+        toliman_period *period = NULL;
+        toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
+        assert_ok(toliman_period_create(grids[i].f0, grids[i].df, grids[i].nf, NULL, &period));
+        assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
+        assert_ok(toliman_period_query_fit(period, times, values, sigmas, N, &fit));
+        assert_ok(toliman_period_query_peak(period, &peak));
+        assert_int_equal(fit.flags, grids[i].edge > 0 ? TOLIMAN_PERIOD_AT_EDGE : 0);
+        if (grids[i].edge > 0) {
+            assert_int_equal(peak.flags, TOLIMAN_PERIOD_AT_EDGE);
+            assert_close(fit.frequency, grids[i].edge, 1e-14, 0);
+            assert_close(peak.frequency, grids[i].edge, 1e-14, 0);
+        } else {
+            assert_close(fit.period, 310, 1e-9, 0);
+        }
+        toliman_period_destroy(period);
+    }
+    toliman_period *none = NULL;
+    assert_fails(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "a frequency above 0");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sigma_ratios_match_113_bits),
@@ -378,6 +414,7 @@ int main(void) {
         cmocka_unit_test(nyquist_frequency_is_fitted),
         cmocka_unit_test(perfect_fit_has_a_probability),
         cmocka_unit_test(times_have_a_bound),
+        cmocka_unit_test(peak_at_the_edge_is_flagged),
         cmocka_unit_test(crafted_state_is_refused),
         cmocka_unit_test(large_foreign_file_is_not_read),
         cmocka_unit_test(memory_is_taken_at_creation),

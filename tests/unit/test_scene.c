@@ -237,7 +237,7 @@ static void text_that_is_no_json(void **state) {
         {"\"seed\": 7}}", "\"seed", TOLIMAN_E_FORMAT, "the string does not end"},
     };
     CHECK(changes);
-    refused("", 0, TOLIMAN_E_FORMAT, "JSON syntax error");
+    refused("", 0, TOLIMAN_E_FORMAT, "scene: is empty");
     refused("[]", 2, TOLIMAN_E_SCENE, "the scene = an array: must be an object");
     refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: unexpected character");
     refused("{}", 2, TOLIMAN_E_SCENE, "schema: is missing");

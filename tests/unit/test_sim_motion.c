@@ -59,10 +59,11 @@ static void frames_follow_the_orbit(void **state) {
             const int64_t k = i * (cases[c].frames - 1) / 3;
             worst = fmax(worst, error_of(sim, k, (double)k * cases[c].interval));
         }
-        print_message("%lld frames, %.2g px along the orbit: %lld anchors of order %lld, exact %d: error/peak %.2g, planned "
-                      "%.2g\n",
-                      (long long)cases[c].frames, plan.orbit_px, (long long)plan.anchors, (long long)plan.place_order,
-                      plan.exact_frames, worst, plan.place_error);
+        print_message(
+            "%lld frames, %.2g px along the orbit: %lld anchors of order %lld, exact %d: error/peak %.2g, planned "
+            "%.2g\n",
+            (long long)cases[c].frames, plan.orbit_px, (long long)plan.anchors, (long long)plan.place_order,
+            plan.exact_frames, worst, plan.place_error);
         assert_true(plan.orbit_px > 1);
         assert_int_equal(plan.exact_frames, c == 2);
         assert_true((plan.anchors > 1) == (c < 2));

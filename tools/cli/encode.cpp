@@ -1,11 +1,13 @@
 // toliman train, toliman encode: weights from a scene, latents from frames.
 #include <cstdio>
+#include <utility>
 
 #include "command.hpp"
 #include "failure.hpp"
 #include "frames_in.hpp"
 #include "output.hpp"
 #include "scene.hpp"
+#include "seed.hpp"
 
 namespace cli {
 
@@ -27,8 +29,8 @@ constexpr char kTrainDescription[] = R"(Train the autoencoder for a scene and wr
 Example:
   toliman train examples/scenes/chapter.json --out chapter.tlmw
 
-The weights hold all that `encode` needs: layout, preprocessing and reference images. The cosine that is printed is the
-share of the photon limit that the encoder reaches.)";
+Frames must have 256x256 pixels or more. The weights hold all that `encode` needs: layout, preprocessing and reference
+images. The cosine that is printed is the share of the photon limit that the encoder reaches.)";
 
 constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
 
@@ -78,7 +80,7 @@ void encode(const EncodeOptions &options, Progress &progress) {
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     size_t rows, cols;
     shape_of(options.shape, rows, cols);
-    print_stdout("file,frame,latent_px\n");
+    const char *head = "file,frame,latent_px\n"; // printed with the first line
     for (const std::string &path : options.files) {
         const auto file = open_frames(path, options.dtype, rows, cols);
         FrameFile &frames = *file;
@@ -95,7 +97,7 @@ void encode(const EncodeOptions &options, Progress &progress) {
                 throw Failure(kExitInput, path + ": frame " + std::to_string(k) + ": " + toliman_last_error());
             char line[64];
             std::snprintf(line, sizeof line, ",%zu,%.17g\n", k, latent);
-            print_stdout(path + line);
+            print_stdout(std::exchange(head, "") + path + line);
             progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
             stop_if_asked();
         }
@@ -109,7 +111,7 @@ void add_train(CLI::App &app, Context &context) {
     auto options = std::make_shared<TrainOptions>();
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
-    command->add_option("--seed", options->seed, "seed of the initial weights, default 1");
+    add_seed(*command, options->seed, "seed of the initial weights, default 1");
     command->add_option("--steps", options->steps, "Adam steps, default 600")->check(CLI::Range(1u, 1000000u));
     command->callback([&context, options] {
         context.action = [&context, options] {

@@ -4,12 +4,15 @@
 #include <chrono>
 #include <cmath>
 
+#include "failure.hpp"
+
 namespace cli {
 
 namespace {
 
 constexpr size_t kFramesAtOnce = 48;
 constexpr size_t kControlFrames = 2000;   // efficiency is known to 1/sqrt(2 * 2000) = 1.6 %
+constexpr double kLeastShare = 0.9;       // of the counted variance, for an efficiency that means something
 constexpr size_t kValidationFrames = 110; // as many as the chapter's validation set
 
 using toliman::check;
@@ -33,6 +36,27 @@ double deviation(const std::vector<double> &values) {
     for (double value : values)
         square += (value - mean) * (value - mean);
     return std::sqrt(square / static_cast<double>(values.size() - 1));
+}
+
+// Variance of the frames over the one that the Cramer-Rao bound counts, mean over pixels; 0 without noise, below 1
+// where a scene draws no photon noise.
+double noise_share(const Scene &scene, uint64_t seed) {
+    constexpr size_t frames = 16, pairs = frames / 2;
+    const size_t pixels = scene.pixels();
+    const std::vector<double> still(frames, 0.0);
+    std::vector<double> images(frames * pixels), variance(pixels);
+    check(toliman_sim_frame_many(scene.sim.get(), seed, 0, frames, still.data(), 0, images.data()));
+    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, variance.data(),
+                                static_cast<size_t>(scene.info.cols)));
+    double found = 0, counted = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        counted += variance[i] * pairs;
+        for (size_t k = 0; k < pairs; k++) {
+            const double gap = images[2 * k * pixels + i] - images[(2 * k + 1) * pixels + i];
+            found += gap * gap / 2;
+        }
+    }
+    return found / counted;
 }
 
 // Estimators of one scene and the frames they are tried on.
@@ -165,7 +189,11 @@ Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t s
     result.timings.setup = result.timings.total = setup_seconds;
     const Stopwatch total(result.timings.total);
     result.seed = seed;
-    result.grid = default_grid(cadence.times);
+    result.grid = default_grid({scene.path, cadence.times, {}, {}});
+    const double share = noise_share(scene, seed);
+    if (share == 0)
+        throw Failure(kExitUsage,
+                      scene.path + ": noise: run needs frames with noise: photon true, or read_e above 0 e-");
 
     Bench bench(scene, seed, progress);
     bench.train(result);
@@ -176,13 +204,15 @@ Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t s
     result.latent.sigma_px = result.no_signal.sigma_px = deviation(blank_latents);
     result.estimate.sigma_px = deviation(blank_estimates);
     result.untrained.sigma_px = deviation(blank_untrained);
+    result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
 
     const auto peak_of = [&](const std::vector<double> &values) {
-        return find_period({cadence.times, values, {}}, result.grid, false, progress).peak;
+        return find_period({scene.path, cadence.times, values, {}}, result.grid, false, progress).peak;
     };
     {
         const Stopwatch watch(result.timings.period);
-        const Periodogram periodogram = find_period({cadence.times, result.latents, {}}, result.grid, false, progress);
+        const Periodogram periodogram =
+            find_period({scene.path, cadence.times, result.latents, {}}, result.grid, false, progress);
         result.latent.peak = periodogram.peak;
         result.power = power_of(periodogram, result.grid.nf);
     }

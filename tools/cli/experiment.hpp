@@ -26,6 +26,7 @@ struct Experiment {
     double decoder_cosine = 0, decoder_gain = 0;  // of (decode(z) - decode(0))/z against the whitened derivative
     double mmse = 0, mssim = 0, photon_floor = 0; // means over the validation frames
     size_t control_frames = 0, validation_frames = 0;
+    double efficiency = 0; // of the latent; NaN where the frames have not the variance that the bound counts
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
     std::vector<double> latents, estimates;         // of the frames with signal
     std::vector<double> power;                      // of the latents

@@ -41,6 +41,8 @@ class FitsFrames : public FrameFile {
     // CFITSIO itself would also look for other names and other kinds of files.
     size_t check_is_fits() const {
         InputFile file(path_);
+        if (file.size() == 0)
+            malformed(path_, "is empty");
         char start[9];
         if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
             malformed(path_, "is not a FITS file");

@@ -15,6 +15,7 @@ class FitsOutput : public FrameOutput {
   public:
     FitsOutput(const std::string &path, const std::vector<size_t> &axes, int type)
         : out_(path), pixels_(static_cast<LONGLONG>(axes.back() * axes[axes.size() - 2])) {
+        out_.need_space(axes, type == ULONG_IMG ? 4 : 8);
         std::vector<LONGLONG> lengths(axes.rbegin(), axes.rend()); // NAXIS1 is the columns
         int status = 0;
         fitsfile *file = nullptr;

@@ -56,7 +56,14 @@ class PlainFrames : public FrameFile {
 
     PlainFrames(const std::string &path, const std::string &type, size_t rows, size_t cols)
         : FrameFile(path), file_(path), type_(type) {
-        set_axes({file_.size() / (rows * cols * width()), rows, cols});
+        const size_t frame = rows * cols * width();
+        if (file_.size() == 0)
+            malformed(path, "is empty");
+        if (file_.size() % frame != 0)
+            malformed(path, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
+                                std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
+                                std::to_string(cols));
+        set_axes({file_.size() / frame, rows, cols});
         check_size(0);
     }
 
@@ -112,6 +119,8 @@ void FrameFile::read(double *image) {
 }
 
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {
+    if ((ends_with(path, ".npy") || is_fits(path)) && (!dtype.empty() || rows != 0))
+        throw Failure(kExitUsage, path + ": --dtype and --shape are for headerless files, this one has a header");
     if (ends_with(path, ".npy"))
         return std::make_unique<PlainFrames>(path);
     if (is_fits(path))

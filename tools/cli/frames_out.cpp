@@ -13,6 +13,7 @@ class NpyOutput : public FrameOutput {
     NpyOutput(const std::string &path, const std::vector<size_t> &axes)
         : out_(path), pixels_(axes.back() * axes[axes.size() - 2]) {
         write_npy_header(out_, axes);
+        out_.need_space(axes, sizeof(double));
     }
     void write(const double *images, size_t count) override { out_.write(images, count * pixels_ * sizeof *images); }
     void commit() override { out_.commit(); }

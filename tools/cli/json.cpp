@@ -12,6 +12,11 @@ Json &Json::set(const char *name, double value) {
     return *this;
 }
 
+Json &Json::set_flag(const char *name, bool value) {
+    cJSON_AddBoolToObject(object_.get(), name, value);
+    return *this;
+}
+
 Json &Json::set_whole(const char *name, uint64_t value) {
     cJSON_AddRawToObject(object_.get(), name, std::to_string(value).c_str());
     return *this;

@@ -19,6 +19,7 @@ class Json {
   public:
     Json() : object_(cJSON_CreateObject()) {}
     Json &set(const char *name, double value);
+    Json &set_flag(const char *name, bool value);
     Json &set_whole(const char *name, uint64_t value); // every digit, where a double would round
     Json &set(const char *name, const std::string &value);
     Json &set(const char *name, Json &&value); // nested

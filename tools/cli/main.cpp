@@ -1,4 +1,5 @@
 // toliman: the command line of libtoliman.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <unistd.h>
@@ -48,6 +49,17 @@ int complain(int code, const char *text) {
     return code;
 }
 
+// The words of the command line, last first as CLI11 takes them; `help [COMMAND]` is `[COMMAND] --help`.
+std::vector<std::string> asked_words(int argc, char **argv) {
+    std::vector<std::string> words(argv + 1, argv + argc);
+    if (!words.empty() && words[0] == "help") {
+        words.erase(words.begin());
+        words.insert(words.begin() + (words.empty() ? 0 : 1), "--help");
+    }
+    std::reverse(words.begin(), words.end());
+    return words;
+}
+
 int parse_and_run(int argc, char **argv) {
     Context context;
     CLI::App app(kDescription, "toliman");
@@ -68,14 +80,21 @@ int parse_and_run(int argc, char **argv) {
     add_pupil(app, context);
     add_doctor(app, context);
     try {
-        app.parse(argc, argv);
+        app.parse(asked_words(argc, argv));
     } catch (const CLI::Success &success) { // --help, --version
         return app.exit(success);
     } catch (const CLI::ParseError &error) {
-        return complain(kExitUsage, (error.what() + suggestion(app, argc, argv)).c_str());
+        const std::string unknown = unknown_word(app, argc, argv);
+        return complain(kExitUsage, unknown.empty() ? error.what() : unknown.c_str());
     }
     watch_signals();
-    context.action();
+    try {
+        context.action();
+    } catch (const toliman::error &error) {
+        if (error.status() == TOLIMAN_E_CANCELLED)
+            stop_if_asked(); // in the words of the program
+        throw;
+    }
     return kExitOk;
 }
 
@@ -88,8 +107,7 @@ int main(int argc, char **argv) {
     } catch (const Failure &failure) {
         return complain(failure.code(), failure.what());
     } catch (const toliman::error &error) {
-        const bool terminated = error.status() == TOLIMAN_E_CANCELLED && stop_signal() == 15;
-        return complain(terminated ? kExitTerminated : exit_code(error.status()), error.what());
+        return complain(exit_code(error.status()), error.what());
     } catch (const std::bad_alloc &) {
         return complain(kExitInternal, "out of memory");
     } catch (const std::exception &error) {

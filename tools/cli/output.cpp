@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <memory>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "failure.hpp"
@@ -80,6 +81,21 @@ void OutputFile::fail() const {
     fail((temporary_.empty() ? "" : temporary_ + ": ") + std::strerror(errno));
 }
 
+void OutputFile::need_space(const std::vector<size_t> &axes, size_t width) const {
+    double bytes = static_cast<double>(width);
+    for (const size_t axis : axes)
+        bytes *= static_cast<double>(axis);
+    struct statvfs disk = {};
+    if (temporary_.empty() || ::statvfs(temporary_.c_str(), &disk) != 0)
+        return;
+    const double room = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+    if (bytes <= room)
+        return;
+    char text[80];
+    std::snprintf(text, sizeof text, "takes %.4g GB, the disk has %.4g GB free", bytes * 1e-9, room * 1e-9);
+    fail(text);
+}
+
 std::string OutputFile::hand_over() {
     if (temporary_.empty())
         fail("this format needs a regular file");
@@ -119,11 +135,11 @@ void OutputFile::commit() {
 OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {
     if (!made_ && errno != EEXIST)
         throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) == 0 && !S_ISDIR(facts.st_mode))
+        throw Failure(kExitOutput, path + ": is not a folder");
     if (::access(path.c_str(), W_OK | X_OK) != 0)
         throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
-    struct stat facts = {};
-    if (::stat(path.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode))
-        throw Failure(kExitOutput, path + ": is not a folder");
 }
 
 OutputFolder::~OutputFolder() {

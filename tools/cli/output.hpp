@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdio>
 #include <string>
+#include <vector>
 
 namespace cli {
 
@@ -14,6 +15,8 @@ class OutputFile {
     ~OutputFile();
     OutputFile(const OutputFile &) = delete;
     OutputFile &operator=(const OutputFile &) = delete;
+    // Fails where numbers of so many bytes, in an array with these axes, find no room on the disk.
+    void need_space(const std::vector<size_t> &axes, size_t width) const;
     void write(const void *data, size_t size);
     void print(const char *format, ...) __attribute__((format(printf, 2, 3)));
     // For a library that writes files by name: a name that is free and commit() will rename. Write nothing else then.

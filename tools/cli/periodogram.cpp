@@ -10,7 +10,7 @@ namespace cli {
 
 namespace {
 
-constexpr double kMostFrequencies = 1 << 26; // of toliman_period_create
+constexpr double kMostFrequencies = 2e6; // 270 MB; a grid that is given may have more
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -20,15 +20,15 @@ double median(std::vector<double> values) {
 
 } // namespace
 
-FrequencyGrid default_grid(const std::vector<double> &times) {
-    std::vector<double> sorted = times, steps;
+FrequencyGrid default_grid(const Series &series) {
+    std::vector<double> sorted = series.t, steps;
     std::sort(sorted.begin(), sorted.end());
     for (size_t i = 1; i < sorted.size(); i++)
         if (sorted[i] > sorted[i - 1])
             steps.push_back(sorted[i] - sorted[i - 1]);
     if (steps.size() < 4)
-        throw Failure(kExitInput, "a periodogram needs at least five different times, there are " +
-                                      std::to_string(sorted.empty() ? 0 : steps.size() + 1));
+        malformed(series.name, "a periodogram needs at least five different times, there are " +
+                                   std::to_string(sorted.empty() ? 0 : steps.size() + 1));
     const double step = median(steps), span = sorted.back() - sorted.front() + step;
     const double f0 = 1.5 / span, df = 0.1 / span;
     const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
@@ -36,9 +36,9 @@ FrequencyGrid default_grid(const std::vector<double> &times) {
         char text[256];
         std::snprintf(text, sizeof text,
                       "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
-                      "span %g; give --f0, --df and --nf",
+                      "span %g; `toliman period` takes --f0, --df and --nf",
                       kMostFrequencies, step, span);
-        throw Failure(kExitUsage, text);
+        throw Failure(kExitUsage, series.name + ": " + text);
     }
     return {f0, df, static_cast<int64_t>(count)};
 }
@@ -60,7 +60,8 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
         options.sigma_ceiling = *coarsest;
         sigma = series.sigma.data();
     }
-    Periodogram result = {make<periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options), {}};
+    Periodogram result = {
+        make<periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options), options.time_offset, {}};
     for (size_t i = 0; i < series.t.size(); i++) {
         check(toliman_period_push(result.handle.get(), series.t[i], series.y[i],
                                   sigma != nullptr ? sigma[i] : options.sigma_floor));

@@ -15,16 +15,21 @@ struct FrequencyGrid {
 };
 
 // f0 = 1.5/T, df = 1/(10 T) up to 1/(2 median dt); T the time span plus one median step. An error names both where that
-// makes more frequencies than a periodogram takes.
-FrequencyGrid default_grid(const std::vector<double> &times);
+// makes more than 2e6 frequencies.
+FrequencyGrid default_grid(const Series &series);
 
 struct Periodogram {
     toliman::periodogram handle;
+    double time_offset;       // where the peak's phase counts from: the first time
     toliman_period_peak peak; // refined against the samples
+    bool at_edge() const noexcept { return (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0; }
 };
 
 // Pushes every sample one by one and fits the highest peak; a signal stops it between two samples.
 Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fixed_mean, Progress &progress);
+
+constexpr const char kEdgeRemark[] =
+    "the peak stands at the edge of the grid and the period may lie beyond: --f0, --df and --nf give another grid";
 
 std::vector<double> power_of(const Periodogram &periodogram, int64_t nf);
 

@@ -10,6 +10,7 @@
 #include "output.hpp"
 #include "pupil_search.hpp"
 #include "scene.hpp"
+#include "seed.hpp"
 
 namespace cli {
 
@@ -68,7 +69,7 @@ void print_json(const Scene &whole, const MaskedScene &scene, const Options &opt
                 const Found &best, uint64_t judged) {
     Json json;
     json.set("schema", "toliman-pupil/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(whole.sim.get())).set("seed", static_cast<double>(options.limits.seed));
+    json.set("scene", toliman_sim_get_name(whole.sim.get())).set_whole("seed", options.limits.seed);
     json.set("judged", static_cast<double>(judged));
     json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
     json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
@@ -129,7 +130,7 @@ void add_pupil(CLI::App &app, Context &context) {
     CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes, "stop after so many minutes");
     CLI::Option *count = command->add_option("--count", options->limits.count, "masks to judge, default 4000")
                              ->check(CLI::Range(1u, 1000000000u));
-    command->add_option("--seed", options->limits.seed, "of the masks drawn, default 1")->check(CLI::NonNegativeNumber);
+    add_seed(*command, options->limits.seed, "of the masks drawn, default 1");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, minutes, count] {
         if (minutes->count() > 0 && !(options->limits.minutes > 0 && options->limits.minutes <= kMostMinutes))

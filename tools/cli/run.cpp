@@ -5,8 +5,10 @@
 
 #include "command.hpp"
 #include "experiment.hpp"
+#include "failure.hpp"
 #include "json.hpp"
 #include "output.hpp"
+#include "seed.hpp"
 
 namespace cli {
 
@@ -24,8 +26,26 @@ Examples:
   toliman run examples/scenes/chapter.json
   toliman run examples/scenes/mission.json --seed 7 --out mission7 --json
 
-Writes result.json (schema toliman-run/1), series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside
-the network stand the template estimator, the untrained network, frames without signal and the Cramer-Rao bound.)";
+Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
+series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside the network stand the template estimator, the
+untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
+
+constexpr double kSignificant = -2;                        // log10 FAP
+constexpr int64_t kFewestFrames = 5, kMostFrames = 400000; // of a periodogram on the default grid
+
+void check_cadence(const Scene &scene) {
+    const int64_t frames = scene.info.frames;
+    if (frames < kFewestFrames || frames > kMostFrames)
+        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": run takes " +
+                                      std::to_string(kFewestFrames) + " to " + std::to_string(kMostFrames) + " frames");
+}
+
+void remark(const Experiment &experiment, Progress &progress) {
+    if ((experiment.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
+        progress.warn("the peak stands at the edge of the grid and the period may lie beyond");
+    if (std::isnan(experiment.efficiency))
+        progress.warn("the Cramer-Rao bound counts photon noise, which these frames do not have: no efficiency");
+}
 
 Json result_json(const Scene &scene, const Experiment &experiment) {
     const toliman_sim_info &info = scene.info;
@@ -52,12 +72,12 @@ Json result_json(const Scene &scene, const Experiment &experiment) {
         .set("crb_marginal_px", info.crb_marginal_px)
         .set("crb_projected_px", info.crb_projected_px);
     json.set("latent_sigma_px", experiment.latent.sigma_px);
-    const double efficiency = info.crb_projected_px / experiment.latent.sigma_px;
-    json.set("efficiency", efficiency);
-    json.set("efficiency_error", efficiency / std::sqrt(2 * static_cast<double>(experiment.control_frames)));
+    json.set("efficiency", experiment.efficiency);
+    json.set("efficiency_error", experiment.efficiency / std::sqrt(2 * static_cast<double>(experiment.control_frames)));
     json.set("cosine", experiment.training.cosine).set("period_days", peak.period);
     json.set("period_half_width_days", peak.half_width_error).set("period_fwhm_days", peak.fwhm_error);
     json.set("period_error_days", peak.frequency_error * peak.period * peak.period);
+    json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
     json.set("mmse", experiment.mmse).set("photon_floor", experiment.photon_floor).set("mssim", experiment.mssim);
     json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
@@ -83,15 +103,18 @@ void write_periodogram(OutputFile &out, const Experiment &experiment) {
 void print_summary(const Scene &scene, const Experiment &experiment, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
     const toliman_period_peak &peak = experiment.latent.peak;
+    const bool found = peak.log10_fap <= kSignificant;
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
                 static_cast<long long>(info.cols), static_cast<unsigned long long>(experiment.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
-    std::printf("period found  %.2f +- %.2f days, log10 FAP %.1f\n", peak.period,
-                peak.frequency_error * peak.period * peak.period, peak.log10_fap);
-    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency %.3f\n", experiment.latent.sigma_px,
-                info.crb_projected_px, info.crb_projected_px / experiment.latent.sigma_px);
+    std::printf("%s  %.2f +- %.2f days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak", peak.period,
+                peak.frequency_error * peak.period * peak.period, peak.log10_fap,
+                found ? "" : ": no significant period");
+    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", experiment.latent.sigma_px,
+                info.crb_projected_px);
+    std::printf(std::isnan(experiment.efficiency) ? "not defined\n" : "%.3f\n", experiment.efficiency);
     std::printf("template      sigma %.3g px, period %.2f days, log10 FAP %.1f\n", experiment.estimate.sigma_px,
                 experiment.estimate.peak.period, experiment.estimate.peak.log10_fap);
     std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", experiment.untrained.peak.log10_fap,
@@ -108,6 +131,7 @@ void print_summary(const Scene &scene, const Experiment &experiment, const std::
 void run(const Options &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
     const Scene scene(options.scene, progress);
+    check_cadence(scene);
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
@@ -126,6 +150,7 @@ void run(const Options &options, Progress &progress) {
     result.commit(); // last: whoever finds a result.json finds all of it
     folder.keep();
     progress.clear();
+    remark(experiment, progress);
     if (options.as_json)
         print_stdout(json);
     else
@@ -140,7 +165,7 @@ void add_run(CLI::App &app, Context &context) {
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->folder,
                         "folder for the results, default ./<scene name>.run, scene.run without a name");
-    CLI::Option *seed = command->add_option("--seed", options->seed, "seed of noise and weights, default the scene's");
+    CLI::Option *seed = add_seed(*command, options->seed, "seed of noise and weights, default the scene's");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, seed] {
         options->seed_given = seed->count() > 0;

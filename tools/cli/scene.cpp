@@ -29,7 +29,7 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
 
 } // namespace
 
-Scene::Scene(const std::string &path, Progress &progress) : sim(open_scene(path, progress)) {
+Scene::Scene(const std::string &file, Progress &progress) : path(file), sim(open_scene(file, progress)) {
     info.struct_size = sizeof info;
     toliman::check(toliman_sim_get_info(sim.get(), &info));
 }

@@ -10,8 +10,9 @@
 namespace cli {
 
 struct Scene {
-    Scene(const std::string &path, Progress &progress);
+    Scene(const std::string &file, Progress &progress);
 
+    std::string path;
     toliman::simulator sim;
     toliman_sim_info info = {};
     size_t pixels() const noexcept { return static_cast<size_t>(info.rows) * static_cast<size_t>(info.cols); }

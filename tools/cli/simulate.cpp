@@ -1,10 +1,12 @@
 // toliman psf, toliman simulate: images to files.
 #include <algorithm>
+#include <cmath>
 
 #include "command.hpp"
 #include "failure.hpp"
 #include "frames_out.hpp"
 #include "scene.hpp"
+#include "seed.hpp"
 #include "suffix.hpp"
 
 namespace cli {
@@ -35,10 +37,22 @@ Examples:
   toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
 
 With --session the mission's own pair of files, <session>_frames.bin and <session>_meta.jsonl, goes into the folder
---out. Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
+--out. Unsigned counts hold nothing below 0: where read noise takes a pixel there, .bin and the pair are refused.
+Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
+
+void check_star(const Scene &scene) {
+    double places[4];
+    toliman::check(toliman_sim_get_offsets(scene.sim.get(), places));
+    if (std::isnan(places[2]))
+        throw Failure(kExitUsage, "--star B: " + scene.path + " has star A only");
+}
 
 void psf(const Options &options, Progress &progress) {
+    if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
+        throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
     const Scene scene(options.scene, progress);
+    if (options.star == "B")
+        check_star(scene);
     std::vector<double> image(scene.pixels());
     const int32_t kind = options.star == "A"   ? TOLIMAN_IMAGE_STAR_A
                          : options.star == "B" ? TOLIMAN_IMAGE_STAR_B
@@ -131,8 +145,9 @@ void add_simulate(CLI::App &app, Context &context) {
         ->add_option("--out", options->out,
                      "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")
         ->required();
-    command->add_option("--frames", options->frames, "FIRST:END, default all of the cadence");
-    CLI::Option *seed = command->add_option("--seed", options->seed, "noise seed, default the scene's");
+    command->add_option("--frames", options->frames,
+                        "FIRST:END, FIRST:, :END or one number; default all of the cadence");
+    CLI::Option *seed = add_seed(*command, options->seed, "noise seed, default the scene's");
     CLI::Option *session = command->add_option("--session", options->session, "name of the pair of files");
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
     session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));

@@ -29,30 +29,40 @@ void add_options(const CLI::App &app, std::vector<std::string> &names) {
             names.push_back("--" + name);
 }
 
+bool known(const std::string &word, const std::vector<std::string> &names) {
+    return std::find(names.begin(), names.end(), word) != names.end();
+}
+
+std::string meant(const std::string &word, const std::vector<std::string> &names) {
+    for (const std::string &name : names)
+        if (distance(word, name) <= 2)
+            return " (did you mean " + name + "?)";
+    return "";
+}
+
 } // namespace
 
-std::string suggestion(const CLI::App &app, int argc, char **argv) {
+std::string unknown_word(const CLI::App &app, int argc, char **argv) {
     std::vector<std::string> commands, options;
     add_options(app, options);
-    const CLI::App *chosen = nullptr;
-    for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; })) {
+    for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
         commands.push_back(command->get_name());
-        if (argc > 1 && command->get_name() == argv[1])
-            chosen = command;
-    }
-    if (chosen != nullptr)
-        add_options(*chosen, options);
+    bool chosen = false;
     for (int i = 1; i < argc; i++) {
         const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+        if (word == "--") // files follow
+            break;
         const bool is_option = word.rfind("--", 0) == 0;
-        if (!is_option && (i > 1 || chosen != nullptr))
+        if (is_option && !known(word, options))
+            return "unknown option " + word + meant(word, options);
+        if (word == "--progress" && word == argv[i])
+            i++; // its value
+        if (is_option || chosen)
             continue;
-        const std::vector<std::string> &names = is_option ? options : commands;
-        if (std::find(names.begin(), names.end(), word) != names.end())
-            continue;
-        for (const std::string &name : names)
-            if (distance(word, name) <= 2)
-                return " (did you mean " + name + "?)";
+        if (!known(word, commands))
+            return "unknown command " + word + meant(word, commands);
+        add_options(*app.get_subcommand(word), options);
+        chosen = true;
     }
     return "";
 }

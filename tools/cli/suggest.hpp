@@ -5,7 +5,8 @@
 
 namespace cli {
 
-// " (did you mean --frames?)" for the first word of the command line that nearly is a known name; "" if none.
-std::string suggestion(const CLI::App &app, int argc, char **argv);
+// What to say of the first word of the command line that is no command or no option of the command:
+// "unknown option --frame (did you mean --frames?)"; "" if all are known.
+std::string unknown_word(const CLI::App &app, int argc, char **argv);
 
 } // namespace cli

@@ -24,7 +24,9 @@ void watch_signals() {
     action.sa_handler = take_note;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
-    ::signal(SIGPIPE, SIG_IGN); // a closed pipe is then a write error with a message
+    // A closed pipe and a file beyond the limit of sizes are then write errors with a message.
+    ::signal(SIGPIPE, SIG_IGN);
+    ::signal(SIGXFSZ, SIG_IGN);
 }
 
 int stop_signal() noexcept {
@@ -79,6 +81,10 @@ void Progress::clear() {
     if (drawn_)
         std::fprintf(stderr, "\r\033[K");
     drawn_ = false;
+}
+
+void Progress::warn(const std::string &text) {
+    log(TOLIMAN_LOG_WARNING, text.c_str(), this);
 }
 
 int32_t Progress::callback(const char *stage, double fraction, void *user_data) {

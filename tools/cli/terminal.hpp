@@ -23,6 +23,7 @@ class Progress {
     void show(const char *stage, double fraction, const std::string &note = "");
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
+    void warn(const std::string &text);
 
     // For the library: user_data is the Progress.
     static int32_t callback(const char *stage, double fraction, void *user_data);

@@ -1,6 +1,7 @@
 """Streaming periodogram; include/toliman/period.h is the manual."""
 import ctypes
-from ctypes import POINTER, byref, c_double, c_int32, c_int64, c_size_t, c_uint32, c_void_p
+import os
+from ctypes import POINTER, byref, c_double, c_int32, c_char_p, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 
 import numpy
 
@@ -14,9 +15,13 @@ class _Options(ctypes.Structure):
 
 
 class Peak(ctypes.Structure):
-    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats."""
+    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats.
 
-    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32)] + [
+    y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase). at_edge: the peak stands at the grid's first or
+    last frequency, and the period may lie outside.
+    """
+
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
         (name, c_double)
         for name in (
             "frequency period power log10_residual fwhm fwhm_error half_width_error frequency_error "
@@ -24,11 +29,21 @@ class Peak(ctypes.Structure):
         ).split()
     ]
 
+    @property
+    def at_edge(self):
+        return bool(self.flags & _AT_EDGE)
+
     def __repr__(self):
         return f"Peak(period={self.period:.6g}, power={self.power:.6g}, log10_fap={self.log10_fap:.4g})"
 
 
-_FIXED_MEAN = 1
+class _Info(ctypes.Structure):
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("nf", c_int64)] + [
+        (name, c_double) for name in ("f0", "df", "time_offset", "value_offset", "value_bound", "sigma_floor")
+    ] + [("count", c_int64), ("digest", c_uint64), ("sigma_ceiling", c_double)]
+
+
+_FIXED_MEAN, _AT_EDGE = 1, 1
 _doubles = POINTER(c_double)
 
 
@@ -47,6 +62,10 @@ _count = _declare("count", c_void_p, restype=c_int64)
 _query_power = _declare("query_power", c_void_p, c_int64, c_size_t, _doubles)
 _query_peak = _declare("query_peak", c_void_p, POINTER(Peak))
 _query_fit = _declare("query_fit", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(Peak))
+_query_fap = _declare("query_fap", c_void_p, c_double, _doubles)
+_get_info = _declare("get_info", c_void_p, POINTER(_Info))
+_save_file = _declare("save_file", c_void_p, c_char_p)
+_load_file = _declare("load_file", c_char_p, POINTER(c_void_p))
 
 
 def _series(t, y, sigma):
@@ -63,7 +82,7 @@ class Periodogram:
 
     time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
     between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
-    order of pushes gives the same bits.
+    order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
     """
 
     def __init__(self, f0, df, nf, *, fit_mean=True, time_offset=0.0, value_offset=0.0, value_bound=2.0**20,
@@ -106,6 +125,27 @@ class Periodogram:
         arrays, pointers = _series(t, y, sigma)
         check(_query_fit(self._handle, *pointers, len(arrays[0]), byref(peak)))
         return peak
+
+    def log10_fap(self, log10_residual):
+        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid."""
+        result = c_double()
+        check(_query_fap(self._handle, log10_residual, byref(result)))
+        return result.value
+
+    def save(self, path):
+        """Writes all sums to a file, as a whole or not at all."""
+        check(_save_file(self._handle, os.fsencode(path)))
+
+    @classmethod
+    def load(cls, path):
+        """A periodogram from such a file; it goes on where the other stood."""
+        self = cls.__new__(cls)
+        self._handle = c_void_p()
+        check(_load_file(os.fsencode(path), byref(self._handle)))
+        info = _Info(struct_size=ctypes.sizeof(_Info))
+        check(_get_info(self._handle, byref(info)))
+        self.nf, self._sigma = info.nf, info.sigma_floor
+        return self
 
     def __len__(self):
         return _count(self._handle)

@@ -1,0 +1,74 @@
+"""The Python periodogram: README's example as it stands there, states, edges and false alarms."""
+import contextlib
+import io
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+from toliman import Error, Periodogram  # noqa: E402
+
+t = numpy.arange(200.0)
+y = 1e-3 * numpy.sin(2 * numpy.pi * t / 17)
+sigma = numpy.where(t % 2 == 0, 1e-3, 2e-3)
+GRID = {"f0": 0.01, "df": 0.001, "nf": 400}
+
+
+class Readme(unittest.TestCase):
+    def test_example_with_small_sigmas(self):
+        text = (ROOT / "README.md").read_text()
+        code = re.search(r"```python\n(.*?)```", text, re.S)[1]
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(code, {**GRID, "t": t, "y": y, "sigma": sigma})
+        self.assertIn("Peak(period=16.997", said.getvalue())
+
+
+class Handle(unittest.TestCase):
+    def made(self, **options):
+        periodogram = Periodogram(**GRID, sigma_floor=1e-3, **options)
+        self.addCleanup(periodogram.close)
+        periodogram.push_many(t, y, sigma)
+        return periodogram
+
+    def test_sigma_below_its_floor(self):
+        with Periodogram(**GRID) as periodogram:
+            with self.assertRaisesRegex(Error, "sigma = 0.001: below sigma_floor = 1.*give the smallest sigma"):
+                periodogram.push_many(t, y, sigma)
+
+    def test_edge(self):
+        self.assertFalse(self.made().fit(t, y, sigma).at_edge)
+        with Periodogram(0.06, 0.0005, 5, sigma_floor=1e-3) as periodogram:
+            periodogram.push_many(t, y, sigma)
+            self.assertTrue(periodogram.fit(t, y, sigma).at_edge)
+            self.assertTrue(periodogram.peak().at_edge)
+
+    def test_saved_and_loaded(self):
+        first = self.made()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "state.tlmp"
+            first.save(path)
+            with Periodogram.load(path) as second:
+                self.assertEqual((len(second), second.nf), (200, 400))
+                self.assertTrue((second.power() == first.power()).all())
+                first.push(200.0, 0.0)
+                second.push(200.0, 0.0)
+                self.assertTrue((second.power() == first.power()).all())
+            path.write_bytes(b"no state")
+            with self.assertRaisesRegex(Error, "state.tlmp: "):
+                Periodogram.load(path)
+
+    def test_fap(self):
+        periodogram = self.made()
+        peak = periodogram.peak()
+        self.assertAlmostEqual(periodogram.log10_fap(peak.log10_residual), peak.log10_fap, delta=1e-12)
+        self.assertEqual(periodogram.log10_fap(0.0), 0.0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,137 @@
+"""What the program says of mistyped words, seeds, files and scenes: the name, the value and what is allowed."""
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+import numpy
+from program import PROGRAM, SCENES, ProgramTest
+
+CHAPTER = SCENES / "chapter.json"
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
+    "band": {"wavelength_nm": 550},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
+    "cadence": {"frames": 10, "peak_photons": 1e6},
+    "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
+}
+
+
+class Words(ProgramTest):
+    def test_unknown_words(self):
+        for words, text in (
+            (("psf", CHAPTER, "--oot", "x.npy"), "unknown option --oot (did you mean --out?)"),
+            (("psf", CHAPTER, "--oot=x.npy"), "unknown option --oot (did you mean --out?)"),
+            (("--progress", "none", "rum", "x"), "unknown command rum (did you mean run?)"),
+            (("rum", "x"), "unknown command rum (did you mean run?)"),
+            (("swim", "x"), "unknown command swim"),
+            (("psf", CHAPTER, "--elephant"), "unknown option --elephant"),
+        ):
+            self.refuse(2, f"toliman: {text}\n", arguments=words)
+        self.refuse(2, "--out is required", arguments=("psf", CHAPTER))
+
+    def test_help_is_a_command_too(self):
+        self.assertEqual(self.succeed("help"), self.succeed("--help"))
+        self.assertEqual(self.succeed("help", "period"), self.succeed("period", "--help"))
+
+    def test_seeds(self):
+        for command in (["train", CHAPTER, "--out", "w"], ["simulate", CHAPTER, "--out", "f.npy"], ["run", CHAPTER],
+                        ["pupil", CHAPTER]):
+            for seed in ("-1", "18446744073709551616", "1e3", "0x10", "seven"):
+                with self.subTest(command=command, seed=seed):
+                    self.refuse(2, f"--seed: {seed}: must be a whole number from 0 to 18446744073709551615",
+                                arguments=(*command, f"--seed={seed}"))
+
+
+class Small(ProgramTest):
+    def scene(self, file="s.json", **groups):
+        (self.folder / file).write_text(json.dumps({**SCENE, **groups}))
+
+    def psf_refused(self, code, *texts):
+        self.refuse(code, *texts, arguments=("psf", "s.json", "--out", "x.npy"))
+
+    def test_what_psf_cannot_do(self):
+        self.scene()
+        self.refuse(2, "--star B: s.json has star A only", arguments=("psf", "s.json", "--star", "B", "--out", "x.npy"))
+        self.refuse(2, "--out x.txt: must end in .npy or .fits", arguments=("psf", "s.json", "--out", "x.txt"))
+
+    def test_folder_that_is_a_file(self):
+        (self.folder / "taken").write_text("")
+        self.refuse(6, "taken: is not a folder", arguments=("run", CHAPTER, "--out", "taken"))
+
+    def test_keys_and_ranges(self):
+        self.scene(noise={"zebra": 1})
+        self.psf_refused(2, "s.json: noise.zebra: unknown key; allowed are photon, read_e, seed")
+        self.scene(noise={"seed": 1e17})
+        self.psf_refused(2, "s.json: noise.seed = 1e+17: must be in [0, 9007199254740992]")
+        self.scene(detector={"shape": [2048, 2048], "pixel_scale_arcsec": 3})
+        self.psf_refused(2, "s.json: telescope.pupil_samples = 32: must be at least ", "2048 at most",
+                         "detector.shape or detector.pixel_scale_arcsec smaller")
+
+    def test_files_that_a_scene_names(self):
+        missing = "No such file or directory"
+        self.scene(stars={"A": {"spectrum": {"kind": "table", "file": "star.csv"}}})
+        self.psf_refused(3, "s.json: stars.A.spectrum.file: ./star.csv: " + missing)
+        for key, group in (("mask.file", {"mask": {"kind": "file", "file": "m.npy", "quantity": "opd_m"}}),
+                           ("amplitude.file", {"amplitude": {"file": "m.npy"}}),
+                           ("aberrations.opd_file", {"aberrations": {"opd_file": "m.npy"}})):
+            self.scene(telescope={**SCENE["telescope"], **group})
+            self.psf_refused(3, f"s.json: telescope.{key}: ./m.npy: {missing}")
+
+    def test_scene_files_from_elsewhere(self):
+        for text in ("", " \n"):
+            (self.folder / "s.json").write_text(text)
+            self.psf_refused(3, "s.json: is empty")
+        self.scene()
+        self.succeed("psf", "s.json", "--out", "plain.npy")
+        text = (self.folder / "s.json").read_bytes()
+        (self.folder / "s.json").write_bytes(b"\xef\xbb\xbf" + text)
+        self.succeed("psf", "s.json", "--out", "marked.npy")
+        self.assertEqual((self.folder / "plain.npy").read_bytes(), (self.folder / "marked.npy").read_bytes())
+
+
+class Weights(ProgramTest):
+    def test_what_encode_cannot_read(self):
+        (self.folder / "w.tlmw").write_bytes(b"not weights at all" * 20)
+        self.refuse(3, "w.tlmw: weights blob: ", arguments=("encode", "--weights", "w.tlmw", "f.npy"))
+        scene = json.loads(CHAPTER.read_text())
+        scene["band"] = {"wavelength_nm": 580}
+        for star in scene["stars"].values():
+            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        (self.folder / "s.json").write_text(json.dumps(scene))
+        self.assertEqual(self.run_program("train", "s.json", "--steps", "1", "--out", "w.tlmw").returncode, 0)
+        encode = ("encode", "--weights", "w.tlmw")
+        raw = (*encode, "--dtype", "u16le", "--shape", "256x256")
+        (self.folder / "short.bin").write_bytes(bytes(1000))
+        for name in ("e.npy", "e.fits", "e.bin"):
+            (self.folder / name).write_bytes(b"")
+        numpy.save(self.folder / "f.npy", numpy.zeros((256, 256)))
+        # `refuse` also holds that not even the head of the table is printed.
+        self.refuse(3, "none.npy: No such file", arguments=(*encode, "none.npy"))
+        self.refuse(3, "e.npy: is empty", arguments=(*encode, "e.npy"))
+        self.refuse(3, "e.fits: is empty", arguments=(*encode, "e.fits"))
+        self.refuse(3, "e.bin: is empty", arguments=(*raw, "e.bin"))
+        self.refuse(3, "short.bin: holds 1000 bytes, not a multiple of the 131072 of a frame of 256x256",
+                    arguments=(*raw, "short.bin"))
+        self.refuse(2, "f.npy: --dtype and --shape are for headerless files", arguments=(*raw, "f.npy"))
+        out = self.succeed(*encode, "f.npy", "f.npy").splitlines()
+        self.assertEqual([out[0], len(out)], ["file,frame,latent_px", 3])
+
+
+class Stopped(ProgramTest):
+    def test_a_signal_during_training(self):
+        command = [PROGRAM, "--progress=json", "train", CHAPTER, "--steps", "100000", "--out", "w"]
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            while '"progress":"train"' not in child.stderr.readline():
+                pass
+            child.send_signal(number)
+            self.assertEqual(child.communicate(timeout=60)[1].splitlines()[-1], "toliman: stopped by a signal")
+            self.assertEqual(child.returncode, code)
+            self.assertEqual(os.listdir(self.folder), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

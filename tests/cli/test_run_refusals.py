@@ -1,0 +1,69 @@
+"""toliman run and train on scenes that they cannot take, and what run says where an efficiency has no meaning."""
+import json
+import unittest
+
+from program import SCENES, ProgramTest
+
+
+class Scenes(ProgramTest):
+    def scene(self, **groups):
+        """The chapter's scene at one wavelength and 20 frames, with groups updated."""
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["cadence"]["frames"] = 20
+        scene["band"] = {"wavelength_nm": 580}
+        for star in scene["stars"].values():
+            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        for name, group in groups.items():
+            scene[name] = group if group is None else {**scene.get(name, {}), **group}
+        (self.folder / "s.json").write_text(json.dumps({k: v for k, v in scene.items() if v is not None}))
+
+    def test_no_noise(self):
+        for noise in (None, {"photon": False}):
+            self.scene(noise=noise)
+            self.refuse(2, "s.json: noise: ", "photon", "read_e above 0 e-", arguments=("run", "s.json"))
+
+    def test_read_noise_only(self):
+        """The bound counts photons that these frames do not scatter by: it was an efficiency of 1534."""
+        self.scene(noise={"photon": False, "read_e": 5})
+        done = self.run_program("run", "s.json", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("no efficiency", done.stderr)
+        result = json.loads(done.stdout)
+        self.assertIsNone(result["efficiency"])
+        self.assertIsNone(result["efficiency_error"])
+        self.assertLess(result["latent_sigma_px"], result["crb_px"] / 100)
+        self.assertIn("efficiency not defined\n", self.run_program("run", "s.json").stdout)
+
+    def test_both_noises(self):
+        self.scene(noise={"photon": True, "read_e": 5})
+        result = json.loads(self.succeed("run", "s.json", "--json"))
+        self.assertAlmostEqual(result["efficiency"], 1, delta=0.15)
+
+    def test_no_significant_period(self):
+        self.scene(signal={"amplitude_px": 0})
+        out = self.succeed("run", "s.json")
+        self.assertIn("highest peak  ", out)
+        self.assertIn(": no significant period\n", out)
+
+    def test_frames(self):
+        for frames in (4, 400001):
+            self.scene(cadence={"frames": frames})
+            self.refuse(2, f"s.json: cadence.frames = {frames}: run takes 5 to 400000", arguments=("run", "s.json"))
+
+    def test_what_the_network_takes(self):
+        self.scene(detector={"shape": [128, 256]})
+        for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
+            self.refuse(2, "s.json: detector.shape = [128, 256]: the network takes at least 256 px",
+                        arguments=command)
+        scene = json.loads((self.folder / "s.json").read_text())
+        scene["detector"]["shape"] = [256, 256]
+        scene["stars"].pop("B")
+        scene.pop("binary")
+        scene["preprocess"] = {"project": ["shift_x"]}
+        (self.folder / "s.json").write_text(json.dumps(scene))
+        for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
+            self.refuse(2, "s.json: preprocess.project: ", "tells nothing of the separation", arguments=command)
+
+
+if __name__ == "__main__":
+    unittest.main()
