@@ -29,6 +29,10 @@ constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7
 constexpr size_t kStarFields = 4;  // the image, its slopes and focus
 constexpr size_t kFrameImages = 9; // kept besides the derivatives along the displacement
 
+double farthest_of(const Signal &signal) noexcept {
+    return signal.amplitude_px * (1 + signal.eccentricity);
+}
+
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
     return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front();
@@ -84,7 +88,7 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, 
     for (size_t star = 0; star < scene.stars.size(); star++)
         for (size_t axis = 0; axis < 2; axis++)
             farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
-    farthest_px += wandering_px(scene, light) + orbit_px(scene, light);
+    farthest_px += wandering_px(scene, light) + orbit_px(scene, light) + farthest_of(scene.signal);
     const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
     if (static_cast<double>(pupil.samples) < needed)
         fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases%s",
@@ -121,10 +125,6 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
         plan.spectrum_error = error;
         return;
     }
-}
-
-double farthest_of(const Signal &signal) noexcept {
-    return signal.amplitude_px * (1 + signal.eccentricity);
 }
 
 // Bernstein: a derivative of an image is at most 2 pi cutoff times the one before. The first term left out, against the
