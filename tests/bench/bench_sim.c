@@ -237,6 +237,12 @@ static void measure_stages(void) {
     measure_stage("signal of 0.01 px", with_number(chapter(), "amplitude_px", "1e-6", 1e-2));
     measure_stage("integrated pixels", replaced_again(chapter(), "\"point\"", "\"integrated\""));
     measure_stage("no photon noise", replaced_again(chapter(), "\"photon\": true", "\"photon\": false"));
+    measure_stage(
+        "gain, bias and 32 bits too",
+        replaced_again(chapter(), "\"point\"", "\"point\", \"gain_e_per_dn\": 2, \"bias_dn\": 100, \"bit_depth\": 32"));
+    measure_stage("pointing 1e-3 px and flux 1e-4",
+                  replaced_again(chapter(), "\"noise\"",
+                                 "\"systematics\": {\"pointing_rms_px\": 1e-3, \"flux_rms\": 1e-4}, \"noise\""));
     measure_stage("read noise too", replaced_again(chapter(), "\"photon\": true", "\"photon\": true, \"read_e\": 1.3"));
 }
 
