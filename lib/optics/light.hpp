@@ -11,9 +11,9 @@ using Offsets = std::array<std::array<double, 2>, 2>; // [star][x, y], px
 
 struct Light {
     std::vector<double> wavelength_m;
-    std::vector<double> photons[2]; // of A and B at each wavelength, whole star; B empty without one
-    Offsets offset_px = {};         // at time 0
-    double axis[2] = {1, 0};        // unit vector of a positive displacement of the moving star
+    std::array<std::vector<double>, 2> photons; // of A and B at each wavelength, whole star; B empty without one
+    Offsets offset_px = {};                     // at time 0
+    double axis[2] = {1, 0};                    // unit vector of a positive displacement of the moving star
     double separation_px = 0;
 };
 

@@ -65,22 +65,23 @@ void PaddedFft::transform(long double wavenumber, const long double *offset,
         fields_[field].resize(n * n);
         std::fill_n(fft_.data(), side_ * side_, 0.0);
         for (size_t i = 0; i < n * n; i++) {
+            const size_t row = i / n, col = i % n;
             std::complex<double> value;
             if (field == 0) {
                 double cosine, sine;
                 const double cycles = kernels::reduce_cycles(pupil_.opd_m[i] * static_cast<double>(wavenumber));
-                kernels::cis_cycles(kernels::reduce_cycles(cycles + tilt_x[i % n] + tilt_y[i / n]), cosine, sine);
+                kernels::cis_cycles(kernels::reduce_cycles(cycles + tilt_x[col] + tilt_y[row]), cosine, sine);
                 value = pupil_.amplitude[i] * std::complex<double>(cosine, sine);
             } else {
                 const kernels::FieldTerm &term = terms[field - 1];
                 const double centre = 0.5 * static_cast<double>(n - 1);
-                const double x = static_cast<double>(i % n) - centre, y = static_cast<double>(i / n) - centre;
+                const double x = static_cast<double>(col) - centre, y = static_cast<double>(row) - centre;
                 const double slope =
                     term.slope_x * x + term.slope_y * y + (term.mode != nullptr ? term.mode_scale * term.mode[i] : 0);
                 value = std::complex<double>(0, slope) * fields_[term.parent][i];
             }
             fields_[field][i] = value;
-            fft_.data()[i / n * side_ + i % n] = value;
+            fft_.data()[row * side_ + col] = value;
         }
         fft_.transform();
         keep_pixels(field);

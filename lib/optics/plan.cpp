@@ -247,8 +247,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
 
     double fields = static_cast<double>(plan.order) + 1; // of the moving star, beyond those of any star
     fields += static_cast<double>(kStarFields * scene.stars.size());
-    const double place_terms =
-        static_cast<double>((plan.place_order + 1) * (plan.place_order + 2) / 2 * scene.stars.size());
+    const size_t terms = (plan.place_order + 1) * (plan.place_order + 2) / 2;
+    const auto place_terms = static_cast<double>(terms * scene.stars.size());
     if (plan.place_order > 0)
         fields += place_terms;
     if (scene.systematics.focus_nm.any())

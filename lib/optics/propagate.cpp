@@ -144,8 +144,8 @@ Buffer<double> scale_of(const StarImages &images, const Light &light, const Grid
                  centre_y = 0.5 * static_cast<double>(grid.rows - 1);
     Buffer<double> scale(image.size());
     for (size_t i = 0; i < scale.size(); i++) {
-        const double x = static_cast<double>(i % grid.cols) - centre_x;
-        const double y = static_cast<double>(i / grid.cols) - centre_y;
+        const size_t row = i / grid.cols, col = i % grid.cols;
+        const double x = static_cast<double>(col) - centre_x, y = static_cast<double>(row) - centre_y;
         scale[i] = (x * light.axis[0] + y * light.axis[1]) * along[i] +
                    (y * light.axis[0] - x * light.axis[1]) * across[i] - 2 * image[i];
     }

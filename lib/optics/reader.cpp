@@ -210,7 +210,8 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
 }
 
 std::string Reader::file(const char *key, const std::string &folder) const {
-    const std::string &name = text(key), path = !name.empty() && name[0] == '/' ? name : folder + "/" + name;
+    const std::string &name = text(key);
+    std::string path = !name.empty() && name[0] == '/' ? name : folder + "/" + name;
     try {
         file::head(path, 1);
     } catch (const Error &error) {

@@ -40,8 +40,7 @@ The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase);
 An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
 
 std::vector<std::string> columns_of(const Options &options) {
-    const std::vector<std::string> columns =
-        options.columns.empty() ? std::vector<std::string>() : names_of(options.columns);
+    std::vector<std::string> columns = options.columns.empty() ? std::vector<std::string>() : names_of(options.columns);
     if (columns.size() == 1 || columns.size() > 3)
         throw Failure(kExitUsage, "--columns " + options.columns + ": must be T,Y or T,Y,SIGMA");
     return columns;
