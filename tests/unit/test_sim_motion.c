@@ -90,6 +90,12 @@ static void anchors_are_made_in_any_order(void **state) {
         assert_ok(toliman_sim_frame_many(other, 3, 999 * i, 1, NULL, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
+    const int64_t border = (int64_t)(12000 / plan_of(sim).anchors); /* frames about here need two anchors */
+    assert_ok(toliman_sim_frame_many(sim, 3, border - FRAMES / 2, FRAMES, NULL, 4, frames));
+    for (int64_t i = 0; i < FRAMES; i++) {
+        assert_ok(toliman_sim_frame_many(other, 3, border - FRAMES / 2 + i, 1, NULL, 1, again));
+        assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
+    }
     free(frames);
     free(again);
     toliman_sim_destroy(sim);
