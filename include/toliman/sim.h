@@ -210,6 +210,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const tol
                                                                        double *wavelength_m, double *weight_a,
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;
 
+/* Relative error of the plate scale at each wavelength of the spectrum: by how much the padded FFT makes its image too
+ * large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
+                                                                          double *relative_error) TOLIMAN_NOEXCEPT;
+
 /* Positions of the stars without displacement: offsets_px = {Ax, Ay, Bx, By}; NaN for a star that is not there.
  * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,

@@ -175,7 +175,8 @@ toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &p
     info.spectrum_error = plan.spectrum_error;
     info.series_error = plan.series_error;
     info.pixel_error = plan.filter.error;
-    info.plate_scale_error = plan.plate_scale_error;
+    for (const double error : plan.plate_scale_errors)
+        info.plate_scale_error = std::max(info.plate_scale_error, std::fabs(error));
     info.rounding_error = optics::kRounding;
     info.place_order = static_cast<int64_t>(plan.place_order);
     info.place_error = plan.place_error;
@@ -320,6 +321,19 @@ toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, do
             std::fill_n(weight_b, count, 0.0);
         else if (weight_b != nullptr)
             std::copy(light.photons[1].begin(), light.photons[1].end(), weight_b);
+    });
+}
+
+toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count, double *relative_error) noexcept {
+    return api::guard([&] {
+        const optics::Simulator &simulator = simulator_of(sim);
+        const size_t wavelengths = simulator.light().wavelength_m.size();
+        if (count != wavelengths)
+            fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, wavelengths);
+        api::required(relative_error, "relative_error");
+        const std::vector<double> &errors = simulator.plan().plate_scale_errors;
+        std::fill_n(relative_error, count, 0.0);
+        std::copy(errors.begin(), errors.end(), relative_error);
     });
 }
 

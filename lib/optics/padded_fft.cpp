@@ -34,13 +34,13 @@ size_t embedded_samples(const Scene &scene, const Grid &grid, double wavenumber)
     return static_cast<size_t>(std::max(1.0, std::nearbyint(exact_samples(scene, grid, wavenumber))));
 }
 
-double plate_scale_error(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m) noexcept {
-    double worst = 0;
+std::vector<double> plate_scale_errors(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m) {
+    std::vector<double> errors;
     for (const double wavelength : wavelength_m) {
         const double exact = exact_samples(scene, grid, 1 / wavelength);
-        worst = std::max(worst, std::fabs(std::nearbyint(exact) / exact - 1));
+        errors.push_back(exact / std::fmax(1, std::nearbyint(exact)) - 1);
     }
-    return worst;
+    return errors;
 }
 
 PaddedFft::PaddedFft(const Scene &scene, const Grid &grid, size_t fields)

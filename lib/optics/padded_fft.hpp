@@ -31,7 +31,7 @@ class PaddedFft : public Transform {
 size_t padded_side(const Grid &grid) noexcept;
 size_t embedded_samples(const Scene &scene, const Grid &grid, double wavenumber) noexcept;
 
-// Largest relative error of the plate scale over the wavenumbers between two.
-double plate_scale_error(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m) noexcept;
+// Relative error of the plate scale that each wavelength gets: images are this much larger than they should be.
+std::vector<double> plate_scale_errors(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m);
 
 } // namespace toliman::optics

@@ -106,7 +106,7 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
              "%s: telescope: the fft engine samples the pupil anew at each wavelength: it takes "
              "no mask, amplitude or OPD file",
              scene.source.c_str());
-    plan.plate_scale_error = plate_scale_error(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
+    plan.plate_scale_errors = plate_scale_errors(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
 }
 
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,

@@ -15,7 +15,7 @@ constexpr double kRounding = 1e-14; // max error / peak of any image in double
 // Errors are max error / peak, against the scene computed without that choice.
 struct Plan {
     EngineKind engine = EngineKind::matrix_dft;
-    double plate_scale_error = 0; // of the engine, relative, at its worst wavelength
+    std::vector<double> plate_scale_errors; // of the engine at each wavelength, relative; empty = none
     Grid pixels = {};
     size_t scene_wavelengths = 0; // of the scene
     size_t wavelengths = 0;       // that are propagated

@@ -238,6 +238,25 @@ static void padded_fft_is_off_as_planned(void **state) {
     toliman_sim_destroy(fft);
 }
 
+/* Each wavelength has its own: N_E = N_out p D / lambda, rounded. */
+static void plate_scales_by_wavelength(void **state) {
+    (void)state;
+    toliman_sim *const exact = sim_of(kBinaryScene), *const fft = padded(kBinaryScene);
+    double wavelength[5], error[5];
+    assert_ok(toliman_sim_get_spectrum(fft, 5, wavelength, NULL, NULL));
+    assert_ok(toliman_sim_get_plate_scale(fft, 5, error));
+    for (int i = 0; i < 5; i++) {
+        const double samples = 256 * (0.2 * acos(-1) / 648000) * 0.125 / wavelength[i];
+        assert_close(error[i], samples / floor(samples + 0.5) - 1, 1e-9, 0);
+    }
+    assert_ok(toliman_sim_get_plate_scale(exact, 5, error));
+    for (int i = 0; i < 5; i++)
+        assert_close(error[i], 0, 0, 0);
+    assert_fails(toliman_sim_get_plate_scale(fft, 4, error), TOLIMAN_E_ARGUMENT, "must be 5, the wavelengths");
+    toliman_sim_destroy(exact);
+    toliman_sim_destroy(fft);
+}
+
 /* A signal of a pixel and more: every frame is propagated. */
 static void far_signals_are_exact(void **state) {
     (void)state;
@@ -291,6 +310,7 @@ int main(void) {
         cmocka_unit_test(pupil_errors_hold),
         cmocka_unit_test(stages_cost_what_they_are),
         cmocka_unit_test(pixels_integrate),
+        cmocka_unit_test(plate_scales_by_wavelength),
         cmocka_unit_test(engines_agree),
         cmocka_unit_test(padded_fft_is_off_as_planned),
         cmocka_unit_test(far_signals_are_exact),
