@@ -15,29 +15,31 @@
  *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
  *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
  *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
- *   Time        binary.date is time 0. With an orbit the stars stand throughout where they are then; with binary.moving
- *               they follow it, and frames are made about anchors along it. All that describes the scene as one
- * (images, bounds, propagate, expect, estimators made of it) is that of time 0. Planet      moves its star by a m/(M +
- * m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane held it: argument 0 is a sine of
- * phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean over a period is not 0 but -3/2 e sin(argument)
- * amplitudes. Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many
- * terms the series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
- *               wavelength is propagated by itself.
+ *   Time        binary.date is time 0. With an orbit the stars stand throughout where they are then; with
+ *               binary.moving they follow it, and frames are made about anchors along it. All that describes the scene
+ *               as one (images, bounds, propagate, expect, estimators made of it) is that of time 0.
+ *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
+ *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
+ *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
+ *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
+ *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
+ *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
- *   Stages      of the detector, in this order, each only where the scene names it: expected photons x qe x the pixel's
- *               response + dark current -> Poisson -> full well -> + read noise -> / gain + bias -> rounded to whole
- * DN, halves to even, and cut to 0 ... 2^bit_depth - 1. With qe, photons_per_s and peak_photons are those that arrive.
- * A frame is the sum of `coadds` frames: variance of the read noise and full well times coadds; exposure_s is that of
- * the sum. Responses are 1 + flat_rms times a normal variate of the scene's own seed, the same in all frames; expected
- * images and bounds know them. Unit        of frames and expected images: photons; electrons with qe; DN with gain,
- * bias or bit depth. Systematics of frame k: each is its rms times a normal variate of (seed, k), plus its drift times
- * the frame's time; after the cadence's last frame the drifts begin anew. Pointing shifts both stars, x and y
- * independently. Roll turns the stars about the frame's centre from x towards y; their patterns do not turn. Scale
- *               stretches the image, patterns included, about the centre; focus is defocus (Noll's fourth, nm rms over
- *               the full aperture). Fluxes of the stars vary independently. One drift holds for x and y, and for both
- *               stars. Jitter is a Gaussian blur, the same in all frames.
+ *   Stages      of the detector, in this order, each only where the scene names it: expected photons x qe x the
+ *               pixel's response + dark current -> Poisson -> full well -> + read noise -> / gain + bias -> rounded to
+ *               whole DN, halves to even, and cut to 0 ... 2^bit_depth - 1. With qe, photons_per_s and peak_photons are
+ *               those that arrive. A frame is the sum of `coadds` frames: variance of the read noise and full well
+ *               times coadds; exposure_s is that of the sum. Responses are 1 + flat_rms times a normal variate of the
+ *               scene's own seed, the same in all frames; expected images and bounds know them.
+ *   Unit        of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
+ *   Systematics of frame k: each is its rms times a normal variate of (seed, k), plus its drift times the frame's time;
+ *               after the cadence's last frame the drifts begin anew. Pointing shifts both stars, x and y
+ *               independently. Roll turns the stars about the frame's centre from x towards y; their patterns do not
+ *               turn. Scale stretches the image, patterns included, about the centre; focus is defocus (Noll's fourth,
+ *               nm rms over the full aperture). Fluxes of the stars vary independently. One drift holds for x and y,
+ *               and for both stars. Jitter is a Gaussian blur, the same in all frames.
  *   Engines     the matrix DFT has exact pixel positions. The padded FFT is the chapter's: it embeds N_E = N_out p D /
  *               lambda samples in N_out, the power of two from 4 times the frame's longer side; N_E is rounded, so that
  *               each wavelength has its own plate scale. A baseline, chosen only by who asks for it.

@@ -8,8 +8,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kMostPhotons = 1e12; // a pixel: the Poisson generator's range
-
 double largest(const Buffer<double> &image) {
     return *std::max_element(image.begin(), image.end());
 }

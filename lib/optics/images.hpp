@@ -8,6 +8,8 @@
 
 namespace toliman::optics {
 
+constexpr double kMostPhotons = 1e12; // a pixel: the Poisson generator's range
+
 // All [rows][cols].
 struct Images {
     Buffer<double> star[2];             // B empty without one

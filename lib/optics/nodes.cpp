@@ -151,7 +151,7 @@ double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsi
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
     const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid))) + kBeyondPhase;
     // The same field of view in few points; places are in units of the pitch.
-    const double coarser = static_cast<double>(std::max(grid.rows, grid.cols) - 1) / (kPoints - 1);
+    const double coarser = static_cast<double>(std::max<size_t>(std::max(grid.rows, grid.cols), 2) - 1) / (kPoints - 1);
     const Grid points = {kPoints, kPoints, grid.pitch_rad * coarser};
     Light placed = light;
     for (auto &offset : placed.offset_px)

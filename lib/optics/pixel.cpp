@@ -10,9 +10,9 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDensest = 0.4; // cycles per sample that filters stay short for
 constexpr size_t kMostTaps = 100;
-constexpr double kEpsilon = 1.1e-16;
-constexpr double kHopeless = 100; // times the best error: longer filters only gather rounding
-constexpr size_t kChecks = 1000;  // places between 0 and the cutoff
+constexpr double kRoundingOfSamples = 1e-15; // over the peak
+constexpr double kHopeless = 100;            // times the best error: longer filters only gather rounding
+constexpr size_t kChecks = 1000;             // places between 0 and the cutoff
 
 // Chebyshev coefficients from values at the nodes cos(pi (j + 1/2) / n).
 std::vector<double> coefficients_of(const std::vector<double> &values) {
@@ -61,7 +61,7 @@ double frequency_of(double cosine) noexcept {
 // With t = cos(2 pi frequency) a symmetric filter is a polynomial in t: the one that interpolates the transfer function
 // where there is light, t in [cos(2 pi cutoff), 1], written in Chebyshev polynomials of t itself.
 std::vector<double> taps_of(const Transfer &transfer, double cutoff, size_t count) {
-    const double least = std::cos(2 * kPi * cutoff), middle = 0.5 * (1 + least), reach = 0.5 * (1 - least);
+    const double sine = std::sin(kPi * cutoff), reach = sine * sine, middle = 1 - reach;
     std::vector<double> values(count);
     const auto node = [&](size_t j) {
         return std::cos(kPi * (static_cast<double>(j) + 0.5) / static_cast<double>(count));
@@ -89,7 +89,7 @@ double error_of(const std::vector<double> &taps, const Transfer &transfer, doubl
             sum += 2 * taps[k] * std::cos(2 * kPi * static_cast<double>(k) * frequency);
         worst = std::max(worst, std::fabs(sum - transfer(frequency)));
     }
-    return worst + kEpsilon * size;
+    return worst + kRoundingOfSamples * size;
 }
 
 // out[i] = sum over k of taps[|k|] in[(i step + k) stride]
@@ -113,7 +113,7 @@ PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double
     filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kDensest)));
     const double fine = cutoff / static_cast<double>(filter.oversampling);
     const Transfer transfer(integrated, jitter_px, filter.oversampling);
-    for (size_t count = 4; count <= kMostTaps; count++) {
+    for (size_t count = 1; count <= kMostTaps; count++) {
         std::vector<double> taps = taps_of(transfer, fine, count);
         // Along both axes the error counts twice.
         const double error = 2 * error_of(taps, transfer, fine);

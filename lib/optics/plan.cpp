@@ -18,8 +18,9 @@ constexpr size_t kFewWavelengths = 8; // not worth fewer
 constexpr double kGreyOffset = 0.2;   // cells
 constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
-constexpr double kFarSigmas = 4;    // of a disturbance
-constexpr size_t kOrbitSteps = 256; // over the cadence
+constexpr double kFarSigmas = 4;         // of a disturbance
+constexpr size_t kOrbitSteps = 256;      // over the cadence
+constexpr double kShortestAnchor = 1e-3; // days
 
 // For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
 // those of a 2020s server core and only steer expectations.
@@ -106,6 +107,12 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
              "%s: telescope: the fft engine samples the pupil anew at each wavelength: it takes "
              "no mask, amplitude or OPD file",
              scene.source.c_str());
+    const Grid grid = sampling_grid(plan.pixels, plan.filter);
+    const size_t most = embedded_samples(scene, grid, 1 / light.wavelength_m.front());
+    if (most > padded_side(grid))
+        fail(Status::scene,
+             "%s: detector.pixel_scale_arcsec = %g: the fft engine would need %zu cells in %zu: make it smaller",
+             scene.source.c_str(), scene.detector.pixel_scale_arcsec, most, padded_side(grid));
     plan.plate_scale_errors = plate_scale_errors(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
 }
 
@@ -115,10 +122,12 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
     // An accuracy below rounding asks for no approximation at all.
     if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
         return;
+    if (!(peak > 0)) // lines may cancel in the rough look
+        return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
         const double error = kNodeMargin * errors[nodes] / peak;
-        if (error > scene.accuracy)
+        if (!(error <= scene.accuracy))
             continue;
         plan.nodes = true;
         plan.wavelengths = nodes;
@@ -140,6 +149,7 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
             return;
     }
     plan.exact_frames = true;
+    plan.order = kLeastOrder;
     plan.series_error = 0;
 }
 
@@ -197,7 +207,7 @@ void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, 
         plan.exact_frames = false;
         plan.place_order = order;
         plan.anchors = static_cast<size_t>(anchors);
-        plan.anchor_days = span > 0 ? span / anchors : 1;
+        plan.anchor_days = std::max(span / anchors, kShortestAnchor);
         plan.place_error = std::pow(frequency * (moved + speed * plan.anchor_days / 2), n) / factorial;
     }
     plan.order = kLeastOrder;
@@ -226,7 +236,7 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     for (const std::vector<double> &star : light.photons)
         photons = std::max(photons, std::accumulate(star.begin(), star.end(), 0.0));
     const auto step = static_cast<double>(step_of(pupil, pixels, wavenumber));
-    return 2 * kWorstOfMany * std::sqrt(sum * photons / (peak * pupil.area)) * step;
+    return peak > 0 ? 2 * kWorstOfMany * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
 }
 
 } // namespace

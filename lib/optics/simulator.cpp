@@ -97,6 +97,8 @@ void Simulator::check_use() const {
 
 // The first term that the series leaves out, at its largest pixel and displacement, against the signal's largest.
 double Simulator::predict_truncation() const {
+    if (plan_.exact_frames)
+        return 0;
     const double reach = std::max(max_displacement_, -min_displacement_);
     const auto largest = [](const Buffer<double> &image) {
         double size = 0;
@@ -133,7 +135,7 @@ void Simulator::propagate(double displacement_px, double *image) const {
     const Buffer<double> moved = star_at(light_, moving, displacement_px);
     const Buffer<double> &still = images_.star[1 - moving];
     for (size_t i = 0; i < pixels(); i++)
-        image[i] = moved[i] + (still.empty() ? 0 : still[i]) + detector_.dark_e();
+        image[i] = std::max(0.0, moved[i] + (still.empty() ? 0 : still[i]) + detector_.dark_e());
 }
 
 // Horner's rule, over stretches that stay in the cache.
@@ -164,14 +166,21 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
     const std::shared_ptr<const Anchor> anchor = plan_.anchors > 0 ? anchors_.near(days) : nullptr;
     const Offsets &from = anchor ? anchor->offset_px : light_.offset_px;
     std::vector<Term> terms;
-    if (disturbances.scale != 0)
-        terms.push_back({(anchor ? anchor->scale : images_.scale).data(), disturbances.scale});
-    if (disturbances.focus_nm != 0) { // a mask may leave no slope at the best focus
-        terms.push_back({(anchor ? anchor->focus_curve : images_.focus_curve).data(),
-                         0.5 * disturbances.focus_nm * disturbances.focus_nm});
-        terms.push_back({(anchor ? anchor->focus : images_.focus).data(), disturbances.focus_nm});
-    }
-    Buffer<double> anew[2];
+    const auto add_shapes = [&](const Buffer<double> &scale, const Buffer<double> &focus, const Buffer<double> &curve) {
+        if (disturbances.scale != 0)
+            terms.push_back({scale.data(), disturbances.scale});
+        if (disturbances.focus_nm == 0)
+            return;
+        // A mask may leave no slope at the best focus.
+        terms.push_back({curve.data(), 0.5 * disturbances.focus_nm * disturbances.focus_nm});
+        terms.push_back({focus.data(), disturbances.focus_nm});
+    };
+    if (anchor)
+        add_shapes(anchor->scale, anchor->focus, anchor->focus_curve);
+    else if (!plan_.exact_frames)
+        add_shapes(images_.scale, images_.focus, images_.focus_curve);
+    const bool shaped = disturbances.scale != 0 || disturbances.focus_nm != 0;
+    StarImages anew[2];
     for (size_t star = 0; star < scene_.stars.size(); star++) {
         const double own = star == scene_.signal.star ? displacement_px : 0;
         const double flux = 1 + disturbances.flux[star];
@@ -182,8 +191,12 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
             Light light = light_;
             for (size_t i = 0; i < 2; i++)
                 light.offset_px[star][i] += move[i];
-            anew[star] = star_at(light, star, 0);
-            terms.push_back({anew[star].data(), flux});
+            anew[star] = imager_.images(light, star, 0, shaped ? Wanted{0, 1, true, true} : Wanted());
+            for (Buffer<double> *part :
+                 {&anew[star].derivatives[0].image, &anew[star].scale, &anew[star].focus, &anew[star].focus_curve})
+                detector_.collect(*part);
+            add_shapes(anew[star].scale, anew[star].focus, anew[star].focus_curve);
+            terms.push_back({anew[star].at(0, 0).data(), flux});
         } else {
             add_places(anchor ? anchor->places[star] : images_.places[star], light_.axis, move, flux, terms);
             terms.push_back({(anchor ? anchor->star[star] : images_.star[star]).data(), flux});
@@ -201,6 +214,10 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
         propagate(displacement_px, scratch);
     else
         expect(displacement_px, scratch);
+    const double most = *std::max_element(scratch, scratch + pixels());
+    if (!(most <= kMostPhotons))
+        fail(Status::range, "frame %lld: a pixel expects %g electrons: at most %g are allowed",
+             static_cast<long long>(k), most, kMostPhotons);
     detector_.detect(seed, number, scratch, image);
 }
 

@@ -73,6 +73,30 @@ static void frames_follow_the_orbit(void **state) {
     }
 }
 
+/* Frames that are propagated have their scale and focus where the stars are then. */
+static void shapes_move_along(void **state) {
+    (void)state;
+    const char *const cadence = "\"frames\": 5, \"interval_days\": 200";
+    const char *const more = "\"systematics\": {\"focus_rms_nm\": 0.01, \"scale_rms\": 1e-6}, \"accuracy\": 1e-9";
+    static double frame[PIXELS], there[PIXELS];
+    char *text = scene_at(2027, ", \"moving\": true", cadence, more);
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    text = scene_at(2027 + 800 / 365.25, "", cadence, more);
+    toliman_sim *const still = sim_of(text);
+    free(text);
+    assert_int_equal(plan_of(sim).exact_frames, 1);
+    double displacement, worst = 0;
+    assert_ok(toliman_sim_get_series(sim, 4, 1, NULL, &displacement));
+    assert_ok(toliman_sim_frame(sim, displacement, 1, 4, frame, SIDE));
+    assert_ok(toliman_sim_frame(still, displacement, 1, 4, there, SIDE));
+    for (int i = 0; i < PIXELS; i++)
+        worst = fmax(worst, fabs(frame[i] - there[i]));
+    assert_at_most(worst / info_of(still).peak_photons, 3e-8); /* the turn of the axis under the signal apart */
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(still);
+}
+
 /* In any order, on any threads: the same bytes. */
 static void anchors_are_made_in_any_order(void **state) {
     (void)state;
@@ -106,6 +130,7 @@ static void anchors_are_made_in_any_order(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_follow_the_orbit),
+        cmocka_unit_test(shapes_move_along),
         cmocka_unit_test(anchors_are_made_in_any_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -304,6 +304,50 @@ static void bad_plans_are_refused(void **state) {
     free(text);
 }
 
+/* One pixel, and pixels wider than the fft engine can sample. */
+static void odd_detectors_are_planned(void **state) {
+    (void)state;
+    variation v = kVariations[0];
+    char *const text = scene_of(&v, 96);
+    char *const pixel = replaced(text, "\"shape\": [64, 64]", "\"shape\": [1, 1]");
+    char *const exact = replaced(pixel, "\"accuracy\": 1e-09", "\"accuracy\": 1e-15");
+    toliman_sim *const sim = sim_of(pixel), *const all = sim_of(exact);
+    assert_at_most(error_to_peak(sim, all), plan_of(sim).spectrum_error + 1e-13);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(all);
+    free(pixel);
+    free(exact);
+    free(text);
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+    toliman_sim *none = NULL;
+    char *const coarse = replaced(kSingleScene, "0.2}}", "1.5}}");
+    assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
+                 "pixel_scale_arcsec = 1.5: the fft engine");
+    free(coarse);
+}
+
+/* Filters of pixels far smaller than any detail change nothing. */
+static void tiny_pixels_need_no_filter(void **state) {
+    (void)state;
+    const char *const scales[] = {"1e-2", "1e-4", "1e-6"};
+    for (int i = 0; i < 3; i++) {
+        char pixel[100];
+        snprintf(pixel, sizeof pixel, "%s}}", scales[i]);
+        char *const point = replaced(kSingleScene, "0.2}}", pixel);
+        snprintf(pixel, sizeof pixel, "%s, \"pixel\": \"integrated\"}}", scales[i]);
+        char *const whole = replaced(kSingleScene, "0.2}}", pixel);
+        toliman_sim *const a = sim_of(point), *const b = sim_of(whole);
+        assert_at_most(error_to_peak(a, b), 1e-5 / pow(100, i)); /* what a pixel's width blurs */
+        assert_at_most(plan_of(b).pixel_error, 1e-9);
+        toliman_sim_destroy(a);
+        toliman_sim_destroy(b);
+        free(point);
+        free(whole);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(predictions_hold),
@@ -311,6 +355,8 @@ int main(void) {
         cmocka_unit_test(stages_cost_what_they_are),
         cmocka_unit_test(pixels_integrate),
         cmocka_unit_test(plate_scales_by_wavelength),
+        cmocka_unit_test(odd_detectors_are_planned),
+        cmocka_unit_test(tiny_pixels_need_no_filter),
         cmocka_unit_test(engines_agree),
         cmocka_unit_test(padded_fft_is_off_as_planned),
         cmocka_unit_test(far_signals_are_exact),
