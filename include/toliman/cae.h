@@ -74,9 +74,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 
 /* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
  * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
- * displacements; ELU bends latent over displacement to about 0.998 at 1e-4 px, 0.98 at 1e-3 and 0.86 at 1e-2, and to
- * 0.999, 0.99 and 0.90 at the same negative ones (chapter's scene; weights of another training differ by 1 %).
- * Allocates nothing that lasts. Since 0.1. */
+ * displacements in frames as bright as the scene's, and in proportion to the brightness of others; ELU bends latent
+ * over displacement to about 0.998 at 1e-4 px, 0.98 at 1e-3 and 0.86 at 1e-2, and to 0.999, 0.99 and 0.90 at the same
+ * negative ones (chapter's scene; weights of another training differ by 1 %). Allocates nothing that lasts. Since 0.1.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
 
