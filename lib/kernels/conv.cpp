@@ -4,7 +4,7 @@ namespace toliman::kernels {
 
 namespace {
 
-// Element (u, v) of the 4x4 kernel: what of the 3x3 kernel meets the same fine pixel through the 2x2 mean.
+// Element (u, v) of the 4x4 kernel: what of the 3x3 kernel meets the same fine pixel through the 2x2 sum.
 float box(const float *kernel, size_t u, size_t v) noexcept {
     float sum = 0;
     for (size_t y = 0; y < 3; y++)
@@ -14,41 +14,40 @@ float box(const float *kernel, size_t u, size_t v) noexcept {
     return sum;
 }
 
+void pack_patches(size_t coarse, const float *kernel, float factor, float *packed) noexcept {
+    for (size_t k = 0; k < coarse; k++)
+        for (size_t i = 0; i < 16; i++)
+            *packed++ = factor * box(kernel + 9 * k, 2 * (i / 4 % 2) + i / 2 % 2, 2 * (i / 8) + i % 2);
+}
+
 } // namespace
 
 void conv_pack_down(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept {
     const size_t fine = shape.fine_channels, coarse = shape.coarse_channels;
-    for (size_t u = 0; u < 4; u++)
-        for (size_t v = 0; v < 4; v++)
-            for (size_t c = 0; c < fine; c++)
-                for (size_t k = 0; k < coarse; k++)
-                    *packed++ = factor * box(kernel + (k * fine + c) * 9, u, v);
+    for (size_t tap = 0; tap < 9; tap++)
+        for (size_t c = 0; c < fine; c++)
+            for (size_t k = 0; k < coarse; k++)
+                *packed++ = factor * kernel[(k * fine + c) * 9 + tap];
 }
 
-// Fine pixel (2 Y + a, 2 X + b) sees the coarse pixels (Y - 1 + a + i, X - 1 + b + j) through u = 3 - a - 2 i, v alike.
+// The kernel's middle, first for even rows and columns of the result; odd ones see the last tap, then the first.
 void conv_pack_up(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept {
+    constexpr size_t order[9] = {4, 5, 3, 7, 1, 8, 6, 2, 0};
     const size_t fine = shape.fine_channels, coarse = shape.coarse_channels;
-    for (size_t phase = 0; phase < 4; phase++)
-        for (size_t tap = 0; tap < 4; tap++)
-            for (size_t k = 0; k < coarse; k++)
-                for (size_t c = 0; c < fine; c++)
-                    *packed++ = factor * box(kernel + (k * fine + c) * 9, 3 - phase / 2 - 2 * (tap / 2),
-                                             3 - phase % 2 - 2 * (tap % 2));
+    if (fine == 1)
+        return pack_patches(coarse, kernel, factor, packed);
+    for (const size_t tap : order)
+        for (size_t k = 0; k < coarse; k++)
+            for (size_t c = 0; c < fine; c++)
+                *packed++ = factor * kernel[(k * fine + c) * 9 + tap];
 }
 
 void conv_unpack_gradient(const ConvShape &shape, const float *packed, float factor, float *kernel) noexcept {
     const size_t fine = shape.fine_channels, coarse = shape.coarse_channels;
     for (size_t k = 0; k < coarse; k++)
         for (size_t c = 0; c < fine; c++)
-            for (size_t y = 0; y < 3; y++)
-                for (size_t x = 0; x < 3; x++) {
-                    float sum = 0;
-                    for (size_t corner = 0; corner < 4; corner++) {
-                        const size_t u = y + corner / 2, v = x + corner % 2;
-                        sum += packed[((4 * u + v) * fine + c) * coarse + k];
-                    }
-                    *kernel++ = factor * sum;
-                }
+            for (size_t tap = 0; tap < 9; tap++)
+                *kernel++ = factor * packed[(tap * fine + c) * coarse + k];
 }
 
 } // namespace toliman::kernels

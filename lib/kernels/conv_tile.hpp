@@ -1,0 +1,170 @@
+// The inner loops of all convolutions, for the files compiled once an instruction set: everything stands in that set's
+// namespace. A convolution is a product of matrices whose left one, runs of neighbouring floats of the input, is never
+// formed; sums of a tile of pixels and output channels stay in registers.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+namespace TOLIMAN_ISA {
+namespace {
+
+// Vectors run over channels and may stand at any address.
+#define TOLIMAN_LANES(N)                                                                                               \
+    struct Lanes##N {                                                                                                  \
+        typedef float Vector __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
+        typedef int32_t Mask __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
+        [[maybe_unused]] static constexpr size_t count = N;                                                            \
+        static Vector load(const float *from) noexcept { return *reinterpret_cast<const Vector *>(from); }             \
+        static Mask load(const int32_t *from) noexcept { return *reinterpret_cast<const Mask *>(from); }               \
+        static void store(float *to, Vector value) noexcept { *reinterpret_cast<Vector *>(to) = value; }               \
+        static void store(int32_t *to, Mask value) noexcept { *reinterpret_cast<Mask *>(to) = value; }                 \
+    }
+TOLIMAN_LANES(4);
+#if defined(__AVX512F__)
+TOLIMAN_LANES(8);
+TOLIMAN_LANES(16);
+using Wide = Lanes16;
+using Eight = Lanes8; // of at most eight channels
+constexpr size_t kPixels = 8; // of a tile two vectors wide: 16 sums, two weights and an input fit 32 registers
+constexpr size_t kRuns = 4;   // three rows of them, two vectors wide: 24 sums
+#elif defined(__AVX__)
+TOLIMAN_LANES(8);
+using Wide = Lanes8;
+using Eight = Wide;
+constexpr size_t kPixels = 4, kRuns = 2;
+#else
+using Wide = Lanes4;
+using Eight = Wide;
+constexpr size_t kPixels = 4, kRuns = 2;
+#endif
+#undef TOLIMAN_LANES
+
+constexpr size_t kMostRows = 4;
+
+// Output pixels in a row, each the sum over `rows` runs of `run` neighbouring floats of the input times the weights.
+struct Row {
+    const float *in[kMostRows]; // where the run of pixel 0 begins
+    size_t in_step;             // floats from one output pixel's run to the next one's
+    size_t rows, run;
+    const float *weights; // [rows][run][outputs]
+    const float *bias;    // [outputs], or NULL for zeros
+    float *out;
+    size_t out_step, outputs, pixels;
+};
+
+// Output channels first ... first + M lanes of P neighbouring pixels. RUN: row.run where that is known, or 0.
+template <class Lanes, size_t P, size_t M, size_t RUN>
+void tile(const Row &row, size_t pixel, size_t first) noexcept {
+    typename Lanes::Vector sum[P][M] = {};
+    if (row.bias != nullptr)
+        for (size_t p = 0; p < P; p++)
+            for (size_t m = 0; m < M; m++)
+                sum[p][m] = Lanes::load(row.bias + first + m * Lanes::count);
+    const size_t run = RUN != 0 ? RUN : row.run;
+    const float *weights = row.weights + first;
+    for (size_t r = 0; r < row.rows; r++) {
+        const float *in = row.in[r] + pixel * row.in_step;
+        for (size_t j = 0; j < run; j++, in++, weights += row.outputs) {
+            typename Lanes::Vector weight[M];
+#pragma GCC unroll 16
+            for (size_t m = 0; m < M; m++)
+                weight[m] = Lanes::load(weights + m * Lanes::count);
+#pragma GCC unroll 16
+            for (size_t p = 0; p < P; p++)
+#pragma GCC unroll 16
+                for (size_t m = 0; m < M; m++)
+                    sum[p][m] += weight[m] * in[p * row.in_step];
+        }
+    }
+    float *out = row.out + pixel * row.out_step + first;
+    for (size_t p = 0; p < P; p++)
+        for (size_t m = 0; m < M; m++)
+            Lanes::store(out + p * row.out_step + m * Lanes::count, sum[p][m]);
+}
+
+// All pixels; those beyond the last whole tile one by one. Each sum runs in the same order either way.
+template <class Lanes, size_t P, size_t M, size_t RUN = 0> void tiles(const Row &row) noexcept {
+    const size_t whole = row.pixels / P * P;
+    for (size_t first = 0; first < row.outputs; first += M * Lanes::count) {
+        for (size_t pixel = 0; pixel < whole; pixel += P)
+            tile<Lanes, P, M, RUN>(row, pixel, first);
+        for (size_t pixel = whole; pixel < row.pixels; pixel++)
+            tile<Lanes, 1, M, RUN>(row, pixel, first);
+    }
+}
+
+// outputs: a multiple of 8.
+void convolve(const Row &row) noexcept {
+    if (row.run == 3)
+        return tiles<Eight, 8, 1, 3>(row);
+    if (row.outputs % (2 * Wide::count) == 0)
+        return tiles<Wide, kPixels, 2>(row);
+    if (row.outputs % Wide::count == 0)
+        return tiles<Wide, 8, 1>(row);
+    tiles<Eight, 8, 1>(row);
+}
+
+// What `pixels` pixels add to the gradient of a kernel of three rows: of each a run of every input row times the
+// output's channels.
+struct Correlation {
+    const float *in[3];
+    size_t in_step, run;
+    const float *out;
+    size_t outputs, pixels;
+    float *gradient; // [3][run][outputs]
+};
+
+// J floats of the runs from j on and M lanes of the channels from k on.
+template <class Lanes, size_t J, size_t M> void outer(const Correlation &c, size_t j, size_t k) noexcept {
+    float *gradient = c.gradient + j * c.outputs + k;
+    const size_t next_row = c.run * c.outputs;
+    typename Lanes::Vector sum[3][J][M];
+    for (size_t r = 0; r < 3; r++)
+        for (size_t i = 0; i < J; i++)
+            for (size_t m = 0; m < M; m++)
+                sum[r][i][m] = Lanes::load(gradient + r * next_row + i * c.outputs + m * Lanes::count);
+    const float *in[3] = {c.in[0] + j, c.in[1] + j, c.in[2] + j}, *out = c.out + k;
+    for (size_t x = 0; x < c.pixels; x++, out += c.outputs) {
+        typename Lanes::Vector value[M];
+#pragma GCC unroll 16
+        for (size_t m = 0; m < M; m++)
+            value[m] = Lanes::load(out + m * Lanes::count);
+#pragma GCC unroll 3
+        for (size_t r = 0; r < 3; r++) {
+#pragma GCC unroll 16
+            for (size_t i = 0; i < J; i++)
+#pragma GCC unroll 16
+                for (size_t m = 0; m < M; m++)
+                    sum[r][i][m] += value[m] * in[r][i];
+            in[r] += c.in_step;
+        }
+    }
+    for (size_t r = 0; r < 3; r++)
+        for (size_t i = 0; i < J; i++)
+            for (size_t m = 0; m < M; m++)
+                Lanes::store(gradient + r * next_row + i * c.outputs + m * Lanes::count, sum[r][i][m]);
+}
+
+template <class Lanes, size_t J, size_t M> void outers(const Correlation &c) noexcept {
+    for (size_t k = 0; k < c.outputs; k += M * Lanes::count)
+        for (size_t j = 0; j < c.run; j += J)
+            outer<Lanes, J, M>(c, j, k);
+}
+
+// outputs: a multiple of 8; run: 3 (of a single channel) or a multiple of 24.
+void correlate(const Correlation &c) noexcept {
+    if (c.run == 3)
+        return outers<Eight, 3, 1>(c);
+    if (c.outputs % (2 * Wide::count) == 0)
+        return outers<Wide, kRuns, 2>(c);
+    if (c.outputs % Wide::count == 0)
+        return outers<Wide, 2 * kRuns, 1>(c);
+    outers<Eight, 2 * kRuns, 1>(c);
+}
+
+} // namespace
+} // namespace TOLIMAN_ISA
+} // namespace toliman::kernels
