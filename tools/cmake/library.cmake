@@ -36,7 +36,8 @@ foreach(isa IN LISTS toliman_isas)
 endforeach()
 # float32 only, and its bits are promised per instruction set, not across them: fused multiply-adds are welcome.
 set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/kernels/conv.isa.cpp
-                            PROPERTIES COMPILE_OPTIONS -ffp-contract=fast)
+                            ${PROJECT_SOURCE_DIR}/lib/kernels/elu.isa.cpp
+                            ${PROJECT_SOURCE_DIR}/lib/kernels/same_conv.isa.cpp PROPERTIES COMPILE_OPTIONS -ffp-contract=fast)
 
 add_library(toliman SHARED $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
 target_link_libraries(toliman PRIVATE toliman_objects)
