@@ -67,7 +67,8 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, toliman
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
         required(out, "out");
-        give(cae::untrained_network(cae::Preprocess::from_model(simulator.frame_model()), seed), out);
+        give(cae::untrained_network(cae::Preprocess::from_model(simulator.frame_model(), cae::Input::whitened), seed),
+             out);
     });
 }
 

@@ -1,5 +1,10 @@
-// The layout `flight` as data: stages of 3x3 convolution, 2x2 mean and ELU down to 16x16x64, a dense layer to the
-// latent and the same way back. Its table of tensors is what the weights blob holds, in this order.
+// The layouts as data. Both have stages down to 16x16x64, a dense layer to the latent and the same way back, and the
+// same tensors; their table is what the weights blob holds, in this order. They differ in a stage:
+//
+//     flight  down: 3x3 convolution, 2x2 mean, ELU                 up: each pixel repeated 2x2, 3x3 deconvolution, ELU
+//     paper   down: 3x3 convolution, ELU, 2x2 maximum (switches)   up: un-pooling with the switches, deconvolution, ELU
+//
+// The last ELU of the way back is left out.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -31,26 +36,33 @@ struct Tensor {
 
 // Convolutions [coarse][fine][3][3] in both halves; features [row][col][channel].
 constexpr size_t kTensors = 20;
+using TensorTable = std::array<Tensor, kTensors>;
+constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
+                                       {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
+                                       {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
+                                       {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
+                                       {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
+                                       {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
+                                       {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
+                                       {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
+                                       {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
+                                       {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
+
+// Stages of both layouts, from the input inwards.
+constexpr std::array<kernels::ConvShape, kStages> kShapes = {
+    {{128, 128, 1, 8}, {64, 64, 8, 16}, {32, 32, 16, 32}, {16, 16, 32, 64}}};
+
 struct Layout {
     uint32_t id;
     const char *name;
-    std::array<kernels::ConvShape, kStages> stages; // from the input inwards
-    std::array<Tensor, kTensors> tensors;
+    bool max_pool; // else the mean
 };
+constexpr Layout kFlight = {1, "flight", false}, kPaper = {2, "paper", true};
 
-constexpr Layout kFlight = {1,
-                            "flight",
-                            {{{128, 128, 1, 8}, {64, 64, 8, 16}, {32, 32, 16, 32}, {16, 16, 32, 64}}},
-                            {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
-                              {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
-                              {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
-                              {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
-                              {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
-                              {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
-                              {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
-                              {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
-                              {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
-                              {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}}};
+// NULL for an unknown id.
+constexpr const Layout *find_layout(uint32_t id) noexcept {
+    return id == kFlight.id ? &kFlight : id == kPaper.id ? &kPaper : nullptr;
+}
 
 // Numbers of tensors in the table; stages count from 0 at the input.
 constexpr size_t conv_weight(size_t stage) noexcept {
@@ -71,7 +83,7 @@ constexpr size_t deconv_bias(size_t stage) noexcept {
 constexpr size_t tensor_offset(size_t tensor) noexcept {
     size_t offset = 0;
     for (size_t i = 0; i < tensor; i++)
-        offset += kFlight.tensors[i].count();
+        offset += kTensorTable[i].count();
     return offset;
 }
 constexpr size_t kParameters = tensor_offset(kTensors);
@@ -85,7 +97,7 @@ constexpr uint64_t layout_hash(const Layout &layout) noexcept {
         return fnv1a(name, size, hash);
     };
     uint64_t hash = text(layout.name, kFnvOffset);
-    for (const Tensor &tensor : layout.tensors) {
+    for (const Tensor &tensor : kTensorTable) {
         hash = text(tensor.name, hash);
         for (const uint32_t n : tensor.size) {
             const char bytes[4] = {static_cast<char>(n), static_cast<char>(n >> 8), static_cast<char>(n >> 16),

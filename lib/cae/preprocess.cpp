@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "cae/layout.hpp"
 #include "kernels/project.hpp"
+#include "kernels/residual.hpp"
 
 namespace toliman::cae {
 
@@ -68,14 +70,17 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
 
 } // namespace
 
-Preprocess Preprocess::from_model(const FrameModel &model) {
+Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     if (model.rows < kSide || model.cols < kSide)
         fail(Status::unsupported, "%s: detector.shape = [%zu, %zu]: the network takes at least %zu px either way",
              model.source.c_str(), model.rows, model.cols, kSide);
     if (model.projected.size() > kMaxProjected)
         fail(Status::unsupported, "%s: preprocess.project: %zu names: at most %zu can be projected out",
              model.source.c_str(), model.projected.size(), kMaxProjected);
+    if (input != Input::whitened && !model.projected.empty())
+        fail(Status::unsupported, "%s: preprocess.project: only whitened input can be projected", model.source.c_str());
     Preprocess out;
+    out.input = input;
     out.rows = model.rows;
     out.cols = model.cols;
     out.crb_px = model.crb_px;
@@ -105,20 +110,45 @@ Preprocess Preprocess::from_model(const FrameModel &model) {
 }
 
 void Preprocess::derive() {
-    inverse_sigma.assign(kPixels, 1.0);
-    kernels::whiten(inverse_sigma.data(), variance.data(), kPixels, inverse_sigma.data());
+    offset = reference;
+    factor.assign(kPixels, 1.0);
+    if (input == Input::whitened)
+        return kernels::whiten(factor.data(), variance.data(), kPixels, factor.data());
+    if (input == Input::residual) {
+        const double sum = std::accumulate(variance.begin(), variance.end(), 0.0);
+        factor.assign(kPixels, 1 / std::sqrt(sum / static_cast<double>(kPixels)));
+    } else {
+        const auto [darkest, brightest] = std::minmax_element(reference.begin(), reference.end());
+        const double low = *darkest, range = *brightest - low;
+        offset.assign(kPixels, low);
+        factor.assign(kPixels, range > 0 ? 1 / range : 1);
+    }
 }
 
-void Preprocess::residual(ImageView<const double> frame, double *out) const {
+void Preprocess::apply(ImageView<const double> frame, float *out, size_t stride) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    Buffer<double> residual(projected > 0 ? kPixels : 0);
     for (size_t r = 0; r < kSide; r++) {
         const double *counts = frame.row(crop_row + r) + crop_col;
-        for (size_t c = 0; c < kSide; c++) {
+        const size_t at = r * kSide;
+        const bool finite = projected > 0 ? kernel.residual(counts, &offset[at], &factor[at], kSide, &residual[at])
+                                          : kernel.scaled_residual(counts, &offset[at], &factor[at], input_scale, kSide,
+                                                                   out + r * stride);
+        for (size_t c = 0; !finite && c < kSide; c++)
             if (!std::isfinite(counts[c]))
                 fail(Status::argument, "counts[%zu][%zu] = %g: must be finite", crop_row + r, crop_col + c, counts[c]);
-            out[r * kSide + c] = (counts[c] - reference[r * kSide + c]) * inverse_sigma[r * kSide + c];
-        }
     }
-    kernels::project_out(units.data(), projected, kPixels, out);
+    if (projected == 0)
+        return;
+    kernels::project_out(units.data(), projected, kPixels, residual.data());
+    for (size_t r = 0; r < kSide; r++)
+        for (size_t c = 0; c < kSide; c++)
+            out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);
+}
+
+void Preprocess::to_counts(double *image) const noexcept {
+    for (size_t i = 0; i < kPixels; i++)
+        image[i] = offset[i] + image[i] / factor[i];
 }
 
 } // namespace toliman::cae

@@ -25,7 +25,7 @@ Parameters random_parameters(uint64_t seed) {
     kernels::Rng rng(seed, kernels::kStreamWeights);
     Parameters parameters;
     for (size_t s = 0; s < kStages; s++) {
-        const size_t rows = kFlight.stages[s].coarse_channels, cols = 9 * kFlight.stages[s].fine_channels;
+        const size_t rows = kShapes[s].coarse_channels, cols = 9 * kShapes[s].fine_channels;
         Buffer<double> kernel(rows * cols);
         std::generate(kernel.begin(), kernel.end(), [&] { return rng.normal(); });
         kernels::orthonormalise(kernel.data(), rows, cols);
@@ -46,7 +46,7 @@ void paint(const Parameters &parameters, Images &images) {
     put_inside(parameters[kLatentWeight], kDeepSide, kDeepSide, kDeepChannels, images[kStages]);
     Buffer<float> packed;
     for (size_t s = kStages; s-- > 0;) {
-        const kernels::ConvShape &shape = kFlight.stages[s];
+        const kernels::ConvShape &shape = kShapes[s];
         packed.resize(shape.packed());
         kernels::conv_pack_up(shape, parameters[conv_weight(s)], kMean, packed.data());
         kernels::conv_kernels().up(shape, images[s + 1], packed.data(), kZeroBias, images[s]);
@@ -63,7 +63,7 @@ Buffer<double> painted(Images &images) {
 void backward_pass(const Parameters &parameters, Images &forward, Images &backward, Parameters &gradient) {
     Buffer<float> packed;
     for (size_t s = 0; s < kStages; s++) {
-        const kernels::ConvShape &shape = kFlight.stages[s];
+        const kernels::ConvShape &shape = kShapes[s];
         packed.resize(shape.packed());
         kernels::conv_kernels().weight_gradient(shape, backward[s], forward[s + 1], packed.data());
         kernels::conv_unpack_gradient(shape, packed.data(), kMean, gradient[conv_weight(s)]);
@@ -140,7 +140,7 @@ void mirror(Parameters &parameters, const Buffer<double> &target) {
     put_inside(tensor, kDeepSide, kDeepSide, kDeepChannels, images[kStages]);
     Buffer<float> packed;
     for (size_t s = kStages; s-- > 0;) {
-        const kernels::ConvShape &shape = kFlight.stages[s];
+        const kernels::ConvShape &shape = kShapes[s];
         float largest = 0;
         for (size_t i = 0; i < level_size(s + 1); i++)
             largest = std::max(largest, std::fabs(images[s + 1][i]));
@@ -149,7 +149,7 @@ void mirror(Parameters &parameters, const Buffer<double> &target) {
         scale(images[s + 1], level_size(s + 1), factor);
 
         tensor = parameters[deconv_weight(s)];
-        tensor_size = kFlight.tensors[deconv_weight(s)].count();
+        tensor_size = kTensorTable[deconv_weight(s)].count();
         std::copy_n(parameters[conv_weight(s)], tensor_size, tensor);
         packed.resize(shape.packed());
         kernels::conv_pack_up(shape, tensor, 1.0f, packed.data());
@@ -178,7 +178,7 @@ double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
 Network untrained_network(Preprocess preprocess, uint64_t seed) {
     Parameters parameters = random_parameters(seed);
     scale_to_pixels(parameters, preprocess);
-    return Network(std::move(preprocess), std::move(parameters), seed, false, 0);
+    return Network(kFlight, std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
 Network train_tied(const Network &network, const TrainOptions &options, Training &report) {
@@ -187,7 +187,7 @@ Network train_tied(const Network &network, const TrainOptions &options, Training
     report.cosine = scale_to_pixels(parameters, network.preprocess());
     if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
         fail(Status::range, "learning_rate = %g: training diverged", options.learning_rate);
-    return Network(network.preprocess(), std::move(parameters), network.seed(), true, report.cosine);
+    return Network(kFlight, network.preprocess(), std::move(parameters), network.seed(), true, report.cosine);
 }
 
 } // namespace toliman::cae

@@ -201,7 +201,8 @@ Network from_blob(const void *bytes, size_t size) {
     check_values(parameters.values, "weights");
     const size_t planes = (kFixedPlanes + header.preprocess.projected) * kPixels;
     set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes, planes), header.preprocess);
-    return Network(std::move(header.preprocess), std::move(parameters), header.seed, header.trained, header.cosine);
+    return Network(kFlight, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
+                   header.cosine);
 }
 
 } // namespace toliman::cae

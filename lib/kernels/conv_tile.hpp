@@ -27,7 +27,7 @@ TOLIMAN_LANES(4);
 TOLIMAN_LANES(8);
 TOLIMAN_LANES(16);
 using Wide = Lanes16;
-using Eight = Lanes8; // of at most eight channels
+using Eight = Lanes8;         // of at most eight channels
 constexpr size_t kPixels = 8; // of a tile two vectors wide: 16 sums, two weights and an input fit 32 registers
 constexpr size_t kRuns = 4;   // three rows of them, two vectors wide: 24 sums
 #elif defined(__AVX__)
@@ -56,8 +56,7 @@ struct Row {
 };
 
 // Output channels first ... first + M lanes of P neighbouring pixels. RUN: row.run where that is known, or 0.
-template <class Lanes, size_t P, size_t M, size_t RUN>
-void tile(const Row &row, size_t pixel, size_t first) noexcept {
+template <class Lanes, size_t P, size_t M, size_t RUN> void tile(const Row &row, size_t pixel, size_t first) noexcept {
     typename Lanes::Vector sum[P][M] = {};
     if (row.bias != nullptr)
         for (size_t p = 0; p < P; p++)

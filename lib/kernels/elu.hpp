@@ -1,4 +1,4 @@
-// Exponential linear unit, float32.
+// Exponential linear unit and what its backward pass takes, float32.
 #pragma once
 #include <cstddef>
 
@@ -13,6 +13,14 @@ struct EluKernels {
     //           on every instruction set with fused multiply-add.
     // Reference coefficients of Cephes expf (S. Moshier)
     void (*elu)(float *values, size_t count) noexcept;
+
+    // Given     values [count] of elu, gradient [count] by them
+    // Returned  gradient by its arguments: times 1 where the value is above 0, times value + 1 elsewhere
+    void (*slope)(const float *values, size_t count, float *gradient) noexcept;
+
+    // Given     image [count] of pixels of `channels` floats; channels 1 (and count a multiple of 4) or up to 64
+    // Returned  sums [channels] with the image's sum over its pixels added, summed in double
+    void (*sum_pixels)(const float *image, size_t count, size_t channels, float *sums) noexcept;
 };
 TOLIMAN_ISA_DECLARE(EluKernels, elu)
 

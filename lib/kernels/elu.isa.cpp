@@ -61,9 +61,25 @@ void elu(float *values, size_t count) noexcept {
     }
 }
 
+void slope(const float *values, size_t count, float *gradient) noexcept {
+    for (size_t i = 0; i < count; i++)
+        gradient[i] *= values[i] > 0 ? 1.0f : values[i] + 1.0f;
+}
+
+void sum_pixels(const float *image, size_t count, size_t channels, float *sums) noexcept {
+    constexpr size_t kMostChannels = 64;
+    double part[kMostChannels] = {};
+    const size_t lanes = channels == 1 ? 4 : channels;
+    for (size_t i = 0; i < count; i += lanes)
+        for (size_t k = 0; k < lanes; k++)
+            part[k] += static_cast<double>(image[i + k]);
+    for (size_t k = 0; k < lanes; k++)
+        sums[k % channels] += static_cast<float>(part[k]);
+}
+
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const EluKernels TOLIMAN_ISA_TABLE(elu) = {TOLIMAN_ISA::elu};
+const EluKernels TOLIMAN_ISA_TABLE(elu) = {TOLIMAN_ISA::elu, TOLIMAN_ISA::slope, TOLIMAN_ISA::sum_pixels};
 
 } // namespace toliman::kernels

@@ -24,8 +24,7 @@ using Switch = int32_t;
 struct SameConvKernels {
     // Given     in, bordered; weights packed; bias [channels], or NULL for zeros
     // Returned  the inside of out = bias + convolution; its border is left alone
-    void (*same)(const SameShape &shape, const float *in, const float *weights, const float *bias,
-                 float *out) noexcept;
+    void (*same)(const SameShape &shape, const float *in, const float *weights, const float *bias, float *out) noexcept;
 
     // Given     in, weights, bias as of same; channels a multiple of 8
     // Returned  the inside of pooled, bordered, rows/2 x cols/2: bias + largest of each 2x2 of the convolution;

@@ -194,8 +194,7 @@ void pick(const SameShape &shape, const float *image, const Switch *switches, fl
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const SameConvKernels TOLIMAN_ISA_TABLE(same_conv) = {TOLIMAN_ISA::same, TOLIMAN_ISA::same_max,
-                                                      TOLIMAN_ISA::weight_gradient, TOLIMAN_ISA::unpool,
-                                                      TOLIMAN_ISA::pick};
+const SameConvKernels TOLIMAN_ISA_TABLE(same_conv) = {
+    TOLIMAN_ISA::same, TOLIMAN_ISA::same_max, TOLIMAN_ISA::weight_gradient, TOLIMAN_ISA::unpool, TOLIMAN_ISA::pick};
 
 } // namespace toliman::kernels

@@ -15,7 +15,7 @@ void shim_pick(int isa, const size_t *d, const float *image, const int32_t *swit
 
 /* Rows, columns, channels in and out: every stage of the network by its channels, both ways. */
 enum { ROWS, COLS, IN, OUT, kShapes = 8 };
-static const size_t kShape[kShapes][4] = {{6, 16, 1, 8},  {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
+static const size_t kShape[kShapes][4] = {{6, 16, 1, 8},   {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
                                           {4, 16, 64, 32}, {4, 16, 32, 16}, {4, 16, 16, 8},  {6, 16, 8, 1}};
 
 static uint32_t state;
@@ -88,8 +88,7 @@ static void test_maximum(void **unused) {
                     float best = -INFINITY;
                     int from = -1;
                     for (int q = 0; q < 4; q++) {
-                        const float v =
-                            all[((2 * y + (size_t)q / 2) * s[COLS] + 2 * x + (size_t)q % 2) * s[OUT] + k];
+                        const float v = all[((2 * y + (size_t)q / 2) * s[COLS] + 2 * x + (size_t)q % 2) * s[OUT] + k];
                         if (v > best)
                             best = v, from = q;
                     }

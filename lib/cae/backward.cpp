@@ -1,0 +1,119 @@
+#include "cae/backward.hpp"
+
+#include <algorithm>
+
+#include "kernels/elu.hpp"
+
+namespace toliman::cae {
+
+namespace {
+
+void add_to(const Buffer<float> &values, Buffer<float> &sums) noexcept {
+    for (size_t i = 0; i < values.size(); i++)
+        sums[i] += values[i];
+}
+
+} // namespace
+
+Operators::Operators(const Layout &layout, const Parameters &parameters)
+    : encoder_down(pack_encoder(layout, parameters)), decoder_up(pack_decoder(layout, parameters)) {
+    for (size_t s = 0; s < kStages; s++) {
+        const Stage &stage = stage_of(layout, s);
+        encoder_up[s].resize(stage.packed());
+        stage.pack_up(parameters[conv_weight(s)], stage.encoder_factor(), encoder_up[s].data());
+        decoder_down[s].resize(stage.packed());
+        stage.pack_down(parameters[deconv_weight(s)], 1.0f, decoder_down[s].data());
+    }
+}
+
+Gradient::Gradient(const Layout &layout) : layout_(layout) {
+    for (size_t s = 0; s < kStages; s++)
+        for (Packed *packed : {&encoder_, &decoder_, &one_})
+            (*packed)[s].resize(stage_of(layout, s).packed());
+}
+
+void Gradient::add(const Parameters &parameters, const Operators &operators, Pass &pass) noexcept {
+    add_decoder(parameters, operators, pass);
+    add_encoder(operators, pass);
+}
+
+// From gradient[0], by the image, to gradient[kStages], by the encoder's features.
+void Gradient::add_decoder(const Parameters &parameters, const Operators &operators, Pass &pass) noexcept {
+    for (size_t s = 0; s < kStages; s++) {
+        const Stage &stage = stage_of(layout_, s);
+        const Switch *switches = pass.pooling.switches[s].data();
+        float *dense = pass.pooling.dense[s].data();
+        kernels::elu_kernels().sum_pixels(pass.gradient[s], kShapes[s].fine(), kShapes[s].fine_channels,
+                                          sums_[deconv_bias(s)]);
+        stage.gradient(pass.gradient[s], pass.decoder[s + 1], switches, dense, one_[s].data());
+        add_to(one_[s], decoder_[s]);
+        stage.down(pass.gradient[s], operators.decoder_down[s].data(), switches, dense, pass.gradient[s + 1]);
+        kernels::elu_kernels().slope(pass.decoder[s + 1], kShapes[s].coarse(), pass.gradient[s + 1]);
+    }
+    // The dense layers; the gradient by the features takes the place of that by the decoder's first image.
+    const size_t row = kDeepSide * kDeepChannels;
+    double by_latent = 0;
+    for (size_t r = 0; r < kDeepSide; r++) {
+        const float *gradient = pass.gradient[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels;
+        const float *weight = parameters[kExpandWeight] + r * row;
+        float *by_weight = sums_[kExpandWeight] + r * row, *by_bias = sums_[kExpandBias] + r * row;
+        for (size_t i = 0; i < row; i++) {
+            by_latent += static_cast<double>(gradient[i]) * static_cast<double>(weight[i]);
+            by_weight[i] += gradient[i] * pass.latent;
+            by_bias[i] += gradient[i];
+        }
+    }
+    const auto slope = static_cast<float>(by_latent);
+    sums_[kLatentBias][0] += slope;
+    for (size_t r = 0; r < kDeepSide; r++) {
+        const size_t at = ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels;
+        const float *features = pass.encoder[kStages] + at, *weight = parameters[kLatentWeight] + r * row;
+        float *gradient = pass.gradient[kStages] + at, *by_weight = sums_[kLatentWeight] + r * row;
+        for (size_t i = 0; i < row; i++) {
+            by_weight[i] += slope * features[i];
+            gradient[i] = slope * weight[i];
+        }
+    }
+}
+
+void Gradient::add_encoder(const Operators &operators, Pass &pass) noexcept {
+    for (size_t s = kStages; s-- > 0;) {
+        const Stage &stage = stage_of(layout_, s);
+        const Switch *switches = pass.pooling.switches[s].data();
+        float *dense = pass.pooling.dense[s].data(), *gradient = pass.gradient[s + 1];
+        kernels::elu_kernels().slope(pass.encoder[s + 1], kShapes[s].coarse(), gradient);
+        kernels::elu_kernels().sum_pixels(gradient, kShapes[s].coarse(), kShapes[s].coarse_channels,
+                                          sums_[conv_bias(s)]);
+        stage.gradient(pass.encoder[s], gradient, switches, dense, one_[s].data());
+        add_to(one_[s], encoder_[s]);
+        if (s > 0)
+            stage.up(gradient, operators.encoder_up[s].data(), nullptr, switches, dense, pass.gradient[s]);
+    }
+}
+
+void Gradient::add(const Gradient &other) noexcept {
+    add_to(other.sums_.values, sums_.values);
+    for (size_t s = 0; s < kStages; s++) {
+        add_to(other.encoder_[s], encoder_[s]);
+        add_to(other.decoder_[s], decoder_[s]);
+    }
+}
+
+void Gradient::clear() noexcept {
+    std::fill(sums_.values.begin(), sums_.values.end(), 0.0f);
+    for (size_t s = 0; s < kStages; s++) {
+        std::fill(encoder_[s].begin(), encoder_[s].end(), 0.0f);
+        std::fill(decoder_[s].begin(), decoder_[s].end(), 0.0f);
+    }
+}
+
+void Gradient::get(Parameters &out) const noexcept {
+    out.values = sums_.values;
+    for (size_t s = 0; s < kStages; s++) {
+        const Stage &stage = stage_of(layout_, s);
+        stage.unpack_gradient(encoder_[s].data(), stage.encoder_factor(), out[conv_weight(s)]);
+        stage.unpack_gradient(decoder_[s].data(), 1.0f, out[deconv_weight(s)]);
+    }
+}
+
+} // namespace toliman::cae

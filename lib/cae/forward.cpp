@@ -1,0 +1,100 @@
+#include "cae/forward.hpp"
+
+#include <algorithm>
+
+#include "kernels/elu.hpp"
+
+namespace toliman::cae {
+
+namespace {
+
+// Sum of products in double, eight partial sums in fixed order.
+double dense(const float *a, const float *b, size_t count) noexcept {
+    double part[8] = {};
+    for (size_t i = 0; i < count; i += 8)
+        for (size_t k = 0; k < 8; k++)
+            part[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
+    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+}
+
+} // namespace
+
+Packed pack_encoder(const Layout &layout, const Parameters &parameters) {
+    Packed packed;
+    for (size_t s = 0; s < kStages; s++) {
+        const Stage &stage = stage_of(layout, s);
+        packed[s].resize(stage.packed());
+        stage.pack_down(parameters[conv_weight(s)], stage.encoder_factor(), packed[s].data());
+    }
+    return packed;
+}
+
+Packed pack_decoder(const Layout &layout, const Parameters &parameters) {
+    Packed packed;
+    for (size_t s = 0; s < kStages; s++) {
+        const Stage &stage = stage_of(layout, s);
+        packed[s].resize(stage.packed());
+        stage.pack_up(parameters[deconv_weight(s)], 1.0f, packed[s].data());
+    }
+    return packed;
+}
+
+Images::Images() {
+    size_t size = 0;
+    for (size_t level = 0; level <= kStages; level++) {
+        start_[level] = size;
+        size += (level_size(level) + 15) / 16 * 16;
+    }
+    memory_.resize(size);
+}
+
+Pooling::Pooling(const Layout &layout) {
+    for (size_t s = 0; s < kStages; s++) {
+        switches[s].resize(stage_of(layout, s).switches());
+        dense[s].resize(stage_of(layout, s).dense());
+    }
+}
+
+void put_inside(const float *image, size_t rows, size_t cols, size_t channels, float *bordered) noexcept {
+    for (size_t r = 0; r < rows; r++)
+        std::copy_n(image + r * cols * channels, cols * channels, bordered + ((r + 1) * (cols + 2) + 1) * channels);
+}
+
+void get_inside(const float *bordered, size_t rows, size_t cols, size_t channels, float *image) noexcept {
+    for (size_t r = 0; r < rows; r++)
+        std::copy_n(bordered + ((r + 1) * (cols + 2) + 1) * channels, cols * channels, image + r * cols * channels);
+}
+
+double encode(const Layout &layout, const Parameters &parameters, const Packed &encoder, Images &images,
+              Pooling *pooling) noexcept {
+    for (size_t s = 0; s < kStages; s++) {
+        stage_of(layout, s).encode(images[s], encoder[s].data(), parameters[conv_bias(s)], images[s + 1],
+                                   pooling != nullptr ? pooling->switches[s].data() : nullptr);
+        kernels::elu_kernels().elu(images[s + 1], kShapes[s].coarse());
+    }
+    const size_t row = kDeepSide * kDeepChannels;
+    double latent = static_cast<double>(parameters[kLatentBias][0]);
+    for (size_t r = 0; r < kDeepSide; r++)
+        latent += dense(images[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels,
+                        parameters[kLatentWeight] + r * row, row);
+    return latent;
+}
+
+void decode(const Layout &layout, const Parameters &parameters, const Packed &decoder, float latent, Images &images,
+            Pooling &pooling) noexcept {
+    const float *weight = parameters[kExpandWeight], *bias = parameters[kExpandBias];
+    for (size_t r = 0; r < kDeepSide; r++) {
+        float *row = images[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels;
+        for (size_t i = 0; i < kDeepSide * kDeepChannels; i++, weight++, bias++)
+            row[i] = latent * *weight + *bias;
+        kernels::elu_kernels().elu(row, kDeepSide * kDeepChannels);
+    }
+    for (size_t s = kStages; s-- > 0;) {
+        stage_of(layout, s).up(images[s + 1], decoder[s].data(), parameters[deconv_bias(s)],
+                               pooling.switches[s].data(), pooling.dense[s].data(), images[s]);
+        if (s > 0)
+            kernels::elu_kernels().elu(images[s], kShapes[s].fine());
+    }
+}
+
+} // namespace toliman::cae
