@@ -25,7 +25,7 @@ int main(int argc, char **argv) {
     check(toliman_sim_get_info(sim, &info));
 
     toliman_cae *cae = NULL;
-    check(toliman_cae_create(sim, info.seed, &cae));
+    check(toliman_cae_create(sim, info.seed, NULL, &cae));
     check(toliman_cae_train(cae, NULL, NULL));
 
     /* Frequencies from 1.5 cycles in the whole series up to one cycle in two frames. */

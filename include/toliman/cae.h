@@ -14,39 +14,97 @@ TOLIMAN_BEGIN_DECLS
 /* Const calls may run on one network from several threads. Since 0.1. */
 typedef struct toliman_cae toliman_cae;
 
-/* Network of the `flight` layout with random weights drawn from seed, preprocessing taken from the scene; sim is not
- * kept. Its latent is scaled to pixels along the scene's signal, so that it may be encoded with as it is: the untrained
- * control. TOLIMAN_E_UNSUPPORTED when frames are smaller than 256x256, TOLIMAN_E_SCENE when the nuisances of
- * preprocess.project leave nothing of the signal's derivative. The caller destroys *out. Since 0.1. */
+/* Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
+ * latent, and the same way back.
+ *   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
+ *   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
+ * there is toliman_cae_reconstruct but no toliman_cae_decode */
+#define TOLIMAN_CAE_FLIGHT 0
+#define TOLIMAN_CAE_PAPER 1
+
+/* What the network sees of a frame's 256x256 crop.
+ *   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
+ *   RESIDUAL  (counts - reference)/mean sigma of the frame
+ *   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter */
+#define TOLIMAN_CAE_WHITENED 0
+#define TOLIMAN_CAE_RESIDUAL 1
+#define TOLIMAN_CAE_RAW 2
+
+typedef struct toliman_cae_options {
+    uint32_t struct_size;
+    uint32_t layout; /* TOLIMAN_CAE_FLIGHT, ... */
+    uint32_t input;  /* TOLIMAN_CAE_WHITENED, ... */
+    uint32_t reserved;
+} toliman_cae_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options) TOLIMAN_NOEXCEPT;
+
+/* Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options may be
+ * NULL. With FLIGHT and WHITENED, the defaults, its latent is scaled to pixels along the scene's signal, so that it may
+ * be encoded with as it is: the untrained control. Otherwise the latent has no unit. TOLIMAN_E_UNSUPPORTED when frames
+ * are smaller than 256x256 or preprocess.project meets an input that is not whitened, TOLIMAN_E_SCENE when its
+ * nuisances leave nothing of the signal's derivative. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
+                                                                 const toliman_cae_options *options,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 /* Ends a network; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
+/* Ways to train.
+ *   TIED          layout FLIGHT and WHITENED input: the linear decoder, whose kernels are the encoder's transposed, is
+ *                 fitted to the whitened derivative image; then both halves are scaled so that the latent is the
+ *                 separation in px. Needs no data set and no noise
+ *   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
+ *                 any prior. The latent then has no unit and may have either sign */
+#define TOLIMAN_CAE_TIED 0
+#define TOLIMAN_CAE_UNSUPERVISED 1
+
+/* Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
+ * other status ends the running call with it. The same frame must be the same each time. Called on the caller's thread,
+ * with no lock held. Since 0.1. */
+typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
+
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    uint32_t steps;               /* Adam steps; 0 = 600 */
-    double learning_rate;         /* in [0, 1], 0 = 4e-3; falls linearly over the second half, to 4 % of it */
+    uint32_t mode;                /* TOLIMAN_CAE_TIED, ... */
+    uint32_t steps;               /* TIED: Adam steps; 0 = 600 */
+    uint32_t epochs;              /* UNSUPERVISED: passes over the training frames, in all; 0 = 300 */
+    double learning_rate;         /* of Adam, in [0, 1]; TIED: 0 = 4e-3, falls linearly over the second half, to 4 % of
+                                     it; UNSUPERVISED: 0 = 1e-3, constant */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
+    toliman_frames_fn frames; /* UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each */
+    void *frames_data;
+    uint64_t frame_count;
+    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth */
+    uint32_t batch;      /* UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16 */
+    uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
 } toliman_cae_train_options;
 
 /* Fills *options with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options) TOLIMAN_NOEXCEPT;
 
 typedef struct toliman_cae_training {
-    uint32_t struct_size; /* in: sizeof(toliman_cae_training) */
-    uint32_t steps;       /* done */
-    double loss;          /* squared distance of the unit images, 0.08 when well trained */
-    double cosine;        /* between d latent/d residual and the whitened derivative: the predicted efficiency */
+    uint32_t struct_size;   /* in: sizeof(toliman_cae_training) */
+    uint32_t steps;         /* of Adam, in all */
+    uint32_t epochs;        /* UNSUPERVISED: in all; else 0 */
+    uint32_t reserved;      /* 0 */
+    double loss;            /* TIED: squared distance of the unit images, 0.08 when well trained; UNSUPERVISED: mean
+                               squared error of the last epoch, in units of the input */
+    double cosine;          /* TIED: between d latent/d residual and the whitened derivative, the predicted efficiency;
+                               else 0 */
+    double validation_loss; /* UNSUPERVISED: of the frames kept back; else 0, and so the next three */
+    double mmse, mssim;     /* means over those frames, as of toliman_cae_reconstruct */
+    double photon_floor;
 } toliman_cae_training;
 
-/* Tied training from the network's own seed: the linear decoder, whose kernels are the encoder's transposed, is fitted
- * to the whitened derivative image; then both halves are scaled so that the latent is the separation in px. Needs no
- * data set and no noise. options and report may be NULL. Runs on the caller's thread. TOLIMAN_E_CANCELLED,
- * TOLIMAN_E_RANGE when a learning rate makes it diverge, TOLIMAN_E_STATE when a loaded network has no signal to be
- * trained on: the network is as before. Since 0.1. */
+/* Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
+ * unsupervised one can be given more epochs, when mode, learning rate, batch and frames are as before; anything else
+ * starts anew. options and report may be NULL. On any failure the network is as before. TOLIMAN_E_CANCELLED,
+ * TOLIMAN_E_RANGE when a learning rate makes it diverge, TOLIMAN_E_UNSUPPORTED for TIED with another layout or input,
+ * TOLIMAN_E_STATE when a loaded network has no signal to be trained on. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
@@ -55,17 +113,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae
 typedef struct toliman_cae_info {
     uint32_t struct_size;       /* in: sizeof(toliman_cae_info) */
     uint32_t trained;           /* 0 or 1 */
-    const char *layout;         /* "flight"; static text */
+    const char *layout;         /* "flight" or "paper"; static text */
     uint64_t layout_hash;       /* FNV-1a of the layout's tensor table */
     uint64_t scene_digest;      /* of the scene the preprocessing came from */
     uint64_t parameters;        /* number of weights */
     int64_t rows, cols;         /* of the frames it takes */
     int64_t crop_row, crop_col; /* first row and column of the 256x256 crop */
     uint32_t projected;         /* nuisance images projected out */
-    uint32_t reserved;
-    double crb_px;      /* Cramer-Rao bound with exactly those free */
-    double cosine;      /* after training; 0 before */
-    double input_scale; /* factor between the whitened residual and the first convolution */
+    uint32_t input;             /* TOLIMAN_CAE_WHITENED, ... */
+    double crb_px;              /* Cramer-Rao bound with exactly those free */
+    double cosine;              /* after training; 0 before */
+    double input_scale;         /* factor between the whitened residual and the first convolution */
 } toliman_cae_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -88,7 +146,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toli
                                                                       double *latents_px) TOLIMAN_NOEXCEPT;
 
 /* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
- * px; linear in it up to 1 px. |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT; TOLIMAN_E_RANGE when a loaded network's
+ * px; linear in it up to 1 px. With another input, the input that it paints. TOLIMAN_E_UNSUPPORTED for layout PAPER;
+ * |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT; TOLIMAN_E_RANGE when a loaded network's
  * weights are so large that it overflows. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <toliman/cae.h>
@@ -12,37 +13,149 @@
 #include "backend/file.hpp"
 #include "cae/network.hpp"
 #include "cae/tied.hpp"
+#include "cae/unsupervised.hpp"
 #include "cae/weights.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
+namespace {
+
+// An unsupervised training that can go on.
+struct Unfinished {
+    double learning_rate;
+    uint32_t batch;
+    size_t frames, validation;
+    cae::Epochs state;
+};
+
+} // namespace
+
 struct toliman_cae {
     cae::Network network;
+    std::optional<Unfinished> unfinished;
 };
 
 namespace {
 
-constexpr size_t kOldestOptions = sizeof(toliman_cae_train_options);
+constexpr size_t kOldestOptions = sizeof(toliman_cae_options);
+constexpr size_t kOldestTrainOptions = sizeof(toliman_cae_train_options);
 constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
 constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
+constexpr uint64_t kMostFrames = 1u << 20; // 256 GiB of input
+constexpr uint32_t kLargestBatch = 4096;
 
-toliman_cae_train_options default_options() noexcept {
+toliman_cae_options default_options() noexcept {
+    toliman_cae_options options = {};
+    options.struct_size = sizeof options;
+    return options;
+}
+
+toliman_cae_train_options default_train_options() noexcept {
     toliman_cae_train_options options = {};
     options.struct_size = sizeof options;
     return options;
 }
 
-cae::TrainOptions known_options(const toliman_cae_train_options *given) {
-    const toliman_cae_train_options options = accept(given, default_options(), "options", kOldestOptions);
+template <class T> T or_default(T value, T otherwise) noexcept {
+    return value != 0 ? value : otherwise;
+}
+
+const cae::Layout &layout_of(uint32_t layout) {
+    if (layout > TOLIMAN_CAE_PAPER)
+        fail(Status::argument, "options->layout = %u: must be TOLIMAN_CAE_FLIGHT or TOLIMAN_CAE_PAPER", layout);
+    return layout == TOLIMAN_CAE_FLIGHT ? cae::kFlight : cae::kPaper;
+}
+
+cae::Input input_of(uint32_t input) {
+    if (input > TOLIMAN_CAE_RAW)
+        fail(Status::argument,
+             "options->input = %u: must be TOLIMAN_CAE_WHITENED, TOLIMAN_CAE_RESIDUAL or TOLIMAN_CAE_RAW", input);
+    return static_cast<cae::Input>(input);
+}
+
+toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
+    const toliman_cae_train_options options = accept(given, default_train_options(), "options", kOldestTrainOptions);
+    if (options.mode > TOLIMAN_CAE_UNSUPERVISED)
+        fail(Status::argument, "options->mode = %u: must be TOLIMAN_CAE_TIED or TOLIMAN_CAE_UNSUPERVISED",
+             options.mode);
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
         fail(Status::argument, "options->learning_rate = %g: must be in [0, 1], 0 for the default",
              options.learning_rate);
+    return options;
+}
+
+toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_options &options) {
     cae::TrainOptions known;
-    known.steps = options.steps != 0 ? options.steps : known.steps;
-    known.learning_rate = options.learning_rate != 0 ? options.learning_rate : known.learning_rate;
+    known.steps = or_default(options.steps, known.steps);
+    known.learning_rate = or_default(options.learning_rate, known.learning_rate);
+    known.progress = {options.progress, options.progress_data};
+    cae::Training training = {};
+    cae.network = cae::train_tied(cae.network, known, training);
+    cae.unfinished.reset();
+    toliman_cae_training report = {};
+    report.steps = known.steps;
+    report.loss = training.loss;
+    report.cosine = training.cosine;
+    return report;
+}
+
+cae::FrameSource frame_source(const toliman_cae_train_options &options) {
+    required(reinterpret_cast<const void *>(options.frames), "options->frames");
+    return [call = options.frames, data = options.frames_data](size_t first, size_t count, double *counts) {
+        const toliman_status status = call(first, count, counts, data);
+        if (status != TOLIMAN_OK)
+            fail(static_cast<Status>(status), "frames %zu to %zu: their source failed with %s", first,
+                 first + count - 1, toliman_status_name(status));
+    };
+}
+
+cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &options) {
+    if (options.frame_count < 2 || options.frame_count > kMostFrames)
+        fail(Status::argument, "options->frame_count = %llu: must be in [2, %llu]",
+             static_cast<unsigned long long>(options.frame_count), static_cast<unsigned long long>(kMostFrames));
+    if (options.validation >= options.frame_count)
+        fail(Status::argument, "options->validation = %llu: must be below the frame count, %llu",
+             static_cast<unsigned long long>(options.validation), static_cast<unsigned long long>(options.frame_count));
+    if (options.batch > kLargestBatch)
+        fail(Status::argument, "options->batch = %u: must be at most %u", options.batch, kLargestBatch);
+    cae::UnsupervisedOptions known;
+    known.epochs = or_default(options.epochs, known.epochs);
+    known.batch = or_default(options.batch, known.batch);
+    known.workers = options.threads;
+    known.learning_rate = or_default(options.learning_rate, known.learning_rate);
+    known.frames = options.frame_count;
+    known.validation = or_default<size_t>(options.validation, known.frames / 10);
     known.progress = {options.progress, options.progress_data};
     return known;
+}
+
+// The training to go on with, if it is the one asked for.
+Unfinished &take_up(toliman_cae &cae, const cae::UnsupervisedOptions &options) {
+    std::optional<Unfinished> &last = cae.unfinished;
+    if (!last || last->learning_rate != options.learning_rate || last->batch != options.batch ||
+        last->frames != options.frames || last->validation != options.validation || last->state.done > options.epochs)
+        last = Unfinished{options.learning_rate, options.batch, options.frames, options.validation, {}};
+    return *last;
+}
+
+toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_train_options &options) {
+    const cae::UnsupervisedOptions known = unsupervised_options(options);
+    const cae::FrameSource frames = frame_source(options);
+    cae::Epochs &state = take_up(cae, known).state;
+    cae::train_unsupervised(cae.network, known, frames, state);
+    cae::Network trained = cae::trained_network(cae.network, state);
+    const cae::Quality quality = cae::validate(trained, known, frames);
+    cae.network = std::move(trained);
+    toliman_cae_training report = {};
+    report.steps = static_cast<uint32_t>(state.steps);
+    report.epochs = state.done;
+    report.loss = state.loss;
+    report.validation_loss = state.validation_loss;
+    report.mmse = quality.mmse;
+    report.mssim = quality.mssim;
+    report.photon_floor = quality.photon_floor;
+    return report;
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -56,18 +169,27 @@ void give_image(const Buffer<double> &from, double *image, size_t stride) {
 }
 
 void give(cae::Network &&network, toliman_cae **out) {
-    *out = std::make_unique<toliman_cae>(toliman_cae{std::move(network)}).release();
+    *out = std::make_unique<toliman_cae>(toliman_cae{std::move(network), std::nullopt}).release();
 }
 
 } // namespace
 
 extern "C" {
 
-toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, toliman_cae **out) noexcept {
+void toliman_cae_options_init(toliman_cae_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_options();
+}
+
+toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const toliman_cae_options *options,
+                                  toliman_cae **out) noexcept {
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
+        const toliman_cae_options known = accept(options, default_options(), "options", kOldestOptions);
+        const cae::Layout &layout = layout_of(known.layout);
         required(out, "out");
-        give(cae::untrained_network(cae::Preprocess::from_model(simulator.frame_model(), cae::Input::whitened), seed),
+        give(cae::untrained_network(layout, cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)),
+                                    seed),
              out);
     });
 }
@@ -78,21 +200,20 @@ void toliman_cae_destroy(toliman_cae *cae) noexcept {
 
 void toliman_cae_train_options_init(toliman_cae_train_options *options) noexcept {
     if (options != nullptr)
-        *options = default_options();
+        *options = default_train_options();
 }
 
 toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_options *options,
                                  toliman_cae_training *report) noexcept {
     return guard([&] {
-        cae::Network &network = required(cae, "cae").network;
-        const cae::TrainOptions known = known_options(options);
+        toliman_cae &handle = required(cae, "cae");
+        const toliman_cae_train_options known = known_train_options(options);
         if (report != nullptr)
             check_struct_size("report", report->struct_size, kOldestTraining, sizeof *report);
-        cae::Training training = {};
-        network = cae::train_tied(network, known, training);
+        const toliman_cae_training training =
+            known.mode == TOLIMAN_CAE_TIED ? train_tied(handle, known) : train_unsupervised(handle, known);
         if (report != nullptr)
-            deliver(toliman_cae_training{sizeof *report, known.steps, training.loss, training.cosine}, report, "report",
-                    kOldestTraining);
+            deliver(training, report, "report", kOldestTraining);
     });
 }
 
@@ -102,8 +223,9 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         const cae::Preprocess &preprocess = network.preprocess();
         toliman_cae_info info = {};
         info.trained = network.trained();
-        info.layout = cae::kFlight.name;
-        info.layout_hash = cae::layout_hash(cae::kFlight);
+        info.layout = network.layout().name;
+        info.layout_hash = cae::layout_hash(network.layout());
+        info.input = static_cast<uint32_t>(preprocess.input);
         info.scene_digest = preprocess.scene_digest;
         info.parameters = cae::kParameters;
         info.rows = static_cast<int64_t>(preprocess.rows);

@@ -40,8 +40,8 @@ class Gradient {
     void add_encoder(const Operators &operators, Pass &pass) noexcept;
 
     const Layout &layout_;
-    Parameters sums_;                       // of biases and dense weights
-    Packed encoder_, decoder_, one_;        // of convolutions, packed; one_: of the image at hand
+    Parameters sums_;                // of biases and dense weights
+    Packed encoder_, decoder_, one_; // of convolutions, packed; one_: of the image at hand
 };
 
 } // namespace toliman::cae

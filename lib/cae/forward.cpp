@@ -90,8 +90,8 @@ void decode(const Layout &layout, const Parameters &parameters, const Packed &de
         kernels::elu_kernels().elu(row, kDeepSide * kDeepChannels);
     }
     for (size_t s = kStages; s-- > 0;) {
-        stage_of(layout, s).up(images[s + 1], decoder[s].data(), parameters[deconv_bias(s)],
-                               pooling.switches[s].data(), pooling.dense[s].data(), images[s]);
+        stage_of(layout, s).up(images[s + 1], decoder[s].data(), parameters[deconv_bias(s)], pooling.switches[s].data(),
+                               pooling.dense[s].data(), images[s]);
         if (s > 0)
             kernels::elu_kernels().elu(images[s], kShapes[s].fine());
     }

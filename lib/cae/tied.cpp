@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "cae/unsupervised.hpp"
 #include "kernels/adam.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/project.hpp"
@@ -175,13 +176,20 @@ double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
 
 } // namespace
 
-Network untrained_network(Preprocess preprocess, uint64_t seed) {
-    Parameters parameters = random_parameters(seed);
-    scale_to_pixels(parameters, preprocess);
-    return Network(kFlight, std::move(preprocess), std::move(parameters), seed, false, 0);
+Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed) {
+    const bool linear = !layout.max_pool && preprocess.input == Input::whitened;
+    Parameters parameters = linear ? random_parameters(seed) : initial_weights(seed);
+    if (linear)
+        scale_to_pixels(parameters, preprocess);
+    else
+        preprocess.input_scale = 1;
+    return Network(layout, std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
 Network train_tied(const Network &network, const TrainOptions &options, Training &report) {
+    if (network.layout().max_pool || network.preprocess().input != Input::whitened)
+        fail(Status::unsupported, "cae: tied training takes layout %s and whitened input, this network has layout %s",
+             kFlight.name, network.layout().name);
     Parameters parameters = random_parameters(network.seed());
     report.loss = fit(parameters, network.preprocess().target, options);
     report.cosine = scale_to_pixels(parameters, network.preprocess());

@@ -18,10 +18,11 @@ struct Training {
     double cosine; // of d latent/d residual and the target: the predicted efficiency
 };
 
-// Network with random weights, its latent scaled to px along the target.
-Network untrained_network(Preprocess preprocess, uint64_t seed);
+// Network with random weights; where it can be trained so, with the latent scaled to px along the target.
+Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed);
 
-// A new network with the preprocessing and the seed of the given one.
+// A new network with the preprocessing and the seed of the given one. Status::unsupported for another layout than
+// flight and an input that is not whitened.
 Network train_tied(const Network &network, const TrainOptions &options, Training &report);
 
 } // namespace toliman::cae

@@ -44,7 +44,7 @@ static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint3
                                     toliman_cae_training *report) {
     toliman_cae *cae = NULL;
     toliman_cae_train_options options;
-    assert_ok(toliman_cae_create(sim, seed, &cae));
+    assert_ok(toliman_cae_create(sim, seed, NULL, &cae));
     toliman_cae_train_options_init(&options);
     options.steps = steps;
     if (steps != 0)

@@ -324,11 +324,11 @@ static void test_arguments(void **unused) {
     toliman_cae *out = NULL;
     toliman_cae_train_options options;
     toliman_sim *small = make_sim(255, 300, 0, "");
-    assert_fails(toliman_cae_create(small, 1, &out), TOLIMAN_E_UNSUPPORTED, "scene: detector.shape = [255, 300]");
+    assert_fails(toliman_cae_create(small, 1, NULL, &out), TOLIMAN_E_UNSUPPORTED, "scene: detector.shape = [255, 300]");
     assert_null(out);
     toliman_sim_destroy(small);
-    assert_fails(toliman_cae_create(NULL, 1, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_cae_create(sim, 1, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent), TOLIMAN_E_ARGUMENT, "stride of counts = 255");
     assert_fails(toliman_cae_encode(trained, image, kSide, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
     assert_fails(toliman_cae_encode_many(trained, NULL, 1, 1, &latent), TOLIMAN_E_ARGUMENT, "counts is NULL");
@@ -397,7 +397,7 @@ static void test_no_signal_is_left(void **unused) {
         assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &single));
         assert_ok(toliman_sim_get_info(single, &info));
         assert_true(isinf(info.crb_projected_px) && isfinite(info.crb_px));
-        assert_fails(toliman_cae_create(single, 1, &out), TOLIMAN_E_SCENE, "tells nothing of the separation");
+        assert_fails(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE, "tells nothing of the separation");
         assert_null(out);
         toliman_sim_destroy(single);
     }

@@ -13,7 +13,7 @@ constexpr char kScene[] = R"({"schema": "toliman-scene/1", "telescope": {"apertu
 int make_one_of_each() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
-    const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u);
+    const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get());
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     const auto track = make<frame_index>(toliman_track_create, 10);

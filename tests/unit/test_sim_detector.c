@@ -305,7 +305,7 @@ static void the_crop_is_about_the_light(void **state) {
                               "\"offsets_px\": {\"A\": [20, 5], \"B\": [10, 3]}");
         toliman_sim *const sim = sim_of(text);
         toliman_cae *cae = NULL;
-        assert_ok(toliman_cae_create(sim, 1, &cae));
+        assert_ok(toliman_cae_create(sim, 1, NULL, &cae));
         info[i].struct_size = sizeof info[i];
         assert_ok(toliman_cae_get_info(cae, &info[i]));
         toliman_cae_destroy(cae);

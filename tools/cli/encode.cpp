@@ -43,7 +43,7 @@ Of a FITS file the first image is read: one frame or a cube, any BITPIX, compres
 void train(const TrainOptions &options, Progress &progress) {
     OutputFile out(options.out); // an unwritable place is found before the work, not after it
     const Scene scene(options.scene, progress);
-    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed);
+    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, nullptr);
     toliman_cae_train_options how;
     toliman_cae_train_options_init(&how);
     how.steps = options.steps;

@@ -64,8 +64,8 @@ class Bench {
   public:
     Bench(const Scene &scene, uint64_t seed, Progress &progress)
         : scene_(scene), seed_(seed), progress_(progress),
-          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed)),
-          untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed)),
+          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
+          untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
           linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get())) {}
 
     void train(Experiment &result) {

@@ -1,0 +1,229 @@
+#include "cae/unsupervised.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "base/workers.hpp"
+#include "cae/backward.hpp"
+#include "kernels/adam.hpp"
+#include "kernels/poisson.hpp"
+#include "kernels/random.hpp"
+
+namespace toliman::cae {
+
+namespace {
+
+constexpr size_t kSlots = 8; // partial sums of a batch: as many workers can share it, and its bits do not depend on them
+constexpr size_t kFramesAtOnce = 32;
+
+// Fisher and Yates' shuffle of 0 ... count - 1.
+Buffer<size_t> shuffled(size_t count, uint64_t seed, uint64_t turn) {
+    kernels::Rng rng(seed + 0x9e3779b97f4a7c15u * turn, kernels::kStreamShuffle);
+    Buffer<size_t> order(count);
+    std::iota(order.begin(), order.end(), size_t{0});
+    for (size_t i = count; i > 1; i--)
+        std::swap(order[i - 1], order[static_cast<size_t>(rng.uniform() * static_cast<double>(i))]);
+    return order;
+}
+
+// The network's inputs of all frames, float32 [frames][kPixels].
+Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOptions &options, const FrameSource &frames) {
+    Buffer<float> inputs(options.frames * kPixels);
+    Buffer<double> counts(std::min(options.frames, kFramesAtOnce) * preprocess.rows * preprocess.cols);
+    for (size_t first = 0; first < options.frames; first += kFramesAtOnce) {
+        const size_t count = std::min(kFramesAtOnce, options.frames - first);
+        frames(first, count, counts.data());
+        for (size_t i = 0; i < count; i++) {
+            const double *frame = &counts[i * preprocess.rows * preprocess.cols];
+            try {
+                preprocess.apply({frame, preprocess.rows, preprocess.cols, preprocess.cols},
+                                 &inputs[(first + i) * kPixels], kSide);
+            } catch (const Error &error) {
+                fail(error.status(), "frame %zu: %s", first + i, error.what());
+            }
+        }
+        options.progress.report("frames", static_cast<double>(first + count) / static_cast<double>(options.frames));
+    }
+    return inputs;
+}
+
+// Mean squared error of the decoder's image, and its gradient times `share`, which may be 0.
+double squared_error(const float *input, const Images &decoder, float share, Images &gradient) {
+    double sum = 0;
+    for (size_t r = 0; r < kSide; r++) {
+        const size_t at = (r + 1) * kInputStride + 1;
+        for (size_t c = 0; c < kSide; c++) {
+            const float error = decoder[0][at + c] - input[r * kSide + c];
+            sum += static_cast<double>(error) * static_cast<double>(error);
+            gradient[0][at + c] = share * error;
+        }
+    }
+    return sum / static_cast<double>(kPixels);
+}
+
+class Trainer {
+  public:
+    Trainer(const Network &network, const UnsupervisedOptions &options, const Buffer<float> &inputs)
+        : layout_(network.layout()), options_(options), inputs_(inputs), total_(layout_) {
+        for (size_t i = 0; i < kSlots; i++) {
+            passes_.push_back(std::make_unique<Pass>(layout_));
+            slots_.push_back(std::make_unique<Gradient>(layout_));
+        }
+    }
+
+    // Mean loss of the images, and, where asked for, the mean gradient.
+    double run(const Parameters &weights, const Operators &operators, const size_t *images, size_t count,
+               bool with_gradient) {
+        std::array<double, kSlots> losses = {};
+        run_jobs(worker_count(options_.workers), kSlots, [&](size_t slot) {
+            slots_[slot]->clear();
+            for (size_t i = slot; i < count; i += kSlots)
+                losses[slot] += image(weights, operators, &inputs_[images[i] * kPixels],
+                                      with_gradient ? 1.0 / static_cast<double>(count) : 0, slot);
+        });
+        total_.clear();
+        for (size_t slot = 0; with_gradient && slot < kSlots; slot++)
+            total_.add(*slots_[slot]);
+        return std::accumulate(losses.begin(), losses.end(), 0.0) / static_cast<double>(count);
+    }
+
+    // One batch: gradient, step of Adam.
+    double step(Epochs &state, const size_t *images, size_t count) {
+        const Operators operators(layout_, state.weights);
+        const double loss = run(state.weights, operators, images, count, true);
+        if (!std::isfinite(loss))
+            fail(Status::range, "learning_rate = %g: training diverged in epoch %u", options_.learning_rate,
+                 state.done + 1);
+        total_.get(gradient_);
+        state.steps++;
+        kernels::adam(state.steps, options_.learning_rate, gradient_.values.data(), kParameters,
+                      state.mean.values.data(), state.square.values.data(), state.weights.values.data());
+        return loss;
+    }
+
+  private:
+    double image(const Parameters &weights, const Operators &operators, const float *input, double share,
+                 size_t slot) const {
+        Pass &pass = *passes_[slot];
+        put_inside(input, kSide, kSide, 1, pass.encoder[0]);
+        pass.latent =
+            static_cast<float>(encode(layout_, weights, operators.encoder_down, pass.encoder, &pass.pooling));
+        decode(layout_, weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
+        const auto factor = static_cast<float>(2 * share / static_cast<double>(kPixels));
+        const double loss = squared_error(input, pass.decoder, factor, pass.gradient);
+        if (share != 0)
+            slots_[slot]->add(weights, operators, pass);
+        return loss;
+    }
+
+    const Layout &layout_;
+    const UnsupervisedOptions &options_;
+    const Buffer<float> &inputs_;
+    std::vector<std::unique_ptr<Pass>> passes_;
+    std::vector<std::unique_ptr<Gradient>> slots_;
+    Gradient total_;
+    Parameters gradient_;
+};
+
+// As it is the network's output too, the input is not scaled down.
+Preprocess unscaled(const Preprocess &preprocess) {
+    Preprocess out = preprocess;
+    out.input_scale = 1;
+    return out;
+}
+
+struct Split {
+    Buffer<size_t> training, validation;
+};
+
+Split split(uint64_t seed, size_t frames, size_t validation) {
+    const Buffer<size_t> order = shuffled(frames, seed, 0);
+    Split split;
+    split.validation.assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(validation));
+    split.training.assign(order.begin() + static_cast<std::ptrdiff_t>(validation), order.end());
+    std::sort(split.validation.begin(), split.validation.end());
+    std::sort(split.training.begin(), split.training.end());
+    return split;
+}
+
+} // namespace
+
+Parameters initial_weights(uint64_t seed) {
+    kernels::Rng rng(seed, kernels::kStreamWeights);
+    Parameters parameters;
+    const auto draw = [&](size_t tensor, size_t inputs) {
+        const double sigma = 1 / std::sqrt(static_cast<double>(inputs));
+        std::generate_n(parameters[tensor], kTensorTable[tensor].count(),
+                        [&] { return static_cast<float>(sigma * rng.normal()); });
+    };
+    for (size_t s = 0; s < kStages; s++)
+        draw(conv_weight(s), 9 * kShapes[s].fine_channels);
+    draw(kLatentWeight, kFeatures);
+    draw(kExpandWeight, 1);
+    for (size_t s = kStages; s-- > 0;)
+        draw(deconv_weight(s), 9 * kShapes[s].coarse_channels);
+    return parameters;
+}
+
+void train_unsupervised(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames,
+                        Epochs &state) {
+    if (state.done == 0)
+        state.weights = initial_weights(network.seed());
+    const Split split = cae::split(network.seed(), options.frames, options.validation);
+    const Buffer<float> inputs = read_inputs(unscaled(network.preprocess()), options, frames);
+    Trainer trainer(network, options, inputs);
+    const size_t images = split.training.size();
+    while (state.done < options.epochs) {
+        Epochs next = state;
+        const Buffer<size_t> turn = shuffled(images, network.seed(), state.done + 1);
+        Buffer<size_t> order(images);
+        std::transform(turn.begin(), turn.end(), order.begin(), [&](size_t i) { return split.training[i]; });
+        double loss = 0;
+        for (size_t at = 0; at < images; at += options.batch) {
+            const size_t count = std::min<size_t>(options.batch, images - at);
+            loss += trainer.step(next, &order[at], count) * static_cast<double>(count);
+            char stage[128];
+            std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g, validation %.4g", state.done + 1,
+                          options.epochs, state.loss, state.validation_loss);
+            options.progress.report(stage,
+                                    (state.done + static_cast<double>(at + count) / static_cast<double>(images)) /
+                                        options.epochs);
+        }
+        next.loss = loss / static_cast<double>(images);
+        const Operators operators(network.layout(), next.weights);
+        if (!split.validation.empty())
+            next.validation_loss =
+                trainer.run(next.weights, operators, split.validation.data(), split.validation.size(), false);
+        next.done++;
+        state = next;
+    }
+}
+
+Network trained_network(const Network &network, const Epochs &state) {
+    return Network(network.layout(), unscaled(network.preprocess()), state.weights, network.seed(), true, 0);
+}
+
+Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames) {
+    const Buffer<size_t> kept = split(network.seed(), options.frames, options.validation).validation;
+    const Preprocess &preprocess = network.preprocess();
+    Buffer<double> counts(preprocess.rows * preprocess.cols), image(kPixels);
+    Quality sum = {};
+    for (const size_t frame : kept) {
+        frames(frame, 1, counts.data());
+        const ImageView<const double> view = {counts.data(), preprocess.rows, preprocess.cols, preprocess.cols};
+        network.reconstruct(view, image.data());
+        const Quality one = quality(network, view, image.data());
+        const auto share = 1 / static_cast<double>(kept.size());
+        sum.mmse += one.mmse * share;
+        sum.mssim += one.mssim * share;
+        sum.photon_floor += one.photon_floor * share;
+    }
+    return sum;
+}
+
+} // namespace toliman::cae

@@ -1,0 +1,47 @@
+// The chapter's training: the network learns to give its own input back, mean squared error, no prior.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "base/progress.hpp"
+#include "cae/forward.hpp"
+#include "cae/network.hpp"
+
+namespace toliman::cae {
+
+// Fills counts [count][rows][cols] with frames first, first + 1, ...; fails by an Error.
+using FrameSource = std::function<void(size_t first, size_t count, double *counts)>;
+
+struct UnsupervisedOptions {
+    uint32_t epochs = 300; // in all
+    uint32_t batch = 16;
+    unsigned workers = 0; // 0 = one a processor; the same bits for any number
+    double learning_rate = 1e-3;
+    size_t frames = 0, validation = 0; // of all frames; kept back from training
+    Progress progress;
+};
+
+// Where training stands after whole epochs: all that the next one depends on, but for the frames and the options.
+struct Epochs {
+    uint32_t done = 0;
+    uint64_t steps = 0;
+    Parameters weights, mean, square; // the latter two of Adam
+    double loss = 0, validation_loss = 0;
+};
+
+// Random weights of a network before unsupervised training: normal, of variance 1/inputs; no biases.
+Parameters initial_weights(uint64_t seed);
+
+// Epochs from state on until options.epochs are done; state is that of the last whole epoch, also on failure, and
+// counts 0 done at first. Status::cancelled, Status::range when training diverges.
+void train_unsupervised(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames,
+                        Epochs &state);
+
+// The network with the weights of state.
+Network trained_network(const Network &network, const Epochs &state);
+
+// Means over the frames kept back.
+Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames);
+
+} // namespace toliman::cae

@@ -1,0 +1,189 @@
+/* The autoencoder's passes against a plain network in long double: its loss, and differences of its loss along a random
+ * direction in the weights of each kind of layer. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+double shim_loss_and_gradient(uint32_t layout, const float *weights, const float *image, float *gradient);
+size_t shim_tensor(size_t tensor, size_t *count);
+
+enum { kSide = 256, kPixels = kSide * kSide, kWeights = 97858, kTensors = 20, kStages = 4, kFlight = 1, kPaper = 2 };
+static const size_t kChannels[kStages + 1] = {1, 8, 16, 32, 64};
+
+typedef long double Real;
+
+static uint32_t state = 1;
+
+static double uniform(void) { /* -1 to 1, mean 0, variance 1/3 */
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) / 8388608.0 - 1;
+}
+
+static Real elu(Real x) {
+    return x > 0 ? x : expm1l(x);
+}
+
+/* 3x3 'same' convolution of in[side][side][from], kernel [to][from][3][3]; transposed: kernel [from][to][3][3]. */
+static Real *convolve(const Real *in, size_t side, size_t from, size_t to, const Real *kernel, const Real *bias,
+                      int transposed) {
+    Real *out = malloc(side * side * to * sizeof *out);
+    for (size_t i = 0; i < side * side * to; i++)
+        out[i] = bias[i % to];
+    for (long y = 0; y < (long)side; y++)
+        for (long x = 0; x < (long)side; x++)
+            for (long tap = 0; tap < 9; tap++) {
+                const long sign = transposed ? -1 : 1, v = y + sign * (tap / 3 - 1), u = x + sign * (tap % 3 - 1);
+                if (v < 0 || u < 0 || v >= (long)side || u >= (long)side)
+                    continue;
+                const Real *from_pixel = in + ((size_t)v * side + (size_t)u) * from;
+                Real *to_pixel = out + ((size_t)y * side + (size_t)x) * to;
+                for (size_t c = 0; c < from; c++)
+                    if (from_pixel[c] != 0)
+                        for (size_t k = 0; k < to; k++)
+                            to_pixel[k] += from_pixel[c] * (transposed ? kernel[(c * to + k) * 9 + (size_t)tap]
+                                                                       : kernel[(k * from + c) * 9 + (size_t)tap]);
+            }
+    return out;
+}
+
+/* Mean, or maximum and its place, of each 2x2 of in[2 side][2 side][channels]. */
+static Real *pool(const Real *in, size_t side, size_t channels, int maximum, int *place) {
+    Real *out = malloc(side * side * channels * sizeof *out);
+    for (size_t i = 0; i < side * side * channels; i++) {
+        const size_t k = i % channels, x = i / channels % side, y = i / channels / side;
+        Real sum = 0, best = -INFINITY;
+        for (int q = 0; q < 4; q++) {
+            const Real v = in[((2 * y + (size_t)q / 2) * 2 * side + 2 * x + (size_t)q % 2) * channels + k];
+            sum += v / 4;
+            if (v > best)
+                best = v, place[i] = q;
+        }
+        out[i] = maximum ? best : sum;
+    }
+    return out;
+}
+
+/* Each value into its 2x2: everywhere, or at its place only. */
+static Real *unpool(const Real *in, size_t side, size_t channels, int maximum, const int *place) {
+    Real *out = calloc(4 * side * side * channels, sizeof *out);
+    for (size_t i = 0; i < side * side * channels; i++) {
+        const size_t k = i % channels, x = i / channels % side, y = i / channels / side;
+        for (int q = 0; q < 4; q++)
+            if (!maximum || place[i] == q)
+                out[((2 * y + (size_t)q / 2) * 2 * side + 2 * x + (size_t)q % 2) * channels + k] = in[i];
+    }
+    return out;
+}
+
+static const Real *tensor(const Real *weights, size_t number) {
+    size_t count;
+    return weights + shim_tensor(number, &count);
+}
+
+static Real slow_loss(int layout, const Real *weights, const Real *image) {
+    int *places[kStages];
+    Real *now = malloc(kPixels * sizeof *now);
+    memcpy(now, image, kPixels * sizeof *now);
+    for (size_t s = 0; s < kStages; s++) {
+        const size_t side = kSide >> s, to = kChannels[s + 1], coarse = side * side / 4 * to;
+        Real *next = convolve(now, side, kChannels[s], to, tensor(weights, 2 * s), tensor(weights, 2 * s + 1), 0);
+        for (size_t i = 0; layout == kPaper && i < side * side * to; i++)
+            next[i] = elu(next[i]);
+        places[s] = malloc(coarse * sizeof *places[s]);
+        free(now);
+        now = pool(next, side / 2, to, layout == kPaper, places[s]);
+        for (size_t i = 0; layout == kFlight && i < coarse; i++)
+            now[i] = elu(now[i]);
+        free(next);
+    }
+    Real latent = tensor(weights, 9)[0];
+    for (size_t i = 0; i < 16384; i++)
+        latent += now[i] * tensor(weights, 8)[i];
+    for (size_t i = 0; i < 16384; i++)
+        now[i] = elu(latent * tensor(weights, 10)[i] + tensor(weights, 11)[i]);
+    for (size_t s = kStages; s-- > 0;) {
+        const size_t side = kSide >> s, number = 12 + 2 * (kStages - 1 - s);
+        Real *wide = unpool(now, side / 2, kChannels[s + 1], layout == kPaper, places[s]);
+        free(now);
+        now = convolve(wide, side, kChannels[s + 1], kChannels[s], tensor(weights, number),
+                       tensor(weights, number + 1), 1);
+        for (size_t i = 0; s > 0 && i < side * side * kChannels[s]; i++)
+            now[i] = elu(now[i]);
+        free(wide), free(places[s]);
+    }
+    Real loss = 0;
+    for (size_t i = 0; i < kPixels; i++)
+        loss += (now[i] - image[i]) * (now[i] - image[i]) / kPixels;
+    free(now);
+    return loss;
+}
+
+/* Which weights a direction runs in: tensors first ... last. */
+static const struct {
+    const char *layer;
+    size_t first, last;
+} kLayers[] = {{"convolution", 0, 7}, {"latent", 8, 9}, {"expand", 10, 11}, {"deconvolution", 12, 19}};
+
+static void check_layout(int layout) {
+    static float weights[kWeights], image[kPixels], gradient[kWeights];
+    static Real exact[kWeights], moved[kWeights], picture[kPixels];
+    for (size_t t = 0; t < kTensors; t++) {
+        size_t count;
+        const size_t offset = shim_tensor(t, &count);
+        const size_t stage = t < 8 ? t / 2 : kStages - 1 - (t - 12) / 2;
+        const double inputs = t == 8   ? 16384
+                              : t == 10 ? 1
+                              : t % 2   ? 16 /* biases */
+                                        : 9.0 * (double)kChannels[t < 8 ? stage : stage + 1];
+        for (size_t i = 0; i < count; i++)
+            exact[offset + i] = weights[offset + i] = (float)(uniform() * sqrt(3 / inputs));
+    }
+    for (size_t i = 0; i < kPixels; i++)
+        picture[i] = image[i] = (float)(uniform() + sin(0.05 * (double)i));
+
+    const double loss = shim_loss_and_gradient((uint32_t)layout, weights, image, gradient);
+    assert_close(loss, (double)slow_loss(layout, exact, picture), 1e-5, 0);
+    for (size_t l = 0; l < sizeof kLayers / sizeof kLayers[0]; l++) {
+        const Real step = 1e-10L; /* so small that no maximum changes its place, where the loss would jump */
+        double along = 0, length = 0;
+        size_t last;
+        const size_t begin = shim_tensor(kLayers[l].first, &last);
+        const size_t before_last = shim_tensor(kLayers[l].last, &last), end = before_last + last;
+        Real losses[2];
+        const uint32_t seed = state;
+        for (int side = 0; side < 2; side++) {
+            memcpy(moved, exact, sizeof moved);
+            state = seed;
+            along = length = 0;
+            for (size_t i = begin; i < end; i++) {
+                /* towards the gradient, so that the slope is of its size, and everywhere else */
+                const double direction = uniform() + 3 * (gradient[i] > 0 ? 1 : -1);
+                moved[i] += (side ? step : -step) * (Real)direction;
+                along += gradient[i] * direction;
+                length += gradient[i] * gradient[i];
+            }
+            losses[side] = slow_loss(layout, moved, picture);
+        }
+        assert_true(length > 0);
+        assert_close(along, (double)((losses[1] - losses[0]) / (2 * step)), 2e-4, 0);
+    }
+}
+
+static void test_flight(void **unused) {
+    (void)unused;
+    check_layout(kFlight);
+}
+
+static void test_paper(void **unused) {
+    (void)unused;
+    check_layout(kPaper);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flight),
+        cmocka_unit_test(test_paper),
+    };
+    return cmocka_run_group_tests_name("backward", tests, NULL, NULL);
+}
