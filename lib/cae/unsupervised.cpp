@@ -18,7 +18,8 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr size_t kSlots = 8; // partial sums of a batch: as many workers can share it, and its bits do not depend on them
+constexpr size_t kSlots =
+    8; // partial sums of a batch: as many workers can share it, and its bits do not depend on them
 constexpr size_t kFramesAtOnce = 32;
 
 // Fisher and Yates' shuffle of 0 ... count - 1.
@@ -111,8 +112,7 @@ class Trainer {
                  size_t slot) const {
         Pass &pass = *passes_[slot];
         put_inside(input, kSide, kSide, 1, pass.encoder[0]);
-        pass.latent =
-            static_cast<float>(encode(layout_, weights, operators.encoder_down, pass.encoder, &pass.pooling));
+        pass.latent = static_cast<float>(encode(layout_, weights, operators.encoder_down, pass.encoder, &pass.pooling));
         decode(layout_, weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
         const auto factor = static_cast<float>(2 * share / static_cast<double>(kPixels));
         const double loss = squared_error(input, pass.decoder, factor, pass.gradient);
@@ -190,9 +190,8 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
             char stage[128];
             std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g, validation %.4g", state.done + 1,
                           options.epochs, state.loss, state.validation_loss);
-            options.progress.report(stage,
-                                    (state.done + static_cast<double>(at + count) / static_cast<double>(images)) /
-                                        options.epochs);
+            options.progress.report(
+                stage, (state.done + static_cast<double>(at + count) / static_cast<double>(images)) / options.epochs);
         }
         next.loss = loss / static_cast<double>(images);
         const Operators operators(network.layout(), next.weights);

@@ -66,15 +66,24 @@ void slope(const float *values, size_t count, float *gradient) noexcept {
         gradient[i] *= values[i] > 0 ? 1.0f : values[i] + 1.0f;
 }
 
+// float32 over a short run of pixels, double over the runs; several pixels side by side fill the lanes.
 void sum_pixels(const float *image, size_t count, size_t channels, float *sums) noexcept {
-    constexpr size_t kMostChannels = 64;
-    double part[kMostChannels] = {};
-    const size_t lanes = channels == 1 ? 4 : channels;
-    for (size_t i = 0; i < count; i += lanes)
-        for (size_t k = 0; k < lanes; k++)
-            part[k] += static_cast<double>(image[i + k]);
-    for (size_t k = 0; k < lanes; k++)
-        sums[k % channels] += static_cast<float>(part[k]);
+    constexpr size_t kLanes = 64, kRun = 32;
+    double total[kLanes] = {};
+    const size_t whole = count / kLanes * kLanes;
+    for (size_t i = 0; i < whole; i += kRun * kLanes) {
+        const size_t end = whole - i < kRun * kLanes ? whole : i + kRun * kLanes;
+        float part[kLanes] = {};
+        for (size_t at = i; at < end; at += kLanes)
+            for (size_t k = 0; k < kLanes; k++)
+                part[k] += image[at + k];
+        for (size_t k = 0; k < kLanes; k++)
+            total[k] += static_cast<double>(part[k]);
+    }
+    for (size_t at = whole; at < count; at++)
+        total[at - whole] += static_cast<double>(image[at]);
+    for (size_t k = 0; k < kLanes; k++)
+        sums[k % channels] += static_cast<float>(total[k]);
 }
 
 } // namespace

@@ -106,8 +106,8 @@ static Real slow_loss(int layout, const Real *weights, const Real *image) {
         const size_t side = kSide >> s, number = 12 + 2 * (kStages - 1 - s);
         Real *wide = unpool(now, side / 2, kChannels[s + 1], layout == kPaper, places[s]);
         free(now);
-        now = convolve(wide, side, kChannels[s + 1], kChannels[s], tensor(weights, number),
-                       tensor(weights, number + 1), 1);
+        now = convolve(wide, side, kChannels[s + 1], kChannels[s], tensor(weights, number), tensor(weights, number + 1),
+                       1);
         for (size_t i = 0; s > 0 && i < side * side * kChannels[s]; i++)
             now[i] = elu(now[i]);
         free(wide), free(places[s]);
@@ -132,7 +132,7 @@ static void check_layout(int layout) {
         size_t count;
         const size_t offset = shim_tensor(t, &count);
         const size_t stage = t < 8 ? t / 2 : kStages - 1 - (t - 12) / 2;
-        const double inputs = t == 8   ? 16384
+        const double inputs = t == 8    ? 16384
                               : t == 10 ? 1
                               : t % 2   ? 16 /* biases */
                                         : 9.0 * (double)kChannels[t < 8 ? stage : stage + 1];

@@ -1,0 +1,240 @@
+/* Unsupervised training, both layouts and all inputs: bits, taking up, learning, refusals. */
+#include "cae_scene.h"
+
+static toliman_sim *sim;
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = make_sim(kSide, kSide, 0, "");
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+/* Frames of a sinusoidal displacement, noise and all. */
+enum { kMostFrames = 64 };
+typedef struct Source {
+    double amplitude_px, displacements[kMostFrames];
+    toliman_status failure;
+    int poisoned; /* one count is NaN */
+} Source;
+
+static Source make_source(double amplitude_px) {
+    Source source = {.amplitude_px = amplitude_px};
+    for (int i = 0; i < kMostFrames; i++)
+        source.displacements[i] = amplitude_px * sin(0.7 * i);
+    return source;
+}
+
+static toliman_status give_frames(size_t first, size_t count, double *counts, void *user_data) {
+    const Source *source = user_data;
+    if (source->failure != TOLIMAN_OK)
+        return source->failure;
+    const toliman_status status = toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first,
+                                                         1, counts);
+    if (source->poisoned)
+        counts[777] = NAN;
+    return status;
+}
+
+static toliman_cae_train_options options_for(Source *source, uint64_t frames, uint32_t epochs) {
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options);
+    options.mode = TOLIMAN_CAE_UNSUPERVISED;
+    options.epochs = epochs;
+    options.frames = give_frames;
+    options.frames_data = source;
+    options.frame_count = frames;
+    options.batch = 4;
+    return options;
+}
+
+static toliman_cae *make_network(uint32_t layout, uint32_t input) {
+    toliman_cae_options options;
+    toliman_cae *cae = NULL;
+    toliman_cae_options_init(&options);
+    options.layout = layout;
+    options.input = input;
+    assert_ok(toliman_cae_create(sim, 3, &options, &cae));
+    return cae;
+}
+
+static double first_latent(const toliman_cae *cae) {
+    static double frame[kPixels];
+    double latent, displacement = 3e-3;
+    assert_ok(toliman_sim_frame_many(sim, 5, 1000, 1, &displacement, 1, frame));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    assert_true(isfinite(latent));
+    return latent;
+}
+
+static void test_same_bits_for_any_number_of_workers(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    for (uint32_t layout = TOLIMAN_CAE_FLIGHT; layout <= TOLIMAN_CAE_PAPER; layout++) {
+        toliman_cae_training first = {.struct_size = sizeof first}, other = first;
+        double latents[2] = {0};
+        for (uint32_t workers = 1; workers <= 3; workers++) {
+            toliman_cae *cae = make_network(layout, TOLIMAN_CAE_WHITENED);
+            toliman_cae_train_options options = options_for(&source, 10, 1);
+            options.threads = workers;
+            assert_ok(toliman_cae_train(cae, &options, workers == 1 ? &first : &other));
+            latents[workers > 1] = first_latent(cae);
+            if (workers > 1) {
+                assert_memory_equal(&first, &other, sizeof first);
+                assert_memory_equal(&latents[0], &latents[1], sizeof latents[0]);
+            }
+            toliman_cae_destroy(cae);
+        }
+        assert_int_equal(first.epochs, 1);
+        assert_int_equal(first.steps, 3); /* nine frames by fours, one kept back */
+        assert_true(first.loss > 0 && first.validation_loss > 0 && first.mmse > 0 && first.photon_floor > 0);
+    }
+}
+
+typedef struct Patience {
+    double until;
+    int epochs_named;
+} Patience;
+
+static int32_t stop_in_time(const char *stage, double fraction, void *user_data) {
+    Patience *patience = user_data;
+    patience->epochs_named += strstr(stage, "train: epoch ") == stage;
+    return fraction >= patience->until && strstr(stage, "train") == stage;
+}
+
+/* Three epochs at once; two cancelled in the third, then taken up; two and one more. */
+static void test_taken_up_where_it_stood(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae_training report = {.struct_size = sizeof report};
+    toliman_cae *whole = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae_train_options options = options_for(&source, 10, 3);
+    assert_ok(toliman_cae_train(whole, &options, &report));
+    const double expected = first_latent(whole), loss = report.loss;
+
+    toliman_cae *cancelled = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    const double before = first_latent(cancelled);
+    Patience patience = {.until = 0.8};
+    options.progress = stop_in_time;
+    options.progress_data = &patience;
+    assert_int_equal(toliman_cae_train(cancelled, &options, NULL), TOLIMAN_E_CANCELLED);
+    assert_true(first_latent(cancelled) == before);
+    assert_true(patience.epochs_named > 6);
+    patience = (Patience){.until = 2};
+    assert_ok(toliman_cae_train(cancelled, &options, &report));
+    assert_true(patience.epochs_named <= 3); /* the steps of the last epoch only */
+    assert_true(first_latent(cancelled) == expected && report.loss == loss && report.epochs == 3);
+
+    toliman_cae *longer = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    options = options_for(&source, 10, 2);
+    assert_ok(toliman_cae_train(longer, &options, NULL));
+    assert_true(first_latent(longer) != expected);
+    options.epochs = 3;
+    assert_ok(toliman_cae_train(longer, &options, &report));
+    assert_true(first_latent(longer) == expected && report.steps == 9);
+    toliman_cae_destroy(whole), toliman_cae_destroy(cancelled), toliman_cae_destroy(longer);
+}
+
+/* A signal of 1e-2 px stands out of the noise: the latent of fresh frames follows it, whatever its sign and scale. */
+static void test_learns_a_large_signal(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae_train_options options = options_for(&source, kMostFrames, 20);
+    toliman_cae_training report = {.struct_size = sizeof report};
+    assert_ok(toliman_cae_train(cae, &options, &report));
+    enum { kFresh = 24 };
+    double *frames = new_image((size_t)kFresh * kPixels), displacements[kFresh], latents[kFresh];
+    for (int i = 0; i < kFresh; i++)
+        displacements[i] = 1e-2 * sin(1.3 * i + 0.4);
+    assert_ok(toliman_sim_frame_many(sim, 6, 0, kFresh, displacements, 0, frames));
+    assert_ok(toliman_cae_encode_many(cae, frames, kFresh, 0, latents));
+    double sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+    for (int i = 0; i < kFresh; i++) {
+        const double x = displacements[i], y = latents[i];
+        sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+    }
+    const double r = (sxy - sx * sy / kFresh) / sqrt((sxx - sx * sx / kFresh) * (syy - sy * sy / kFresh));
+    assert_true(fabs(r) > 0.95);
+    assert_true(report.cosine == 0 && report.mssim > 0.99);
+    free(frames);
+    toliman_cae_destroy(cae);
+}
+
+static void test_paper_has_no_decoder_without_a_frame(void **unused) {
+    (void)unused;
+    toliman_cae *cae = make_network(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_RAW);
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_string_equal(info.layout, "paper");
+    assert_true(info.input == TOLIMAN_CAE_RAW && info.parameters == 97858 && info.input_scale == 1);
+    double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;
+    assert_fails(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED, "only reconstruct can decode");
+    assert_ok(toliman_sim_expect(sim, 0, frame, kSide));
+    assert_ok(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, &mmse, NULL, NULL));
+    assert_true(isfinite(mmse) && mmse > 0);
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "tied training takes layout flight");
+    free(image), free(frame);
+    toliman_cae_destroy(cae);
+}
+
+static void test_refusals(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_RESIDUAL), *out = NULL;
+    toliman_cae_train_options options = options_for(&source, 10, 1);
+    options.frames = NULL;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "options->frames is NULL");
+    options = options_for(&source, 1, 1);
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame_count = 1: must be in [2");
+    options = options_for(&source, 10, 1);
+    options.validation = 10;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "validation = 10");
+    options.validation = 0;
+    options.batch = 5000;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "batch = 5000");
+    options.batch = 4;
+    options.mode = 2;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "mode = 2");
+    options.mode = TOLIMAN_CAE_UNSUPERVISED;
+    source.failure = TOLIMAN_E_NOT_FOUND;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "TOLIMAN_E_NOT_FOUND");
+    source.failure = TOLIMAN_OK;
+    source.poisoned = 1;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
+    source.poisoned = 0;
+    options.learning_rate = 1;
+    options.epochs = 30;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
+    first_latent(cae);
+
+    toliman_cae_options how;
+    toliman_cae_options_init(&how);
+    how.layout = 2;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 2");
+    how.layout = 0;
+    how.input = 3;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 3");
+    toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
+    how.input = TOLIMAN_CAE_RAW;
+    assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "only whitened input");
+    assert_null(out);
+    toliman_sim_destroy(projecting);
+    toliman_cae_destroy(cae);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bits_for_any_number_of_workers),
+        cmocka_unit_test(test_taken_up_where_it_stood),
+        cmocka_unit_test(test_learns_a_large_signal),
+        cmocka_unit_test(test_paper_has_no_decoder_without_a_frame),
+        cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests_name("cae_unsupervised", tests, set_up, tear_down);
+}
