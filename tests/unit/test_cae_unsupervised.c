@@ -34,8 +34,8 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
     const Source *source = user_data;
     if (source->failure != TOLIMAN_OK)
         return source->failure;
-    const toliman_status status = toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first,
-                                                         1, counts);
+    const toliman_status status =
+        toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first, 1, counts);
     if (source->poisoned)
         counts[777] = NAN;
     return status;

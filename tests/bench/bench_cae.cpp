@@ -1,0 +1,312 @@
+// Measures the autoencoder on one core, instruction set by instruction set, and prints one JSON object a line;
+// bench_cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder as
+// argument it leaves there weights, an image, what the network makes of it and the loss's gradient, for the peers to
+// compare with: raw float32.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+#include <toliman/cae.h>
+#include <toliman/sim.h>
+
+#include "cae/backward.hpp"
+#include "cae/network.hpp"
+#include "cae/unsupervised.hpp"
+#include "cae/weights.hpp"
+#include "kernels/adam.hpp"
+
+using namespace toliman::cae;
+
+namespace {
+
+toliman::kernels::Isa chosen = toliman::kernels::Isa::baseline;
+
+} // namespace
+
+// In place of the library's own choice, so that one program can measure every instruction set.
+namespace toliman::kernels {
+
+Isa host_isa() noexcept {
+    return chosen;
+}
+
+const char *host_isa_name() noexcept {
+    return chosen == Isa::avx512 ? "avx512" : chosen == Isa::avx2 ? "avx2" : "baseline";
+}
+
+} // namespace toliman::kernels
+
+namespace {
+
+using toliman::Buffer;
+using toliman::kernels::Isa;
+
+constexpr int kRepeats = 9;
+constexpr size_t kFrames = 20, kBatch = 16;
+
+double processor_s() {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// Median seconds of one call.
+double median_s(int calls, const std::function<void()> &work) {
+    work();
+    std::vector<double> times;
+    for (int r = 0; r < kRepeats; r++) {
+        const double start = processor_s();
+        for (int i = 0; i < calls; i++)
+            work();
+        times.push_back((processor_s() - start) / calls);
+    }
+    std::nth_element(times.begin(), times.begin() + kRepeats / 2, times.end());
+    return times[kRepeats / 2];
+}
+
+void check(toliman_status status) {
+    if (status != TOLIMAN_OK) {
+        std::fprintf(stderr, "bench_cae: %s\n", toliman_last_error());
+        std::exit(1);
+    }
+}
+
+bool runs(Isa isa) {
+#if defined(__x86_64__)
+    if (isa == Isa::avx512)
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+               __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+    if (isa == Isa::avx2)
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#endif
+    return isa == Isa::baseline;
+}
+
+// Products and sums a second of float32 vectors that never leave the registers.
+volatile float sink;
+constexpr int kChains = 12, kTurns = 200000;
+
+#if defined(__x86_64__)
+__attribute__((target("avx512f"))) void chains_avx512() {
+    __m512 sum[kChains];
+    const __m512 a = _mm512_set1_ps(0.999f), b = _mm512_set1_ps(0.001f);
+    for (__m512 &s : sum)
+        s = b;
+    for (int i = 0; i < kTurns; i++)
+        for (__m512 &s : sum)
+            s = _mm512_fmadd_ps(s, a, b);
+    for (const __m512 &s : sum)
+        sink = _mm512_cvtss_f32(s);
+}
+__attribute__((target("avx2,fma"))) void chains_avx2() {
+    __m256 sum[kChains];
+    const __m256 a = _mm256_set1_ps(0.999f), b = _mm256_set1_ps(0.001f);
+    for (__m256 &s : sum)
+        s = b;
+    for (int i = 0; i < kTurns; i++)
+        for (__m256 &s : sum)
+            s = _mm256_fmadd_ps(s, a, b);
+    for (const __m256 &s : sum)
+        sink = _mm256_cvtss_f32(s);
+}
+#endif
+void chains_baseline() {
+    typedef float Four __attribute__((vector_size(16)));
+    Four sum[kChains];
+    for (Four &s : sum)
+        s = Four{} + 0.001f;
+    for (int i = 0; i < kTurns; i++)
+        for (Four &s : sum)
+            s = s * 0.999f + 0.001f;
+    for (const Four &s : sum)
+        sink = s[0];
+}
+
+double peak_gflops(Isa isa) {
+#if defined(__x86_64__)
+    if (isa == Isa::avx512)
+        return 2.0 * 16 * kChains * kTurns / median_s(10, chains_avx512) * 1e-9;
+    if (isa == Isa::avx2)
+        return 2.0 * 8 * kChains * kTurns / median_s(10, chains_avx2) * 1e-9;
+#endif
+    return 2.0 * 4 * kChains * kTurns / median_s(10, chains_baseline) * 1e-9;
+}
+
+// Million products and sums of all convolutions once: of `flight` as convolutions of 4x4 pixels and stride 2, and with
+// the mean taken first; of `paper` at every pixel.
+double mflop(bool paper, double taps) {
+    double sum = 0;
+    for (const toliman::kernels::ConvShape &s : kShapes)
+        sum += 2e-6 * taps * static_cast<double>(s.rows * s.cols * s.fine_channels * s.coarse_channels) *
+               (paper ? 4 : 1);
+    return sum;
+}
+
+void write(const std::string &path, const float *values, size_t count) {
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char *>(values), static_cast<std::streamsize>(4 * count));
+}
+
+// One image's way there and back, as unsupervised training goes it.
+struct Step {
+    explicit Step(const Layout &which)
+        : layout(which), weights(initial_weights(3)), operators(which, weights), pass(which), gradient(which) {
+        for (size_t i = 0; i < kPixels; i++)
+            input[i] = static_cast<float>(std::sin(0.37 * static_cast<double>(i % kSide)) *
+                                          std::cos(0.23 * static_cast<double>(i / kSide)));
+    }
+    void image() {
+        put_inside(input.data(), kSide, kSide, 1, pass.encoder[0]);
+        pass.latent = static_cast<float>(
+            encode(layout, weights, operators.encoder_down, pass.encoder, &pass.pooling));
+        decode(layout, weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
+        for (size_t r = 0; r < kSide; r++)
+            for (size_t c = 0; c < kSide; c++) {
+                const size_t at = (r + 1) * kInputStride + 1 + c;
+                pass.gradient[0][at] = (pass.decoder[0][at] - input[r * kSide + c]) * (2.0f / kPixels);
+            }
+        gradient.add(weights, operators, pass);
+    }
+    // A batch with its step of Adam.
+    void batch() {
+        operators = Operators(layout, weights);
+        gradient.clear();
+        for (size_t i = 0; i < kBatch; i++)
+            image();
+        gradient.get(result);
+        steps++;
+        toliman::kernels::adam(steps, 1e-6, result.values.data(), kParameters, mean.values.data(),
+                               square.values.data(), weights.values.data());
+    }
+    const Layout &layout;
+    Parameters weights, result, mean, square;
+    Operators operators;
+    Pass pass;
+    Gradient gradient;
+    Buffer<float> input = Buffer<float>(kPixels);
+    size_t steps = 0;
+};
+
+void leave_for_peers(const std::string &folder, const Layout &layout) {
+    Step step(layout);
+    step.image();
+    step.gradient.get(step.result);
+    const std::string name = folder + "/" + layout.name;
+    write(name + ".weights", step.weights.values.data(), kParameters);
+    write(name + ".input", step.input.data(), kPixels);
+    write(name + ".latent", &step.pass.latent, 1);
+    write(name + ".gradient", step.result.values.data(), kParameters);
+    std::vector<float> out(kPixels);
+    get_inside(step.pass.decoder[0], kSide, kSide, 1, out.data());
+    write(name + ".output", out.data(), kPixels);
+}
+
+struct Scene {
+    explicit Scene(const char *path) {
+        check(toliman_sim_create(path, nullptr, &sim));
+        check(toliman_cae_create(sim, 1, nullptr, &cae));
+        check(toliman_cae_train(cae, nullptr, nullptr));
+        info.struct_size = sizeof info;
+        check(toliman_cae_get_info(cae, &info));
+        const std::vector<double> still(kFrames, 0.0);
+        check(toliman_sim_frame_many(sim, 1, 0, kFrames, still.data(), 1, frames.data()));
+        size_t size;
+        check(toliman_cae_save(cae, nullptr, 0, &size));
+        blob.resize(size);
+        check(toliman_cae_save(cae, blob.data(), size, &size));
+    }
+    toliman_sim *sim = nullptr;
+    toliman_cae *cae = nullptr;
+    toliman_cae_info info = {};
+    std::vector<double> frames = std::vector<double>(kFrames * kPixels);
+    std::vector<uint8_t> blob;
+};
+
+void measure_encode(const Scene &scene, const Layout &layout, double peak, const std::vector<double> &reference) {
+    const Network trained = from_blob(scene.blob.data(), scene.blob.size());
+    // The trained weights fit either layout; what they are worth is not asked here.
+    const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
+    const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
+    Buffer<float> input(kPixels);
+    const double whole = median_s(20, [&] { sink = static_cast<float>(network.encode(frame)); });
+    const double preprocess = median_s(50, [&] { network.preprocess().apply(frame, input.data(), kSide); });
+    double moved = 0;
+    for (size_t i = 0; !reference.empty() && i < kFrames; i++)
+        moved = std::max(moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) -
+                                          reference[i]) /
+                                    scene.info.crb_px);
+    const bool paper = layout.max_pool;
+    const double roofline = mflop(paper, paper ? 9 : 16) / peak;
+    std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"preprocess_ms\": %.4f, "
+                "\"roofline_ms\": %.4f, \"least_ms\": %.4f, \"latent_moved_sigma\": %.3g}\n",
+                toliman::kernels::host_isa_name(), layout.name, whole * 1e3, preprocess * 1e3, roofline,
+                mflop(paper, 9) / peak, moved);
+}
+
+void measure_training(const Layout &layout, double peak) {
+    Step step(layout);
+    const double ms = median_s(1, [&] { step.batch(); }) * 1e3 / kBatch;
+    const bool paper = layout.max_pool;
+    // Forwards, by the weights, by the images: three times both halves, but for the first image's gradient.
+    const auto work = [&](double taps) {
+        return 6 * mflop(paper, taps) -
+               2e-6 * taps * static_cast<double>(kShapes[0].rows * kShapes[0].cols * kShapes[0].coarse_channels) *
+                   (paper ? 4 : 1);
+    };
+    std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"batch\": %zu, "
+                "\"roofline_ms\": %.4f, \"least_ms\": %.4f}\n",
+                toliman::kernels::host_isa_name(), layout.name, ms, kBatch, work(paper ? 9 : 16) / peak,
+                work(9) / peak);
+}
+
+void measure_tied(const Scene &scene) {
+    toliman_cae *cae = nullptr;
+    check(toliman_cae_create(scene.sim, 1, nullptr, &cae));
+    toliman_cae_training report = {};
+    report.struct_size = sizeof report;
+    const auto start = std::chrono::steady_clock::now();
+    check(toliman_cae_train(cae, nullptr, &report));
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::printf("{\"part\": \"tied\", \"seconds\": %.3f, \"steps\": %u, \"cosine\": %.5f}\n", seconds, report.steps,
+                report.cosine);
+    toliman_cae_destroy(cae);
+}
+
+} // namespace
+
+int main(int count, char **arguments) {
+    const Isa all[] = {Isa::avx512, Isa::avx2, Isa::baseline};
+    chosen = *std::find_if(std::begin(all), std::end(all), runs);
+    if (count > 1)
+        for (const Layout *layout : {&kFlight, &kPaper})
+            leave_for_peers(arguments[1], *layout);
+    const Scene scene("examples/scenes/chapter.json");
+    std::vector<double> latents(kFrames);
+    check(toliman_cae_encode_many(scene.cae, scene.frames.data(), kFrames, 1, latents.data()));
+    measure_tied(scene);
+    for (const Isa isa : all) {
+        if (!runs(isa))
+            continue;
+        chosen = isa;
+        const double peak = peak_gflops(isa);
+        std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(), peak);
+        for (const Layout *layout : {&kFlight, &kPaper}) {
+            measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
+            measure_training(*layout, peak);
+        }
+        std::fflush(stdout);
+    }
+    toliman_cae_destroy(scene.cae);
+    toliman_sim_destroy(scene.sim);
+}

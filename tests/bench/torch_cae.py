@@ -1,0 +1,129 @@
+"""The same networks in PyTorch, one thread: agreement with what bench_cae left in FOLDER, and times.
+
+Usage: torch_cae.py FOLDER; prints one JSON object a line."""
+import json
+import os
+import sys
+import time
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+SHAPES = [("conv1", (8, 1, 3, 3)), ("conv2", (16, 8, 3, 3)), ("conv3", (32, 16, 3, 3)), ("conv4", (64, 32, 3, 3)),
+          ("latent", (16, 16, 64)), ("expand", (16, 16, 64)), ("deconv4", (64, 32, 3, 3)), ("deconv3", (32, 16, 3, 3)),
+          ("deconv2", (16, 8, 3, 3)), ("deconv1", (8, 1, 3, 3))]
+BATCH = 16
+
+
+def biases(name, shape):
+    return {"latent": (1,), "expand": shape}.get(name, (shape[1] if name.startswith("deconv") else shape[0],))
+
+
+def parameters(path):
+    values, at, tensors = np.fromfile(path, np.float32), 0, {}
+    for name, shape in SHAPES:
+        for suffix, dimensions in (("weight", shape), ("bias", biases(name, shape))):
+            size = int(np.prod(dimensions))
+            tensors[f"{name}.{suffix}"] = torch.tensor(values[at:at + size].reshape(dimensions), requires_grad=True)
+            at += size
+    assert at == len(values)
+    return tensors
+
+
+def features(x):
+    return x.permute(0, 2, 3, 1).reshape(x.shape[0], -1)
+
+
+def encode(p, x, paper):
+    places = []
+    for k in range(1, 5):
+        x = F.conv2d(x, p[f"conv{k}.weight"], p[f"conv{k}.bias"], padding=1)
+        if paper:
+            x, place = F.max_pool2d(F.elu(x), 2, return_indices=True)
+            places.append(place)
+        else:
+            x = F.elu(F.avg_pool2d(x, 2))
+    return features(x) @ p["latent.weight"].reshape(-1, 1) + p["latent.bias"], places
+
+
+def decode(p, z, places, paper):
+    x = F.elu(z * p["expand.weight"].reshape(1, -1) + p["expand.bias"].reshape(1, -1))
+    x = x.reshape(-1, 16, 16, 64).permute(0, 3, 1, 2)
+    for k in range(4, 0, -1):
+        x = F.max_unpool2d(x, places[k - 1], 2) if paper else F.interpolate(x, scale_factor=2, mode="nearest")
+        x = F.conv_transpose2d(x, p[f"deconv{k}.weight"], p[f"deconv{k}.bias"], padding=1)
+        x = F.elu(x) if k > 1 else x
+    return x
+
+
+def difference(ours, theirs):
+    theirs = theirs.detach().numpy().reshape(-1).astype(np.float64)
+    return float(np.abs(ours - theirs).max() / np.abs(theirs).max())
+
+
+def compare(folder, layout):
+    paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights")
+    x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, 256, 256))
+    z, places = encode(p, x, paper)
+    y = decode(p, z, places, paper)
+    ((y - x) ** 2).mean().backward()
+    gradients = parameters(f"{folder}/{layout}.gradient")
+    return {"part": "agreement", "layout": layout,
+            "latent": difference(np.fromfile(f"{folder}/{layout}.latent", np.float32), z),
+            "output": difference(np.fromfile(f"{folder}/{layout}.output", np.float32), y),
+            "gradient": max(difference(gradients[name].detach().numpy().reshape(-1), tensor.grad)
+                            for name, tensor in p.items())}
+
+
+def median_ms(work, calls):
+    work()
+    times = []
+    for _ in range(7):
+        start = time.process_time()
+        for _ in range(calls):
+            work()
+        times.append((time.process_time() - start) / calls)
+    return 1e3 * sorted(times)[3]
+
+
+def measure(folder, layout, memory):
+    paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights")
+    kind = torch.channels_last if memory == "channels_last" else torch.contiguous_format
+    for name in p:
+        if p[name].dim() == 4:
+            p[name] = p[name].detach().to(memory_format=kind).requires_grad_(True)
+    one = torch.randn(1, 1, 256, 256).to(memory_format=kind)
+    many = torch.randn(BATCH, 1, 256, 256).to(memory_format=kind)
+    optimiser = torch.optim.Adam(p.values(), 1e-6)
+
+    def infer():
+        with torch.inference_mode():
+            encode(p, one, paper)
+
+    def infer_many():
+        with torch.inference_mode():
+            encode(p, many, paper)
+
+    def step():
+        optimiser.zero_grad()
+        z, places = encode(p, many, paper)
+        ((decode(p, z, places, paper) - many) ** 2).mean().backward()
+        optimiser.step()
+
+    return {"part": "peer", "peer": f"PyTorch {torch.__version__}, {memory}", "layout": layout,
+            "encode_ms": min(median_ms(infer, 20), median_ms(infer_many, 2) / BATCH),
+            "training_ms": median_ms(step, 1) / BATCH}
+
+
+def main():
+    torch.set_num_threads(1)
+    folder = sys.argv[1]
+    for layout in ("flight", "paper"):
+        print(json.dumps(compare(folder, layout)), flush=True)
+        for memory in ("channels_last", "default"):
+            print(json.dumps(measure(folder, layout, memory)), flush=True)
+
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+main()
