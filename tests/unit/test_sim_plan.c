@@ -257,6 +257,34 @@ static void plate_scales_by_wavelength(void **state) {
     toliman_sim_destroy(fft);
 }
 
+/* So does a signal take them: 90 px to either side of a star in the middle. */
+static void wavelengths_suffice_for_far_signals(void **state) {
+    (void)state;
+    variation v = kVariations[0];
+    v.samples = 160;
+    char *text = scene_of(&v, v.samples);
+    text = replaced_again(text, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 90");
+    char *const exact = replaced(text, "\"accuracy\": 1e-09", "\"accuracy\": 1e-15");
+    toliman_sim *const sim = sim_of(text), *const all = sim_of(exact);
+    double *const a = doubles(64 * 64), *const b = doubles(64 * 64);
+    double error = 0;
+    for (int side = -1; side <= 1; side += 2) {
+        assert_ok(toliman_sim_propagate(sim, 90 * side, a, 64));
+        assert_ok(toliman_sim_propagate(all, 90 * side, b, 64));
+        for (int i = 0; i < 64 * 64; i++)
+            error = fmax(error, fabs(a[i] - b[i]) / info_of(all).peak_photons);
+    }
+    print_message("%d nodes, 90 px away: error/peak %.2g, planned %.2g\n", plan_of(sim).wavelengths, error,
+                  plan_of(sim).spectrum_error);
+    assert_at_most(error, 1e-9);
+    free(a);
+    free(b);
+    free(text);
+    free(exact);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(all);
+}
+
 /* A signal of a pixel and more: every frame is propagated. */
 static void far_signals_are_exact(void **state) {
     (void)state;
@@ -326,6 +354,10 @@ static void odd_detectors_are_planned(void **state) {
     assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
                  "pixel_scale_arcsec = 1.5: the fft engine");
     free(coarse);
+    char *const far = replaced(kSingleScene, "[0, 0]", "[110, 0]"); /* its next image stands at -18 px */
+    assert_fails(toliman_sim_create_json(far, strlen(far), NULL, &options, &none), TOLIMAN_E_SCENE,
+                 "binary: star A is outside the frame of 32 x 32 by 94 px: at most 32 px are allowed there");
+    free(far);
 }
 
 /* Filters of pixels far smaller than any detail change nothing. */
@@ -360,6 +392,7 @@ int main(void) {
         cmocka_unit_test(engines_agree),
         cmocka_unit_test(padded_fft_is_off_as_planned),
         cmocka_unit_test(far_signals_are_exact),
+        cmocka_unit_test(wavelengths_suffice_for_far_signals),
         cmocka_unit_test(bad_plans_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
