@@ -1,6 +1,7 @@
 """toliman plan: it warns as the simulation does, marks what is above the accuracy, and its memory is what is taken."""
 import json
 import os
+import pathlib
 import re
 import subprocess
 import unittest
@@ -46,6 +47,7 @@ class Plan(ProgramTest):
         rows = self.rows(self.scene("b.json", signal={"amplitude_px": 3}))
         self.assertIn("every frame propagated: no series pays", rows["displacement"])
 
+    @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
     def test_memory(self):
         """Against what the system counts, less that of a scene which needs none."""
 

@@ -113,36 +113,6 @@ static void unknown_keys(void **state) {
     CHECK(changes);
 }
 
-/* A key that another variant of the group has is told what it needs or what it cannot stand beside. */
-static void keys_of_other_variants(void **state) {
-    (void)state;
-    const char *const places = "\"separation_arcsec\": 4, \"position_angle_deg\": 30";
-    const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
-    const change changes[] = {
-        {"\"frames\": 100", "\"times_days\": [1, 2]", TOLIMAN_E_SCENE,
-         "scene: cadence.interval_days: not with times_days"},
-        {"\"interval_days\": 2", "\"times_days\": [1, 2]", TOLIMAN_E_SCENE, "cadence.frames: not with times_days"},
-        {places, "\"separation_arcsec\": 4, \"moving\": true", TOLIMAN_E_SCENE,
-         "scene: binary.moving: needs date and orbit"},
-        {places, "\"offsets_px\": {\"A\": [0, 0], \"B\": [9, 1]}, \"centre\": \"A\"", TOLIMAN_E_SCENE,
-         "binary.centre: not with offsets_px"},
-        {"\"min_nm\": 550", "\"wavelength_nm\": 550", TOLIMAN_E_SCENE, "scene: band.max_nm: not with wavelength_nm"},
-        {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"file\": \"x.npy\"", TOLIMAN_E_SCENE,
-         "telescope.mask.file: needs kind \"file\""},
-        {"\"kind\": \"spiral\"", "\"kind\": \"clear\"", TOLIMAN_E_SCENE, "telescope.mask.terms: needs kind \"spiral\""},
-        {kelvin, "\"kind\": \"lines\", \"temperature_k\": 5790", TOLIMAN_E_SCENE,
-         "stars.A.spectrum.temperature_k: needs kind \"blackbody\""},
-        {kelvin, "\"kind\": \"blackbody\", \"file\": \"x.csv\"", TOLIMAN_E_SCENE,
-         "stars.A.spectrum.file: needs kind \"table\""},
-        {kelvin, "\"kind\": \"blackbody\", \"weight\": [1]", TOLIMAN_E_SCENE,
-         "stars.A.spectrum.weight: needs kind \"lines\""},
-        {"\"period_days\": 40", "\"eccentricity\": 0.1", TOLIMAN_E_SCENE, "signal.eccentricity: needs kind \"planet\""},
-        {"\"kind\": \"sinusoid\", \"star\": \"B\"", "\"kind\": \"none\"", TOLIMAN_E_SCENE,
-         "signal.amplitude_px: needs kind \"sinusoid\""},
-    };
-    CHECK(changes);
-}
-
 static void zernikes_have_an_index(void **state) {
     (void)state;
     const char *const bad[] = {"0", "232", "04", "+4", "-4", "4 ", "4.0", "0x4", "", "99999999999", "defocus"};
@@ -606,7 +576,6 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(impossible_values),
         cmocka_unit_test(unknown_keys),
-        cmocka_unit_test(keys_of_other_variants),
         cmocka_unit_test(zernikes_have_an_index),
         cmocka_unit_test(not_built_yet),
         cmocka_unit_test(impossible_orbits),

@@ -129,8 +129,9 @@ void add_pupil(CLI::App &app, Context &context) {
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->out, "the scene with the new mask; - is standard output");
     CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes, "stop after so many minutes");
-    CLI::Option *count = command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
-                             ->check(CLI::Range(1u, 1000000000u));
+    CLI::Option *count =
+        command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
+            ->check(CLI::Range(1u, 1000000000u));
     add_seed(*command, options->limits.seed, "of the masks drawn, default 1");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, minutes, count] {

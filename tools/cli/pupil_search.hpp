@@ -26,9 +26,9 @@ class PupilSearch {
     // own: the score of the scene's mask. A mask is accepted if its peak-to-mean ratio is at most that of own.
     PupilSearch(const MaskedScene &scene, const Score &own, const SearchLimits &limits, Progress &progress);
 
-    // Searches until a limit or a signal; where nothing better is found, the last tries are left out. Without a time limit the
-    // result depends on scene, seed and count alone: masks are judged in batches of a fixed size, whatever the number
-    // of threads.
+    // Searches until a limit or a signal; where nothing better is found, the last tries are left out. Without a time
+    // limit the result depends on scene, seed and count alone: masks are judged in batches of a fixed size, whatever
+    // the number of threads.
     Found run();
     uint64_t tried() const noexcept { return tried_; } // masks drawn or varied
 

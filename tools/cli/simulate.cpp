@@ -23,11 +23,12 @@ struct Options {
 constexpr size_t kFramesAtOnce = 32;
 
 constexpr char kPsfDescription[] =
-    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames. FITS has a header of the
-scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.
+    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
 
 Example:
-  toliman psf examples/scenes/chapter.json --out psf.npy --star A)";
+  toliman psf examples/scenes/chapter.json --out psf.npy --star A
+
+FITS has a header of the scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.)";
 
 constexpr char kSimulateDescription[] = R"(Noisy frames of a scene.
 
