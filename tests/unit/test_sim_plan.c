@@ -136,6 +136,23 @@ static void stages_cost_what_they_are(void **state) {
     toliman_sim_destroy(two_lines);
 }
 
+/* Each of up to eight workers holds a complex field of the pupil for each image, at least. */
+static void memory_is_that_of_all_workers(void **state) {
+    (void)state;
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    toliman_sim_plan_info plans[3];
+    const uint32_t threads[] = {1, 8, 9};
+    for (int i = 0; i < 3; i++) {
+        options.threads = threads[i];
+        plans[i].struct_size = sizeof *plans;
+        assert_ok(toliman_sim_plan("examples/scenes/chapter.json", &options, &plans[i]));
+    }
+    const double field = 16.0 * 256 * 256, images = plans[0].order + 4; /* at least two slopes, focus and itself */
+    assert_true(plans[1].bytes > plans[0].bytes + 7 * images * field);
+    assert_close(plans[2].bytes, plans[1].bytes, 0, 0); /* there are eight chunks of wavelengths */
+}
+
 /* A pixel's light is the mean over its square: Gauss-Legendre over images whose star stands elsewhere in it. */
 static void pixels_integrate(void **state) {
     (void)state;
@@ -385,6 +402,7 @@ int main(void) {
         cmocka_unit_test(predictions_hold),
         cmocka_unit_test(pupil_errors_hold),
         cmocka_unit_test(stages_cost_what_they_are),
+        cmocka_unit_test(memory_is_that_of_all_workers),
         cmocka_unit_test(pixels_integrate),
         cmocka_unit_test(plate_scales_by_wavelength),
         cmocka_unit_test(odd_detectors_are_planned),
