@@ -20,7 +20,8 @@
  *               as one (images, bounds, propagate, expect, estimators made of it) is that of time 0.
  *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
  *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
- *               over a period is not 0 but -3/2 e sin(argument) amplitudes.
+ *               over a period is not 0 but -3/2 e sin(argument) amplitudes. Its period is Kepler's, with M + m:
+ * 365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of 365.25 days.
  *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
  *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
  *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
@@ -124,6 +125,7 @@ typedef struct toliman_sim_info {
     double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
     double peak_counts;     /* brightest pixel of the mean frame, in the frame's unit */
     int64_t unit;           /* of frames and expected images: TOLIMAN_UNIT_PHOTON, _ELECTRON or _DN */
+    int64_t bit_depth;      /* of the scene's detector; 0 = counts are not rounded */
 } toliman_sim_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -138,7 +140,7 @@ typedef struct toliman_sim_plan_info {
     int32_t scene_wavelengths; /* of the spectrum as the scene has it */
     int32_t wavelengths;       /* propagated: as many, or fewer Chebyshev nodes in 1/lambda */
     int32_t order;             /* of the series in the displacement */
-    int32_t exact_frames;      /* 1: stars move too far for a series, every frame is propagated anew */
+    int32_t exact_frames;      /* 1: no series pays, every frame is propagated anew */
     int32_t oversampling;      /* point samples per pixel and axis */
     int32_t filter_taps;       /* of the filter that integrates over pixels; 0 = none */
     int64_t pupil_samples;     /* N of N x N */
@@ -152,17 +154,18 @@ typedef struct toliman_sim_plan_info {
     double rounding_error;    /* of double precision */
     double setup_flops;       /* all images, once */
     double frame_flops;       /* each expected frame, before its noise */
-    double bytes;             /* memory */
+    double bytes;             /* memory, with as many frames made at a time as there are workers */
     double setup_s, frame_s;  /* on one core of this machine, noise included; a rough guide */
     int64_t place_order;      /* of the series in the places of both stars, for systematics and orbits; 0 = none */
     double place_error;       /* of that series, over the signal's largest pixel, for disturbances of 4 sigma */
     double scale_focus_error; /* of scale to first and focus to second order, for disturbances of 4 sigma */
     int64_t anchors;          /* points of the orbit about which that series is made anew; 0 = at time 0 only */
-    double orbit_px;          /* that a star moves along its orbit through the cadence, at most */
+    double orbit_px; /* that a star moves along its orbit from time 0 to any frame, at most: speed times time */
 } toliman_sim_plan_info;
 
 /* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as
- * toliman_sim_get_plan. Since 0.1. */
+ * toliman_sim_get_plan. The log hears what it would of toliman_sim_create; pixels that meet the full well or the bit
+ * depth are counted on a rough image. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
                                                                toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
@@ -237,7 +240,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
 /* Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says exact_frames) and
  * seed: disturbed by the systematics of (seed, k), then through the detector's stages with noise of (seed, k). A frame
  * depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and on any machine given
- * the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts may differ). Since 0.1.
+ * the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts may differ).
+ * TOLIMAN_E_RANGE also where a pixel would expect more than 1e12 electrons (photons, without qe). Calls from several
+ * threads run side by side; with anchors (toliman_sim_plan_info) all wait while one of them makes the next. Since 0.1.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
                                                                 uint64_t seed, int64_t k, double *image,
@@ -245,7 +250,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
 
 /* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
  * processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
- * outside it; with displacements[count] they may have any numbers from 0. Since 0.1. */
+ * outside it; with displacements[count] they may have any numbers from 0. Errors as toliman_sim_frame; after one, or
+ * without memory, images may hold some of them. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
                                                                      int64_t first, size_t count,
                                                                      const double *displacements_px, uint32_t threads,

@@ -12,6 +12,7 @@
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
+#include "optics/remarks.hpp"
 #include "optics/stages.hpp"
 
 namespace api = toliman::api;
@@ -152,6 +153,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
     info.unit = static_cast<int64_t>(simulator.detector().unit());
+    info.bit_depth = scene.detector.bit_depth;
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }
@@ -251,7 +253,9 @@ toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *opt
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        const optics::Outline outline = optics::outline_of(path, settings_of(options));
+        const optics::Settings settings = settings_of(options);
+        const optics::Outline outline = optics::outline_of(path, settings);
+        optics::remark_beforehand(outline, settings);
         api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
     });
 }

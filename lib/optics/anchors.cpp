@@ -7,8 +7,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr size_t kKept = 3;
-
 void add(const Buffer<double> &part, Buffer<double> &sum) {
     sum.resize(part.size());
     for (size_t i = 0; i < part.size(); i++)
@@ -30,7 +28,7 @@ std::shared_ptr<const Anchor> Anchors::near(double days) const {
         anchor = std::make_shared<Anchor>(make((static_cast<double>(number) + 0.5) * plan_.anchor_days));
     }
     kept_.emplace_front(number, anchor);
-    if (kept_.size() > kKept)
+    if (kept_.size() > kKeptAnchors)
         kept_.pop_back();
     return anchor;
 }

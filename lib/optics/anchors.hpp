@@ -19,7 +19,8 @@ struct Anchor {
     Buffer<double> scale, focus, focus_curve; // of the whole frame; empty where systematics change neither
 };
 
-// Any number of threads may ask at the same time; one that needs an anchor in the making waits.
+// Any number of threads may ask at the same time. While an anchor is made, on the simulator's workers, all of them
+// wait, those with an anchor of their own too: frames in order wait once an anchor, which serves many.
 class Anchors {
   public:
     Anchors(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector,

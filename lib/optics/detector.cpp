@@ -95,7 +95,8 @@ Buffer<double> DetectorStages::in_counts(Buffer<double> image, Quantity quantity
     return image;
 }
 
-void DetectorStages::warn(const Buffer<double> &electrons, const std::string &source, const Log &log) const {
+void DetectorStages::warn(const Buffer<double> &electrons, const char *about, const std::string &source,
+                          const Log &log) const {
     size_t saturated = 0, overflown = 0, cut = 0;
     const double least = kSafeSigmas * read_e_;
     for (const double value : electrons) {
@@ -105,15 +106,15 @@ void DetectorStages::warn(const Buffer<double> &electrons, const std::string &so
     }
     const double largest = *std::max_element(electrons.begin(), electrons.end());
     if (saturated > 0)
-        log.warn("%s: detector.full_well_e: %zu pixels are saturated: the largest expects %g e-, all coadds hold %g",
-                 source.c_str(), saturated, largest, capacity_e_);
+        log.warn("%s: detector.full_well_e: %s%zu pixels are saturated: the largest expects %g e-, all coadds hold %g",
+                 source.c_str(), about, saturated, largest, capacity_e_);
     if (largest_count_ > 0 && overflown > 0)
-        log.warn("%s: detector.bit_depth: %zu pixels overflow: the largest expects %g DN, the bits hold %.0f",
-                 source.c_str(), overflown, counts_of(std::min(largest, capacity_e_)), largest_count_);
+        log.warn("%s: detector.bit_depth: %s%zu pixels overflow: the largest expects %g DN, the bits hold %.0f",
+                 source.c_str(), about, overflown, counts_of(std::min(largest, capacity_e_)), largest_count_);
     if (largest_count_ > 0 && cut > 0)
-        log.warn("%s: detector.bias_dn: read noise may take %zu pixels below 0 DN, where it is cut off: a larger bias "
-                 "avoids it",
-                 source.c_str(), cut);
+        log.warn("%s: detector.bias_dn: read noise may take %s%zu pixels below 0 DN, where it is cut off: a larger "
+                 "bias avoids it",
+                 source.c_str(), about, cut);
 }
 
 } // namespace toliman::optics

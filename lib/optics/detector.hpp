@@ -32,8 +32,9 @@ class DetectorStages {
     Unit unit() const noexcept;
     bool whole_counts() const noexcept;
 
-    // Tells the log where a frame without noise meets the full well or the bit depth.
-    void warn(const Buffer<double> &electrons, const std::string &source, const Log &log) const;
+    // Tells the log where a frame without noise meets the full well or the bit depth; `about` stands before numbers of
+    // pixels.
+    void warn(const Buffer<double> &electrons, const char *about, const std::string &source, const Log &log) const;
 
   private:
     size_t pixels_;

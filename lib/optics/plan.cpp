@@ -7,6 +7,7 @@
 #include "backend/blas.hpp"
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
+#include "optics/reach.hpp"
 
 namespace toliman::optics {
 
@@ -18,8 +19,6 @@ constexpr size_t kFewWavelengths = 8; // not worth fewer
 constexpr double kGreyOffset = 0.2;   // cells
 constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
 constexpr size_t kLeastOrder = 2, kMostOrder = 8;
-constexpr double kFarSigmas = 4;         // of a disturbance
-constexpr size_t kOrbitSteps = 256;      // over the cadence
 constexpr double kShortestAnchor = 1e-3; // days
 
 // For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
@@ -27,73 +26,41 @@ constexpr double kShortestAnchor = 1e-3; // days
 constexpr double kFieldFlops = 60, kImageFlops = 12, kElementRate = 4e10, kPaddedRate = 3;
 constexpr double kPlaceSeconds = 0.9e-9; // more images than a cache holds
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9;
-constexpr size_t kStarFields = 4;  // the image, its slopes and focus
-constexpr size_t kFrameImages = 9; // kept besides the derivatives along the displacement
-
-double farthest_of(const Signal &signal) noexcept {
-    return signal.amplitude_px * (1 + signal.eccentricity);
-}
+constexpr double kStarFields = 4;   // the image, its slopes and focus
+constexpr double kFrameImages = 10; // kept besides the derivatives along the displacement and by places
 
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
     return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front();
 }
 
-// What a disturbance can make of a frame of the cadence.
-double reach_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
-    return kFarSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * longest_days(cadence);
-}
-
-// Days between the first and the last frame.
-double span_of(const Cadence &cadence) noexcept {
-    if (cadence.times_days.empty())
-        return longest_days(cadence);
-    const auto [first, last] = std::minmax_element(cadence.times_days.begin(), cadence.times_days.end());
-    return *last - *first;
-}
-
-// Fastest motion of a star along its orbit, px a day, on steps that are short against the orbit.
-double orbit_px_a_day(const Scene &scene, const Light &light) noexcept {
-    if (!scene.binary.moving)
-        return 0;
-    const double longest = longest_days(scene.cadence), step = 2 * longest / kOrbitSteps;
-    double fastest = 0;
-    for (size_t i = 0; step > 0 && i < kOrbitSteps; i++) {
-        const double from = static_cast<double>(i) * step - longest;
-        const Offsets a = offsets_at(scene, light, from), b = offsets_at(scene, light, from + step);
-        for (size_t star = 0; star < 2; star++)
-            fastest = std::max(fastest, std::hypot(b[star][0] - a[star][0], b[star][1] - a[star][1]) / step);
-    }
-    return fastest;
-}
-
-double orbit_px(const Scene &scene, const Light &light) noexcept {
-    return orbit_px_a_day(scene, light) * longest_days(scene.cadence);
-}
-
-// How far systematics can move a star.
-double wandering_px(const Scene &scene, const Light &light) noexcept {
-    double farthest = 0;
-    for (size_t star = 0; star < scene.stars.size(); star++)
-        farthest = std::max(farthest, std::hypot(light.offset_px[star][0], light.offset_px[star][1]));
-    return std::sqrt(2) * reach_of(scene.systematics.pointing_px, scene.cadence) +
-           farthest * reach_of(scene.systematics.roll_rad, scene.cadence);
-}
-
-// A matrix Fourier transform repeats itself every N lambda/D; each star's first repetition must stay off the frame.
-void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &light, const Plan &plan) {
+// Images repeat themselves, every N lambda/D or every side of the FFT: each pixel must be nearer to a star than to its
+// repetitions, wherever the star gets.
+void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthest, const Plan &plan) {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
-    const double finer = static_cast<double>(plan.filter.oversampling);
-    const double side[2] = {static_cast<double>(grid.cols) / finer, static_cast<double>(grid.rows) / finer};
-    double farthest_px = 0;
+    const auto finer = static_cast<double>(plan.filter.oversampling);
+    const double half[2] = {static_cast<double>(grid.cols) / finer / 2, static_cast<double>(grid.rows) / finer / 2};
+    const bool padded = plan.engine == EngineKind::padded_fft;
+    const double a_sample = 0.5 / cutoff_of(pupil, farthest, plan.pixels); // px that a sample more of the pupil adds
+    const double most_px = padded ? 0.5 * static_cast<double>(padded_side(grid)) / finer
+                                  : a_sample * static_cast<double>(kMostPupilSamples);
+    const char *const source = scene.source.c_str();
+    double reach_px = 0;
     for (size_t star = 0; star < scene.stars.size(); star++)
-        for (size_t axis = 0; axis < 2; axis++)
-            farthest_px = std::max(farthest_px, side[axis] / 2 + std::fabs(light.offset_px[star][axis]));
-    farthest_px += wandering_px(scene, light) + orbit_px(scene, light) + farthest_of(scene.signal);
-    const double needed = std::ceil(2 * farthest_px * cutoff_of(pupil, light, plan.pixels));
-    if (static_cast<double>(pupil.samples) < needed)
+        for (size_t axis = 0; axis < 2; axis++) {
+            const double place = std::fabs(farthest.offset_px[star][axis]), reach = half[axis] + place;
+            reach_px = std::max(reach_px, reach);
+            if (reach > most_px && place > half[axis] && most_px > 2 * half[axis])
+                fail(Status::scene,
+                     "%s: binary: star %c is outside the frame of %zu x %zu by %.0f px: at most %.0f px "
+                     "are allowed there, or its image repeats itself in the frame",
+                     source, star == 0 ? 'A' : 'B', plan.pixels.rows, plan.pixels.cols, place - half[axis],
+                     most_px - 2 * half[axis]);
+        }
+    const double needed = std::ceil(reach_px / a_sample);
+    if (!padded && static_cast<double>(pupil.samples) < needed)
         fail(Status::scene, "%s: telescope.pupil_samples = %zu: must be at least %.0f, or the frame shows aliases%s",
-             scene.source.c_str(), pupil.samples, needed,
+             source, pupil.samples, needed,
              needed > static_cast<double>(kMostPupilSamples)
                  ? "; 2048 at most are: make detector.shape or detector.pixel_scale_arcsec smaller"
                  : "");
@@ -186,10 +153,10 @@ void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, P
 // cheapest, and exact frames where there are fewer of them than fields.
 void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double speed = orbit_px_a_day(scene, light), span = span_of(scene.cadence);
+    const double speed = orbit_px_a_day(scene, light), span = span_days(scene.cadence);
     const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
     auto least = static_cast<double>(scene.cadence.frames);
-    plan.orbit_px = orbit_px(scene, light);
+    plan.orbit_px = speed * longest_days(scene.cadence);
     plan.exact_frames = true;
     plan.place_order = 0;
     double factorial = 1;
@@ -239,6 +206,42 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     return peak > 0 ? 2 * kWorstOfMany * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
 }
 
+// Images that are propagated, by what they are for.
+struct Fields {
+    double stars;
+    double orders;  // of the moving star, beyond those of any star
+    double of_star; // of any star
+    double places;  // of the series in places, both stars together
+};
+
+Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
+    const auto stars = static_cast<double>(scene.stars.size());
+    const size_t terms = plan.place_order > 0 ? (plan.place_order + 1) * (plan.place_order + 2) / 2 : 0;
+    const double focus = scene.systematics.focus_nm.any() ? 1 : 0;
+    return {stars, static_cast<double>(plan.order + 1), kStarFields + focus + static_cast<double>(terms),
+            stars * static_cast<double>(terms)};
+}
+
+// What is kept, and besides the more of what makes the images of a star and what makes frames on all workers.
+double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noexcept {
+    const Grid grid = sampling_grid(plan.pixels, plan.filter);
+    const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
+    const auto samples = static_cast<double>(grid.rows * grid.cols), n = static_cast<double>(pupil.samples);
+    const auto cols = static_cast<double>(grid.cols), side = static_cast<double>(padded_side(grid));
+    const bool padded = plan.engine == EngineKind::padded_fft;
+    const auto chunks = static_cast<double>(std::min(plan.wavelengths, kWavelengthChunks));
+    const double workers = plan.workers, busy = std::min(workers, chunks);
+    const double field = 2 * n * n + 2 * samples + (padded ? 0 : 2 * n * cols);
+    // Each chunk of the wavelengths has its own images; who works on one has fields of the pupil.
+    const auto making = [&](double images) {
+        return images * (chunks * samples + busy * field) + (padded ? 2 * busy * side * side : 0);
+    };
+    const double series = plan.anchors > 0 ? static_cast<double>(kKeptAnchors) * fields.places : fields.places;
+    const double kept = 3 * n * n + pixels * (kFrameImages + fields.orders + series);
+    const double frames = workers * (pixels + (plan.exact_frames ? making(1) : 0));
+    return sizeof(double) * (kept + std::max(making(fields.orders + fields.of_star), frames));
+}
+
 } // namespace
 
 Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
@@ -255,14 +258,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps.size()) * 2 * samples;
     const double one_image = wavelengths * (transform + elements) + filter;
 
-    double fields = static_cast<double>(plan.order) + 1; // of the moving star, beyond those of any star
-    fields += static_cast<double>(kStarFields * scene.stars.size());
-    const size_t terms = (plan.place_order + 1) * (plan.place_order + 2) / 2;
-    const auto place_terms = static_cast<double>(terms * scene.stars.size());
-    if (plan.place_order > 0)
-        fields += place_terms;
-    if (scene.systematics.focus_nm.any())
-        fields += static_cast<double>(scene.stars.size());
+    const Fields in = fields_of(scene, plan);
+    const double fields = in.orders + in.stars * in.of_star;
     const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
     Cost cost;
     cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);
@@ -271,40 +268,38 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     cost.frame_s = pixels * (kTermSeconds * static_cast<double>(plan.order) +
                              (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
     if (plan.place_order > 0) {
-        cost.frame_flops += 2 * place_terms * pixels;
-        cost.frame_s += place_terms * pixels * kPlaceSeconds;
+        cost.frame_flops += 2 * in.places * pixels;
+        cost.frame_s += in.places * pixels * kPlaceSeconds;
     }
     if (plan.exact_frames) {
-        const double stars = scene.systematics.any() ? static_cast<double>(scene.stars.size()) : 1;
-        cost.frame_flops += stars * one_image;
-        cost.frame_s += stars * (wavelengths * (transform / rate + elements / kElementRate) + filter / rate);
+        const double moving = scene.systematics.any() ? in.stars : 1;
+        cost.frame_flops += moving * one_image;
+        cost.frame_s += moving * (wavelengths * (transform / rate + elements / kElementRate) + filter / rate);
     }
-    const double images = static_cast<double>(kFrameImages + plan.order + 1) + (plan.place_order > 0 ? place_terms : 0);
-    const double worker = padded ? 2 * side * side : 8 * n * n + 8 * n * cols + 2 * samples;
-    cost.bytes =
-        sizeof(double) * (images * pixels + fields / static_cast<double>(scene.stars.size()) * (worker + samples));
+    cost.bytes = bytes_of(pupil, plan, in);
     return cost;
 }
 
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers) {
     Plan plan;
     plan.engine = engine;
+    plan.workers = workers;
     const Detector &detector = scene.detector;
     plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * 3.14159265358979323846264L / 648000};
     plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter_px,
                               scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
-    else
-        refuse_aliases(scene, pupil, light, plan);
+    const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_out(scene, on_orbit);
+    refuse_aliases(scene, pupil, farthest, plan);
     const double peak = rough_peak(pupil, light, plan.pixels, workers);
-    choose_wavelengths(scene, pupil, light, peak, workers, plan);
+    choose_wavelengths(scene, pupil, farthest, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
     choose_order(scene, pupil, light, plan);
     if (scene.systematics.any())
-        choose_places(scene, pupil, light, plan);
+        choose_places(scene, pupil, on_orbit, plan);
     if (scene.binary.moving)
-        choose_anchors(scene, pupil, light, plan);
+        choose_anchors(scene, pupil, on_orbit, plan);
     return plan;
 }
 

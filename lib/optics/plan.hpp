@@ -11,10 +11,12 @@ namespace toliman::optics {
 enum class EngineKind { matrix_dft, padded_fft };
 
 constexpr double kRounding = 1e-14; // max error / peak of any image in double
+constexpr size_t kKeptAnchors = 3;  // the last used
 
 // Errors are max error / peak, against the scene computed without that choice.
 struct Plan {
     EngineKind engine = EngineKind::matrix_dft;
+    unsigned workers = 1;                   // that carry it out
     std::vector<double> plate_scale_errors; // of the engine at each wavelength, relative; empty = none
     Grid pixels = {};
     size_t scene_wavelengths = 0; // of the scene
@@ -34,10 +36,10 @@ struct Plan {
     double pupil_error = 0; // of N samples against many
 };
 
-// What carrying a plan out takes on one core: all images once, and then each frame.
+// What carrying a plan out takes: all images once, and then each frame; seconds are those of one core.
 struct Cost {
     double setup_flops = 0, frame_flops = 0;
-    double bytes = 0; // of memory, all images and one worker
+    double bytes = 0; // of memory, on all workers
     double setup_s = 0, frame_s = 0;
 };
 

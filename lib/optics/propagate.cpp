@@ -12,7 +12,6 @@ namespace {
 using kernels::FieldProduct;
 using kernels::FieldTerm;
 
-constexpr size_t kChunks = 8; // of the wavelengths; fixed, so that sums have one order on any number of workers
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
 struct Order {
@@ -171,7 +170,7 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
     task.products = products_of(task.orders, task.focus_orders);
 
     const size_t count = light.wavelength_m.size();
-    std::vector<std::vector<Buffer<double>>> parts(std::min(count, kChunks));
+    std::vector<std::vector<Buffer<double>>> parts(std::min(count, kWavelengthChunks));
     run_jobs(
         workers, parts.size(),
         [&](size_t part) {

@@ -9,6 +9,8 @@
 
 namespace toliman::optics {
 
+constexpr size_t kWavelengthChunks = 8; // fixed, so that sums have one order on any number of workers
+
 // Derivatives by a star's place that are asked for: all along light.axis up to order `along`, and all of order <=
 // `plane` along and across it.
 struct Wanted {

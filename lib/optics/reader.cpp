@@ -117,6 +117,12 @@ void Reader::allow(std::initializer_list<const char *> known, std::initializer_l
     }
 }
 
+void Reader::exclude(std::initializer_list<const char *> keys, const char *why) const {
+    for (const char *key : keys)
+        if (has(key))
+            refuse(Status::scene, key, ": %s", why);
+}
+
 const json::Value &Reader::need(const char *key) const {
     const json::Value *value = value_.find(key);
     if (value == nullptr)

@@ -32,6 +32,9 @@ class Reader {
     // Complains about a key that is neither in known nor in later; one in later is valid but not built yet.
     void allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later = {}) const;
 
+    // Complains about keys that only another variant of the object has: "<key>: <why>".
+    void exclude(std::initializer_list<const char *> keys, const char *why) const;
+
     const std::vector<std::string> &names() const { return value_.names; }
     bool has(const char *key) const { return value_.find(key) != nullptr; }
     bool has_object(const char *key) const;

@@ -14,6 +14,8 @@ void read_offset(const Reader &offsets, size_t star, Binary &result) {
 }
 
 void read_offsets(const Reader &binary, size_t stars, Binary &result) {
+    binary.exclude({"separation_arcsec", "position_angle_deg", "centre", "date", "orbit", "moving"},
+                   "not with offsets_px, which gives the stars' places");
     binary.allow({"offsets_px", "distance_pc"});
     const Reader reader = binary.object("offsets_px");
     if (stars == 2)
@@ -75,13 +77,15 @@ Binary read_binary(const Reader &scene, size_t stars) {
         return binary;
     }
     const bool by_orbit = reader.has("orbit") || reader.has("date");
-    if (by_orbit && reader.has("separation_arcsec"))
-        reader.refuse(Status::scene, "separation_arcsec", ": give either separation_arcsec or date and orbit");
-    if (by_orbit)
+    if (by_orbit) {
+        reader.exclude({"separation_arcsec", "position_angle_deg"},
+                       "not with date and orbit, which give the stars' places");
         reader.allow({"date", "orbit", "moving", "centre", "distance_pc"});
-    else
+    } else {
+        reader.exclude({"moving"}, "needs date and orbit");
         reader.allow(
             {"separation_arcsec", "position_angle_deg", "centre", "offsets_px", "date", "orbit", "distance_pc"});
+    }
     if (stars == 1)
         scene.refuse(Status::scene, "binary", ": a single star takes offsets_px only");
     if (by_orbit) {

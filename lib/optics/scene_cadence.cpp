@@ -46,6 +46,7 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     const Reader reader = scene.object("cadence");
     Cadence cadence;
     if (reader.has("times_days")) {
+        reader.exclude({"frames", "interval_days"}, "not with times_days, which gives all times");
         reader.allow({"times_days", "peak_photons", "exposure_s"});
         cadence.times_days = reader.has_text("times_days") ? times_in(reader.file("times_days", folder))
                                                            : reader.numbers("times_days", 1, 4096, kTime);

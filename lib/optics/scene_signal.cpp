@@ -8,6 +8,8 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
+    reader.exclude({"amplitude_px", "amplitude_uas", "period_days"},
+                   "needs kind \"sinusoid\"; a planet's mass_earth and semi_major_au give it");
     reader.allow({"kind", "star", "mass_earth", "semi_major_au", "eccentricity", "argument_deg", "phase_rad"});
     const char star = kStarNames[signal.star][0];
     if (!known.stars[signal.star].mass_sun)
@@ -28,6 +30,7 @@ void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
 }
 
 void read_sinusoid(const Reader &reader, const Scene &known, Signal &signal) {
+    reader.exclude({"mass_earth", "semi_major_au", "eccentricity", "argument_deg"}, "needs kind \"planet\"");
     reader.allow({"kind", "star", "amplitude_px", "amplitude_uas", "period_days", "phase_rad"});
     if (reader.has("amplitude_px") == reader.has("amplitude_uas"))
         reader.refuse(Status::scene, "amplitude_px", ": give either amplitude_px or amplitude_uas");
@@ -50,6 +53,9 @@ Signal read_signal(const Reader &scene, const Scene &known) {
     const Reader reader = scene.object("signal");
     const size_t kind = reader.choice("kind", {"none", "sinusoid", "planet"});
     if (kind == 0) {
+        reader.exclude({"star", "phase_rad"}, "needs a signal: kind \"sinusoid\" or \"planet\"");
+        reader.exclude({"amplitude_px", "amplitude_uas", "period_days"}, "needs kind \"sinusoid\"");
+        reader.exclude({"mass_earth", "semi_major_au", "eccentricity", "argument_deg"}, "needs kind \"planet\"");
         reader.allow({"kind"});
         return signal;
     }

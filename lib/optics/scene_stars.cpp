@@ -14,6 +14,12 @@ Source read_source(const Reader &star, const std::string &folder) {
     const Reader reader = star.object("spectrum");
     Source source;
     source.kind = static_cast<Source::Kind>(reader.choice("kind", {"blackbody", "table", "lines"}));
+    if (source.kind != Source::Kind::blackbody)
+        reader.exclude({"temperature_k"}, "needs kind \"blackbody\"");
+    if (source.kind != Source::Kind::table)
+        reader.exclude({"file"}, "needs kind \"table\"");
+    if (source.kind != Source::Kind::lines)
+        reader.exclude({"wavelength_nm", "weight"}, "needs kind \"lines\"");
     switch (source.kind) {
     case Source::Kind::blackbody:
         reader.allow({"kind", "temperature_k"});
@@ -45,6 +51,7 @@ std::optional<Band> read_band(const Reader &scene) {
     const Reader reader = scene.object("band");
     Band band;
     if (reader.has("wavelength_nm")) {
+        reader.exclude({"min_nm", "max_nm", "step_nm"}, "not with wavelength_nm, the only one then");
         reader.allow({"wavelength_nm"});
         band.min_nm = band.max_nm = reader.number("wavelength_nm", kWavelength);
         return band;

@@ -36,6 +36,10 @@ Mask read_file_mask(const Reader &reader, const std::string &folder) {
     mask.kind = Mask::Kind::file;
     mask.quantity = static_cast<Mask::Quantity>(reader.choice("quantity", {"binary", "opd_m", "phase_rad"}));
     mask.file = reader.file("file", folder);
+    if (mask.quantity != Mask::Quantity::phase_rad)
+        reader.exclude({"reference_nm"}, "needs quantity \"phase_rad\"");
+    if (mask.quantity != Mask::Quantity::binary)
+        reader.exclude({"opd_nm", "height_nm"}, "needs quantity \"binary\"");
     switch (mask.quantity) {
     case Mask::Quantity::binary:
         reader.allow({"kind", "file", "quantity", "opd_nm", "height_nm"});
@@ -58,8 +62,13 @@ Mask read_mask(const Reader &telescope, const std::string &folder) {
         return mask;
     const Reader reader = telescope.object("mask");
     mask.kind = static_cast<Mask::Kind>(reader.choice("kind", {"clear", "spiral", "file"}));
+    if (mask.kind != Mask::Kind::spiral)
+        reader.exclude({"terms"}, "needs kind \"spiral\"");
+    if (mask.kind != Mask::Kind::file)
+        reader.exclude({"file", "quantity", "reference_nm"}, "needs kind \"file\"");
     switch (mask.kind) {
     case Mask::Kind::clear:
+        reader.exclude({"opd_nm", "height_nm"}, "needs kind \"spiral\" or \"file\"");
         reader.allow({"kind"});
         break;
     case Mask::Kind::spiral:

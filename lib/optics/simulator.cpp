@@ -6,6 +6,7 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
+#include "optics/remarks.hpp"
 #include "optics/wobble.hpp"
 
 namespace toliman::optics {
@@ -49,39 +50,11 @@ Simulator::Simulator(Outline outline, const Settings &settings)
         max_displacement_ = std::max(max_displacement_, displacement);
     }
     truncation_ = predict_truncation();
-    warn(settings.log);
-}
-
-// What is legal but perhaps not meant.
-void Simulator::warn(const Log &log) const {
-    const char *const source = scene_.source.c_str();
     if (truncation_ > scene_.accuracy)
-        log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal", source,
-                 scene_.accuracy, truncation_);
-    if (plan_.filter.error > scene_.accuracy)
-        log.warn("%s: accuracy = %g: the pixel's filter is expected to be off by %.2g", source, scene_.accuracy,
-                 plan_.filter.error);
-    for (size_t star = 0; star < scene_.stars.size(); star++) {
-        const auto &place = light_.offset_px[star];
-        if (std::fabs(place[0]) > 0.5 * static_cast<double>(scene_.detector.cols) ||
-            std::fabs(place[1]) > 0.5 * static_cast<double>(scene_.detector.rows))
-            log.warn("%s: star %c stands at (%.1f, %.1f) px, outside the frame of %zu x %zu", source,
-                     star == 0 ? 'A' : 'B', place[0], place[1], scene_.detector.rows, scene_.detector.cols);
-    }
-    if (plan_.orbit_px > 0)
-        log.warn("%s: binary.moving: a star moves by up to %.2g px along its orbit: estimators are made for time 0",
-                 source, plan_.orbit_px);
-    if (plan_.exact_frames && (scene_.systematics.any() || scene_.binary.moving))
-        log.warn("%s: stars move too far for a series at accuracy = %g: every frame is propagated anew", source,
-                 scene_.accuracy);
-    else if (plan_.exact_frames)
-        log.warn("%s: signal: %g px is too far for a series at accuracy = %g: every frame is propagated anew", source,
-                 scene_.signal.amplitude_px, scene_.accuracy);
-    if (plan_.scale_focus_error > scene_.accuracy)
-        log.warn("%s: accuracy = %g: systematics: scale to first and focus to second order may be off by %.2g of the "
-                 "peak",
-                 source, scene_.accuracy, plan_.scale_focus_error);
-    detector_.warn(images_.both, scene_.source, log);
+        settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
+                          scene_.source.c_str(), scene_.accuracy, truncation_);
+    remark(scene_, light_, plan_, settings.log);
+    detector_.warn(images_.both, "", scene_.source, settings.log);
 }
 
 // Light enough for finite whitened images, and a signal that shows in them.

@@ -72,7 +72,6 @@ class Simulator {
 
   private:
     void check_use() const;
-    void warn(const Log &log) const;
     double predict_truncation() const;
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
     void expect_disturbed(double displacement_px, const Disturbances &disturbances, double days, double *image) const;

@@ -224,6 +224,17 @@ class Pair(OutputTest):
         self.simulate("pair", "--session", "t", "--dtype", "u16le", "--bit-depth", "16", scene="full.json")
         self.assertGreater(numpy.fromfile(self.folder / "pair" / "t_frames.bin", "<u2").max(), 59000)
 
+    def test_bit_depth_of_the_scene(self):
+        """The default of --bit-depth is what the scene's detector has."""
+        self.scene("deep.json", detector={"bit_depth": 14}, cadence={"peak_photons": 12000})
+        command = ("simulate", "deep.json", "--frames", "0", "--out", "pair", "--session", "s", "--dtype", "u16le")
+        self.succeed(*command)
+        self.assertGreater(numpy.fromfile(self.folder / "pair" / "s_frames.bin", "<u2").max(), 4095)
+        self.refuse(2, "12 bits hold 0 to 4095", arguments=(*command, "--bit-depth", "12"))
+        self.scene("deep.json", detector={"bit_depth": 20}, cadence={"peak_photons": 12000})
+        self.refuse(2, "deep.json: detector.bit_depth = 20: must be 1 to 16 bits for u16le", arguments=command)
+        self.succeed(*command, "--bit-depth", "16")
+
     def test_bit_depth_overflow(self):
         self.scene(cadence={"peak_photons": 5000})
         self.simulate("f.npy")
@@ -439,6 +450,11 @@ class Convert(OutputTest):
         direct, mask = (numpy.load(self.folder / f"{name}_psf.npy") for name in ("direct", "mask"))
         self.assertTrue((direct == mask).all())
         self.assertTrue((direct == fits.getdata(self.folder / "psf.fits")).all())
+        header, text = fits.getheader(self.folder / "psf.fits"), (self.folder / "mask.npy.json").read_bytes()
+        self.assertEqual((header["SCENE"], header["SCENEID"]), ("chapter", "%016x" % fnv1a(text)))
+        self.assertEqual((header["BUNIT"], header["PIXSCALE"], header["NWAVES"]), ("photon", 0.2, 6))
+        self.assertTrue(header["CREATOR"].startswith("toliman 0."))
+        self.assertNotIn("SEED", header)  # nothing random in it
         self.refuse(3, "mask.fits: is FITS", "toliman convert IN.fits OUT.npy",
                     arguments=("psf", "mask.fits.json", "--out", "x.npy"))
 

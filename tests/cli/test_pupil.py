@@ -88,6 +88,13 @@ class Pupil(ProgramTest):
             image = numpy.load(self.folder / "psf.npy")
             self.assertAlmostEqual(found["light_in_frame_before"] / (image.sum() / 4e8), 1, delta=1e-12)
 
+    def test_as_many_as_asked_for(self):
+        for count in (1, 2, 33, 100):
+            judged = self.search("tiny.json", "--count", count)["judged"]
+            self.assertLessEqual(judged, count)
+            if count > 2:  # fewer find nothing, and nothing is not improved
+                self.assertEqual(judged, count)
+
     def test_scenes_without_a_spiral(self):
         for mask in (None, {"kind": "clear"}):
             scene = tiny_scene()

@@ -75,6 +75,28 @@ class Schema(ProgramTest):
                 else:
                     self.refuse(2, "scene.json: " + group, arguments=("psf", "scene.json", "--out", "x.npy"))
 
+    def test_planets_move_stars_as_far_as_both_say(self):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["telescope"].update(pupil_samples=128)
+        scene["band"] = {"wavelength_nm": 575}
+        scene["detector"]["shape"] = [16, 16]
+        scene["binary"]["distance_pc"] = 1.33
+        scene["stars"]["A"]["mass_sun"] = 1
+        bound = "at most 100 px"
+        self.assertIn(bound, [kind["description"] for kind in SCHEMA["properties"]["signal"]["oneOf"]
+                              if kind["properties"]["kind"].get("const") == "planet"][0])
+        for pixels in (99, 101):
+            share = pixels * 0.2 * 1.33 / 1e4  # m / (M + m): at 1 pc 1 au is 1 arcsec
+            mass = 332946 * share / (1 - share)  # Earth masses in a solar mass
+            scene["signal"] = {"kind": "planet", "mass_earth": mass, "semi_major_au": 1e4}
+            self.validator.validate(scene)
+            (self.folder / "scene.json").write_text(json.dumps(scene))
+            if pixels < 100:
+                self.succeed("psf", "scene.json", "--out", "x.npy")
+            else:
+                self.refuse(2, f"moves star A by up to {pixels} px: {bound}",
+                            arguments=("psf", "scene.json", "--out", "y.npy"))
+
     def test_detectors_and_systematics(self):
         """What the library takes and refuses of them, the schema does too."""
         scene = json.loads((SCENES / "chapter.json").read_text())

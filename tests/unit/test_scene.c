@@ -109,7 +109,6 @@ static void unknown_keys(void **state) {
         {"\"separation_arcsec\"", "\"seperation_arcsec\"", TOLIMAN_E_SCENE, "did you mean \"separation_arcsec\"?"},
         {"\"read_e\"", "\"darkness\"", TOLIMAN_E_SCENE, "noise.darkness: unknown key"},
         {"\"detector\"", "\"stages\": [], \"detector\"", TOLIMAN_E_SCENE, "stages: unknown key"},
-        {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"file\": \"x.npy\"", TOLIMAN_E_SCENE, "mask.file: unknown key"},
     };
     CHECK(changes);
 }
@@ -149,11 +148,11 @@ static void impossible_orbits(void **state) {
         {"\"date\": 2027, ", "", TOLIMAN_E_SCENE, "scene: binary.date: is missing"},
         {"\"date\": 2027", "\"date\": 1e5", TOLIMAN_E_SCENE, "binary.date = 100000: must be in [-10000, 10000] years"},
         {"\"date\": 2027", "\"date\": 2027, \"separation_arcsec\": 4", TOLIMAN_E_SCENE,
-         "binary.separation_arcsec: give either separation_arcsec or date and orbit"},
+         "binary.separation_arcsec: not with date and orbit"},
         {"\"date\": 2027", "\"date\": 2027, \"offsets_px\": {\"A\": [0, 0], \"B\": [1, 1]}", TOLIMAN_E_SCENE,
-         "binary.date: unknown key"},
+         "binary.date: not with offsets_px"},
         {"\"date\": 2027", "\"date\": 2027, \"position_angle_deg\": 4", TOLIMAN_E_SCENE,
-         "binary.position_angle_deg: unknown key"},
+         "binary.position_angle_deg: not with date and orbit"},
         {"\"date\": 2027", "\"date\": 2027, \"moving\": 1", TOLIMAN_E_SCENE, "moving = 1: must be true or false"},
         {kElements, "\"beta-cen\"", TOLIMAN_E_SCENE, "binary.orbit = \"beta-cen\": must be one of \"alpha-cen\""},
         {kElements, "7", TOLIMAN_E_SCENE, "binary.orbit = 7: must be a text"},
@@ -166,7 +165,8 @@ static void impossible_orbits(void **state) {
         {"\"inclination_deg\": 30", "\"inclination_deg\": 181", TOLIMAN_E_SCENE,
          "inclination_deg = 181: must be in [0, 180] deg"},
         {", \"epoch\": 1955", "", TOLIMAN_E_SCENE, "binary.orbit.epoch: is missing"},
-        {"\"semi_major_arcsec\": 10", "\"semi_major_arcsec\": 5000", TOLIMAN_E_SCENE, "or the frame shows aliases"},
+        {"\"semi_major_arcsec\": 10", "\"semi_major_arcsec\": 5000", TOLIMAN_E_SCENE,
+         "binary: star B is outside the frame of 64 x 64 by 13373 px: at most 4583 px are allowed there"},
     };
     char binary[400];
     snprintf(binary, sizeof binary, "\"date\": 2027, \"orbit\": %s", kElements);
@@ -189,13 +189,14 @@ static void impossible_planets(void **state) {
         {"\"mass_earth\": 1", "\"mass_earth\": -1", TOLIMAN_E_SCENE,
          "signal.mass_earth = -1: must be in [0, 1000000] Earth masses"},
         {"\"mass_earth\": 1, \"semi_major_au\": 1", "\"mass_earth\": 1e4, \"semi_major_au\": 1e4", TOLIMAN_E_SCENE,
-         "signal.mass_earth = 10000: moves star B by up to"},
+         "signal.mass_earth = 10000: moves star B by up to 1.82e+03 px: at most 100 px are allowed"},
         {"\"semi_major_au\": 1", "\"semi_major_au\": 0", TOLIMAN_E_SCENE, "must be in [1e-06, 10000] au"},
         {"\"eccentricity\": 0.5", "\"eccentricity\": 1", TOLIMAN_E_SCENE,
          "signal.eccentricity = 1: must be in [0, 0.9999]"},
-        {"\"eccentricity\": 0.5", "\"amplitude_px\": 1", TOLIMAN_E_SCENE, "signal.amplitude_px: unknown key"},
+        {"\"eccentricity\": 0.5", "\"amplitude_px\": 1", TOLIMAN_E_SCENE,
+         "signal.amplitude_px: needs kind \"sinusoid\""},
         {"\"star\": \"B\"", "\"star\": \"C\"", TOLIMAN_E_SCENE, "signal.star = \"C\": must be one of"},
-        {"\"kind\": \"planet\"", "\"kind\": \"none\"", TOLIMAN_E_SCENE, "signal.star: unknown key"},
+        {"\"kind\": \"planet\"", "\"kind\": \"none\"", TOLIMAN_E_SCENE, "signal.star: needs a signal"},
         {"\"kind\": \"planet\"", "\"kind\": \"moon\"", TOLIMAN_E_SCENE,
          "signal.kind = \"moon\": must be one of \"none\", \"sinusoid\", \"planet\""},
     };
@@ -515,7 +516,7 @@ static void times_are_listed(void **state) {
         {cadence, "\"times_days\": []", TOLIMAN_E_SCENE, "cadence.times_days"},
         {cadence, "\"times_days\": [1, \"2\"]", TOLIMAN_E_SCENE, "cadence.times_days"},
         {cadence, "\"times_days\": [1e10]", TOLIMAN_E_SCENE, "days"},
-        {cadence, "\"times_days\": [1, 2], \"frames\": 2", TOLIMAN_E_SCENE, "cadence.frames: unknown key"},
+        {cadence, "\"times_days\": [1, 2], \"frames\": 2", TOLIMAN_E_SCENE, "cadence.frames: not with"},
         {cadence, "\"times_days\": \"none.csv\"", TOLIMAN_E_NOT_FOUND, "none.csv"},
     };
     CHECK(changes);

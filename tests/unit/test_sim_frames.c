@@ -197,6 +197,21 @@ static void remember(int32_t level, const char *text, void *user_data) {
     strncat((char *)user_data, text, 400);
 }
 
+/* One star's light upon the other's may be more than the generator of counts takes: said, and the image untouched. */
+static void too_bright_frames_are_refused(void **state) {
+    (void)state;
+    char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 20");
+    text = replaced_again(text, "\"peak_photons\": 1e5", "\"peak_photons\": 9e11");
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    static double image[64 * 64];
+    image[0] = -1;
+    assert_fails(toliman_sim_frame(sim, -20, 1, 3, image, 64), TOLIMAN_E_RANGE, "frame 3: a pixel expects 1.");
+    assert_close(image[0], -1, 0, 0);
+    assert_ok(toliman_sim_frame(sim, 0, 1, 3, image, 64));
+    toliman_sim_destroy(sim);
+}
+
 /* A signal too far for a series and a star outside the frame are said. */
 static void odd_scenes_are_reported(void **state) {
     (void)state;
@@ -216,7 +231,7 @@ static void odd_scenes_are_reported(void **state) {
     heard[0] = '\0';
     char *const outside = replaced(kBinaryScene, "\"separation_arcsec\": 4", "\"separation_arcsec\": 12");
     assert_ok(toliman_sim_create_json(outside, strlen(outside), NULL, &options, &sim));
-    assert_non_null(strstr(heard, "star B stands at (-22.5, 39.0) px, outside the frame of 64 x 64"));
+    assert_non_null(strstr(heard, "star B stands at (-22.5, 39.0) px, outside the frame of 64 x 64 by 7.0 px"));
     free(outside);
     toliman_sim_destroy(sim);
     free(text);
@@ -232,6 +247,7 @@ int main(void) {
         cmocka_unit_test(info_says_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
         cmocka_unit_test(progress_may_cancel),
+        cmocka_unit_test(too_bright_frames_are_refused),
         cmocka_unit_test(odd_scenes_are_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

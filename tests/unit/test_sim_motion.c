@@ -5,10 +5,10 @@
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
-/* Alpha Centauri at a date, moving or not; light by exposure, no noise. */
-static char *scene_at(double date, const char *moving, const char *cadence, const char *more) {
-    char place[200];
-    snprintf(place, sizeof place, "{\"date\": %.17g, \"orbit\": \"alpha-cen\"%s}", date, moving);
+/* An orbit at a date, moving or not; light by exposure, no noise. */
+static char *orbit_at(const char *orbit, double date, const char *moving, const char *cadence, const char *more) {
+    char place[400];
+    snprintf(place, sizeof place, "{\"date\": %.17g, \"orbit\": %s%s}", date, orbit, moving);
     char *text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
     text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
     text = replaced_again(text, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
@@ -18,27 +18,36 @@ static char *scene_at(double date, const char *moving, const char *cadence, cons
     return replaced_again(text, "\"noise\": {\"photon\": true, \"read_e\": 2.5, \"seed\": 7}", more);
 }
 
+static char *scene_at(double date, const char *moving, const char *cadence, const char *more) {
+    return orbit_at("\"alpha-cen\"", date, moving, cadence, more);
+}
+
 static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     assert_ok(toliman_sim_get_plan(sim, &plan));
     return plan;
 }
 
-/* Largest error of frame k over the peak, against a scene at its date, with the signal of frame k. */
-static double error_of(const toliman_sim *sim, int64_t k, double days) {
+/* Largest error of frame k over the peak, against the scene of its date, with the signal of frame k. */
+static double error_against(const toliman_sim *sim, int64_t k, const char *text) {
     static double frame[PIXELS], there[PIXELS];
     double displacement, worst = 0;
     assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
     assert_ok(toliman_sim_frame_many(sim, 1, k, 1, NULL, 1, frame));
-    char *const text = scene_at(2027 + days / 365.25, "", "\"frames\": 1", "\"accuracy\": 1e-15");
     toliman_sim *const still = sim_of(text);
     assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
     worst /= info_of(still).peak_photons;
     toliman_sim_destroy(still);
-    free(text);
     return worst;
+}
+
+static double error_of(const toliman_sim *sim, int64_t k, double days) {
+    char *const text = scene_at(2027 + days / 365.25, "", "\"frames\": 1", "\"accuracy\": 1e-15");
+    const double error = error_against(sim, k, text);
+    free(text);
+    return error;
 }
 
 static void frames_follow_the_orbit(void **state) {
@@ -71,6 +80,56 @@ static void frames_follow_the_orbit(void **state) {
         toliman_sim_destroy(sim);
         free(text);
     }
+}
+
+/* From periastron to apoastron the farther star takes ever more wavelengths: the last frame has enough of them, too. */
+static void wavelengths_suffice_everywhere(void **state) {
+    (void)state;
+    const char *const orbit = "{\"period_years\": 80, \"semi_major_arcsec\": 8, \"eccentricity\": 0.8,"
+                              " \"inclination_deg\": 0, \"node_deg\": 30, \"periastron_deg\": 0, \"epoch\": 2027}";
+    const char *const fine = "\"step_nm\": 0.5", *const coarse = "\"step_nm\": 12.5";
+    char *text = orbit_at(orbit, 2027, ", \"moving\": true, \"centre\": \"A\"",
+                          "\"frames\": 5, \"interval_days\": 3652.5", "\"accuracy\": 1e-9");
+    text = replaced_again(text, coarse, fine);
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    const toliman_sim_plan_info plan = plan_of(sim);
+    assert_true(plan.wavelengths < plan.scene_wavelengths && plan.exact_frames == 1);
+    for (int k = 0; k < 5; k += 2) {
+        text = orbit_at(orbit, 2027 + 10.0 * k, ", \"centre\": \"A\"", "\"frames\": 1", "\"accuracy\": 1e-15");
+        text = replaced_again(text, coarse, fine);
+        const double error = error_against(sim, k, text);
+        print_message("year %d: %d nodes, error/peak %.2g, planned %.2g\n", 10 * k, plan.wavelengths, error,
+                      plan.spectrum_error);
+        assert_at_most(error, 1e-9);
+        free(text);
+    }
+    toliman_sim_destroy(sim);
+}
+
+/* An orbit far shorter than the cadence, whose turns must not be stepped over: the anchors are as many as it takes. */
+static void short_orbits_are_followed(void **state) {
+    (void)state;
+    const char *const orbit = "{\"period_years\": 0.04, \"semi_major_arcsec\": 0.1, \"eccentricity\": 0.2,"
+                              " \"inclination_deg\": 0, \"node_deg\": 30, \"periastron_deg\": 0, \"epoch\": 2027}";
+    char *text = orbit_at(orbit, 2027, ", \"moving\": true, \"centre\": \"A\"",
+                          "\"frames\": 1000000, \"interval_days\": 0.01", "\"accuracy\": 1e-6");
+    toliman_sim *const sim = sim_of(text);
+    free(text);
+    const toliman_sim_plan_info plan = plan_of(sim);
+    assert_true(plan.anchors > 1);
+    const double speed = 2 * acos(-1) * 0.25 / 14.61 * sqrt(1.2 / 0.8); /* px a day at periastron */
+    assert_close(plan.orbit_px, speed * 9999.99, 1e-3, 0);
+    double worst = 0;
+    for (int64_t k = 0; k < 1000000; k += 99731) {
+        text = orbit_at(orbit, 2027 + (double)k / 36525, ", \"centre\": \"A\"", "\"frames\": 1", "\"accuracy\": 1e-15");
+        worst = fmax(worst, error_against(sim, k, text));
+        free(text);
+    }
+    print_message("685 turns: %lld anchors: error/peak %.2g, planned %.2g\n", (long long)plan.anchors, worst,
+                  plan.place_error);
+    assert_at_most(worst, 1e-6);
+    toliman_sim_destroy(sim);
 }
 
 /* Frames that are propagated have their scale and focus where the stars are then. */
@@ -129,8 +188,8 @@ static void anchors_are_made_in_any_order(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_follow_the_orbit),
-        cmocka_unit_test(shapes_move_along),
+        cmocka_unit_test(frames_follow_the_orbit),       cmocka_unit_test(wavelengths_suffice_everywhere),
+        cmocka_unit_test(short_orbits_are_followed),     cmocka_unit_test(shapes_move_along),
         cmocka_unit_test(anchors_are_made_in_any_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -136,6 +136,23 @@ static void stages_cost_what_they_are(void **state) {
     toliman_sim_destroy(two_lines);
 }
 
+/* Each of up to eight workers holds a complex field of the pupil for each image, at least. */
+static void memory_is_that_of_all_workers(void **state) {
+    (void)state;
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    toliman_sim_plan_info plans[3];
+    const uint32_t threads[] = {1, 8, 9};
+    for (int i = 0; i < 3; i++) {
+        options.threads = threads[i];
+        plans[i].struct_size = sizeof *plans;
+        assert_ok(toliman_sim_plan("examples/scenes/chapter.json", &options, &plans[i]));
+    }
+    const double field = 16.0 * 256 * 256, images = plans[0].order + 4; /* at least two slopes, focus and itself */
+    assert_true(plans[1].bytes > plans[0].bytes + 7 * images * field);
+    assert_close(plans[2].bytes, plans[1].bytes, 0, 0); /* there are eight chunks of wavelengths */
+}
+
 /* A pixel's light is the mean over its square: Gauss-Legendre over images whose star stands elsewhere in it. */
 static void pixels_integrate(void **state) {
     (void)state;
@@ -257,6 +274,34 @@ static void plate_scales_by_wavelength(void **state) {
     toliman_sim_destroy(fft);
 }
 
+/* So does a signal take them: 90 px to either side of a star in the middle. */
+static void wavelengths_suffice_for_far_signals(void **state) {
+    (void)state;
+    variation v = kVariations[0];
+    v.samples = 160;
+    char *text = scene_of(&v, v.samples);
+    text = replaced_again(text, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 90");
+    char *const exact = replaced(text, "\"accuracy\": 1e-09", "\"accuracy\": 1e-15");
+    toliman_sim *const sim = sim_of(text), *const all = sim_of(exact);
+    double *const a = doubles(64 * 64), *const b = doubles(64 * 64);
+    double error = 0;
+    for (int side = -1; side <= 1; side += 2) {
+        assert_ok(toliman_sim_propagate(sim, 90 * side, a, 64));
+        assert_ok(toliman_sim_propagate(all, 90 * side, b, 64));
+        for (int i = 0; i < 64 * 64; i++)
+            error = fmax(error, fabs(a[i] - b[i]) / info_of(all).peak_photons);
+    }
+    print_message("%d nodes, 90 px away: error/peak %.2g, planned %.2g\n", plan_of(sim).wavelengths, error,
+                  plan_of(sim).spectrum_error);
+    assert_at_most(error, 1e-9);
+    free(a);
+    free(b);
+    free(text);
+    free(exact);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(all);
+}
+
 /* A signal of a pixel and more: every frame is propagated. */
 static void far_signals_are_exact(void **state) {
     (void)state;
@@ -326,6 +371,10 @@ static void odd_detectors_are_planned(void **state) {
     assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
                  "pixel_scale_arcsec = 1.5: the fft engine");
     free(coarse);
+    char *const far = replaced(kSingleScene, "[0, 0]", "[110, 0]"); /* its next image stands at -18 px */
+    assert_fails(toliman_sim_create_json(far, strlen(far), NULL, &options, &none), TOLIMAN_E_SCENE,
+                 "binary: star A is outside the frame of 32 x 32 by 94 px: at most 32 px are allowed there");
+    free(far);
 }
 
 /* Filters of pixels far smaller than any detail change nothing. */
@@ -353,6 +402,7 @@ int main(void) {
         cmocka_unit_test(predictions_hold),
         cmocka_unit_test(pupil_errors_hold),
         cmocka_unit_test(stages_cost_what_they_are),
+        cmocka_unit_test(memory_is_that_of_all_workers),
         cmocka_unit_test(pixels_integrate),
         cmocka_unit_test(plate_scales_by_wavelength),
         cmocka_unit_test(odd_detectors_are_planned),
@@ -360,6 +410,7 @@ int main(void) {
         cmocka_unit_test(engines_agree),
         cmocka_unit_test(padded_fft_is_off_as_planned),
         cmocka_unit_test(far_signals_are_exact),
+        cmocka_unit_test(wavelengths_suffice_for_far_signals),
         cmocka_unit_test(bad_plans_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -50,7 +50,48 @@ class FitsOutput : public FrameOutput {
         out_.commit();
     }
 
+    // What the header says about the scene.
+    void describe(const Scene &scene) {
+        const toliman_sim_info &info = scene.info;
+        text("BUNIT",
+             info.unit == TOLIMAN_UNIT_DN         ? "adu"
+             : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
+                                                  : "photon",
+             "of a frame");
+        text("CREATOR", std::string("toliman ") + toliman_version(), "");
+        text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
+        char digest[17];
+        std::snprintf(digest, sizeof digest, "%016" PRIx64, info.scene_digest);
+        text("SCENEID", digest, "FNV-1a of the scene's text");
+        number("PIXSCALE", info.pixel_scale_arcsec, "[arcsec] side of a pixel");
+        number("APERTURE", info.aperture_m, "[m] diameter");
+        std::vector<double> wavelengths(static_cast<size_t>(info.wavelengths));
+        toliman::check(
+            toliman_sim_get_spectrum(scene.sim.get(), wavelengths.size(), wavelengths.data(), nullptr, nullptr));
+        number("WAVEMIN", wavelengths.front() * 1e9, "[nm] shortest wavelength");
+        number("WAVEMAX", wavelengths.back() * 1e9, "[nm] longest wavelength");
+        number("NWAVES", static_cast<uint64_t>(wavelengths.size()), "samples of the spectrum");
+    }
+
   protected:
+    void text(const char *key, const std::string &value, const char *comment) {
+        int status = 0;
+        fits_write_key_longstr(file(), key, value.c_str(), comment, &status);
+        check(status);
+    }
+
+    void number(const char *key, double value, const char *comment) {
+        int status = 0;
+        fits_write_key_dbl(file(), key, value, -15, comment, &status);
+        check(status);
+    }
+
+    void number(const char *key, uint64_t value, const char *comment) {
+        int status = 0;
+        fits_write_key(file(), TULONGLONG, key, &value, comment, &status);
+        check(status);
+    }
+
     void check(int status) const {
         if (status != 0)
             out_.fail(fits_reason(status));
@@ -69,28 +110,10 @@ class SimulatedCube : public FitsOutput {
     SimulatedCube(const std::string &path, const Simulated &frames)
         : FitsOutput(path, {frames.count(), frames.rows(), frames.cols()}, type_of(frames.scene.info)),
           range_(frames.range), cadence_(frames.scene) {
-        const toliman_sim_info &info = frames.scene.info;
-        text("BUNIT",
-             info.unit == TOLIMAN_UNIT_DN         ? "adu"
-             : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
-                                                  : "photon",
-             "of a frame");
-        text("CREATOR", std::string("toliman ") + toliman_version(), "");
-        text("SCENE", toliman_sim_get_name(frames.scene.sim.get()), "name of the scene");
-        char digest[17];
-        std::snprintf(digest, sizeof digest, "%016" PRIx64, info.scene_digest);
-        text("SCENEID", digest, "FNV-1a of the scene's text");
+        describe(frames.scene);
         number("SEED", frames.seed, "of the noise");
         number("FRAME1", static_cast<uint64_t>(range_.first), "number of the first frame");
         number("FRAMEN", static_cast<uint64_t>(range_.end - 1), "number of the last frame");
-        number("PIXSCALE", info.pixel_scale_arcsec, "[arcsec] side of a pixel");
-        number("APERTURE", info.aperture_m, "[m] diameter");
-        std::vector<double> wavelengths(static_cast<size_t>(info.wavelengths));
-        toliman::check(
-            toliman_sim_get_spectrum(frames.scene.sim.get(), wavelengths.size(), wavelengths.data(), nullptr, nullptr));
-        number("WAVEMIN", wavelengths.front() * 1e9, "[nm] shortest wavelength");
-        number("WAVEMAX", wavelengths.back() * 1e9, "[nm] longest wavelength");
-        number("NWAVES", static_cast<uint64_t>(wavelengths.size()), "samples of the spectrum");
     }
 
     void commit() override {
@@ -102,24 +125,6 @@ class SimulatedCube : public FitsOutput {
     // Counts as u32 (BZERO = 2^31) where they are whole and fit with a margin of two, else float64.
     static int type_of(const toliman_sim_info &info) noexcept {
         return info.whole_counts != 0 && info.peak_counts < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
-    }
-
-    void text(const char *key, const std::string &value, const char *comment) {
-        int status = 0;
-        fits_write_key_longstr(file(), key, value.c_str(), comment, &status);
-        check(status);
-    }
-
-    void number(const char *key, double value, const char *comment) {
-        int status = 0;
-        fits_write_key_dbl(file(), key, value, -15, comment, &status);
-        check(status);
-    }
-
-    void number(const char *key, uint64_t value, const char *comment) {
-        int status = 0;
-        fits_write_key(file(), TULONGLONG, key, &value, comment, &status);
-        check(status);
     }
 
     void write_table() {
@@ -145,8 +150,11 @@ class SimulatedCube : public FitsOutput {
 
 } // namespace
 
-std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes) {
-    return std::make_unique<FitsOutput>(path, axes, DOUBLE_IMG);
+std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes, const Scene *scene) {
+    auto output = std::make_unique<FitsOutput>(path, axes, DOUBLE_IMG);
+    if (scene != nullptr)
+        output->describe(*scene);
+    return output;
 }
 
 std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames) {

@@ -25,9 +25,10 @@ class NpyOutput : public FrameOutput {
 
 } // namespace
 
-std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes) {
+std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
+                                          const Scene *scene) {
     if (ends_with(path, ".fits"))
-        return fits_output(path, axes);
+        return fits_output(path, axes, scene);
     return std::make_unique<NpyOutput>(path, axes);
 }
 

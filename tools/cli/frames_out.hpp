@@ -36,9 +36,11 @@ struct CountFormat {
     int bit_depth;
 };
 
-// Float64 with the given axes, columns last: FITS or .npy as the suffix says.
-std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes);
-std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes);
+// Float64 with the given axes, columns last: FITS or .npy as the suffix says. A scene, where there is one, stands in
+// the header of FITS.
+std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
+                                          const Scene *scene = nullptr);
+std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes, const Scene *scene);
 
 std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames);
 // Cube with a full header and a table of times.

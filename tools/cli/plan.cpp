@@ -23,8 +23,9 @@ Examples:
   toliman plan scene.json --engine fft --json
 
 The scene's `accuracy` decides how many wavelengths are propagated, how many terms the series of the displacement has
-and how pixels are sampled. Errors are largest pixel error over peak; that of the pupil's cells is not held to the
-accuracy, because the scene gives their number.)";
+and how pixels are sampled. Errors are largest pixel error over peak; those above the accuracy are marked. That of the
+pupil's cells is not held to it, because the scene gives their number, nor is what double precision rounds. What
+`simulate` would warn of is said on standard error.)";
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::string text;
@@ -38,17 +39,19 @@ const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
     return plan.engine == TOLIMAN_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
 }
 
+constexpr char kAbove[] = "  > accuracy";
+
 void print_summary(const toliman_sim_plan_info &plan) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
     std::printf("not modelled  %s\n", stages(plan, false).c_str());
     std::printf("accuracy      %.2g asked for                            error/peak\n", plan.accuracy);
-    std::printf("engine        %-42s %.1e\n", engine_name(plan), plan.rounding_error);
-    if (plan.plate_scale_error > 0)
-        std::printf("plate scale   %-42s %.1e relative, each wavelength its own\n", "whole numbers of cells",
-                    plan.plate_scale_error);
-    const auto line = [](const char *what, const std::string &how, double error, const char *of) {
-        std::printf("%-13s %-42s %.1e%s\n", what, how.c_str(), error, of);
+    const auto line = [&](const char *what, const std::string &how, double error, const char *of,
+                          const char *above = kAbove) {
+        std::printf("%-13s %-42s %.1e%s%s\n", what, how.c_str(), error, of, error > plan.accuracy ? above : "");
     };
+    line("engine", engine_name(plan), plan.rounding_error, "", "  rounding");
+    if (plan.plate_scale_error > 0)
+        line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, each wavelength its own");
     const std::string samples = std::to_string(plan.pupil_samples);
     line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "");
     line("wavelengths",
@@ -57,9 +60,10 @@ void print_summary(const toliman_sim_plan_info &plan) {
              : "all " + std::to_string(plan.wavelengths),
          plan.spectrum_error, "");
     if (plan.exact_frames != 0)
-        line("displacement", "every frame propagated: too far for a series", plan.rounding_error, "");
-    else
-        line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal");
+        line("displacement", "every frame propagated: no series pays", plan.rounding_error, "", "  rounding");
+    else // a series is as long as the accuracy needs: what is above it is the rounding of so small a signal
+        line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal",
+             "  rounding");
     if (plan.place_order > 0)
         line("places",
              "series of order " + std::to_string(plan.place_order) +
@@ -76,7 +80,7 @@ void print_summary(const toliman_sim_plan_info &plan) {
         line("pixels", "sampled at their centres", 0, "");
     std::printf("once          %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
     std::printf("each frame    %.3g MFLOP, %.2g ms with its noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
-    std::printf("memory        %.0f MiB\n", plan.bytes / 1048576);
+    std::printf("memory        %.0f MiB on all processors\n", plan.bytes / 1048576);
     print_stdout("");
 }
 
@@ -101,9 +105,11 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
     return json.text();
 }
 
-void plan(const Options &options) {
+void plan(const Options &options, Progress &progress) {
     toliman_sim_options how;
     toliman_sim_options_init(&how);
+    how.log = Progress::log;
+    how.log_data = &progress;
     how.engine = options.engine == "fft"    ? TOLIMAN_ENGINE_PADDED_FFT
                  : options.engine == "mdft" ? TOLIMAN_ENGINE_MATRIX_DFT
                                             : TOLIMAN_ENGINE_AUTOMATIC;
@@ -125,7 +131,12 @@ void add_plan(CLI::App &app, Context &context) {
     command->add_option("--engine", options->engine, "auto (default), mdft or fft, the chapter's baseline")
         ->check(CLI::IsMember({"auto", "mdft", "fft"}));
     command->add_flag("--json", options->as_json, "as JSON");
-    command->callback([&context, options] { context.action = [options] { plan(*options); }; });
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            plan(*options, progress);
+        };
+    });
 }
 
 } // namespace cli

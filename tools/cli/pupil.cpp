@@ -33,10 +33,11 @@ Examples:
   toliman pupil chapter.json --count 1000 --seed 7 --json
 
 Masks are drawn at random, the best and the scene's own are varied, all on a sketch of the scene (six wavelengths, half
-the pupil samples); then the whole scene judges and improves them. A mask is accepted only if its peak-to-mean ratio,
+the pupil samples); then the whole scene judges and improves the best. A mask is accepted only if its peak-to-mean ratio,
 brightest pixel over mean pixel of the noise-free frame, is not above that of the scene's own mask: it needs no more
 dynamic range of the detector. Light that leaves the frame is reported; in a scene of given peak it costs nothing.
 
+--count is that of the masks drawn and varied; the scene's own and those judged on the whole scene again do not count.
 Without --minutes the result depends on scene, seed and count alone. Ctrl-C ends the search with the best mask so far.)";
 
 // File names that are relative to one folder made relative to another, throughout the scene.
@@ -66,11 +67,11 @@ JsonTree mask_of(const MaskedScene &scene, const Terms &terms) {
 }
 
 void print_json(const Scene &whole, const MaskedScene &scene, const Options &options, const Score &own,
-                const Found &best, uint64_t judged) {
+                const Found &best, uint64_t tried) {
     Json json;
     json.set("schema", "toliman-pupil/1").set("version", toliman_version());
     json.set("scene", toliman_sim_get_name(whole.sim.get())).set_whole("seed", options.limits.seed);
-    json.set("judged", static_cast<double>(judged));
+    json.set("judged", static_cast<double>(tried));
     json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
     json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
     json.set("light_in_frame_before", own.light_in_frame).set("light_in_frame", best.score.light_in_frame);
@@ -83,9 +84,9 @@ void print_line(const char *what, const Score &score) {
                 score.crb_px, score.peak_to_mean, 100 * score.light_in_frame);
 }
 
-void print_summary(const Scene &whole, const MaskedScene &scene, const Score &own, const Found &best, uint64_t judged) {
-    std::printf("scene         %s: %llu masks judged\n", toliman_sim_get_name(whole.sim.get()),
-                static_cast<unsigned long long>(judged));
+void print_summary(const Scene &whole, const MaskedScene &scene, const Score &own, const Found &best, uint64_t tried) {
+    std::printf("scene         %s: %llu masks tried\n", toliman_sim_get_name(whole.sim.get()),
+                static_cast<unsigned long long>(tried));
     print_line("own mask", own);
     if (best.terms.empty()) {
         print_stdout("found         nothing better\n");
@@ -114,9 +115,9 @@ void pupil(const Options &options, Progress &progress) {
     if (out)
         write_scene(*out, options.out, scene, best.terms);
     if (options.as_json)
-        print_json(whole, scene, options, before, best, search.judged());
+        print_json(whole, scene, options, before, best, search.tried());
     else if (options.out != "-")
-        print_summary(whole, scene, before, best, search.judged());
+        print_summary(whole, scene, before, best, search.tried());
     stop_if_asked();
 }
 
@@ -128,8 +129,9 @@ void add_pupil(CLI::App &app, Context &context) {
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->out, "the scene with the new mask; - is standard output");
     CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes, "stop after so many minutes");
-    CLI::Option *count = command->add_option("--count", options->limits.count, "masks to judge, default 4000")
-                             ->check(CLI::Range(1u, 1000000000u));
+    CLI::Option *count =
+        command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
+            ->check(CLI::Range(1u, 1000000000u));
     add_seed(*command, options->limits.seed, "of the masks drawn, default 1");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->callback([&context, options, minutes, count] {

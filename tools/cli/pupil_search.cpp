@@ -61,12 +61,13 @@ std::vector<Score> PupilSearch::judge(const MaskedScene &scene, const Batch &bat
 }
 
 void PupilSearch::work(const Stage &stage, const std::function<void(size_t count, double fraction)> &batch) {
-    const double quota = std::ceil(stage.count_share * static_cast<double>(limits_.count));
+    const double quota =
+        std::ceil(stage.count_until * static_cast<double>(limits_.count)) - static_cast<double>(tried_);
     const double end = stage.time_until * 60 * limits_.minutes;
     const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start_).count(); };
     const double begin = elapsed();
     for (double done = 0; stop_signal() == 0;) {
-        const double by_count = limits_.count > 0 ? done / quota : 0;
+        const double by_count = limits_.count == 0 ? 0 : done < quota ? done / quota : 1;
         const double by_time = limits_.minutes > 0 ? (elapsed() - begin) / std::max(end - begin, 1e-9) : 0;
         const double fraction = std::min(std::max(by_count, by_time), 1.0);
         const double least = lines_.empty() || !best_.terms.empty() ? best_.score.crb_px : lines_[0].score.crb_px;
@@ -78,6 +79,7 @@ void PupilSearch::work(const Stage &stage, const std::function<void(size_t count
         const double left = limits_.count > 0 ? quota - done : kBatch;
         const auto count = static_cast<size_t>(std::min<double>(left, kBatch));
         batch(count, fraction);
+        tried_ += count;
         done += static_cast<double>(count);
     }
 }
@@ -135,13 +137,13 @@ Found PupilSearch::run() {
         lines_.push_back({own_terms_, judge(sketch_, {own_terms_})[0]});
     work({"draw", 0.35, 0.3}, [&](size_t count, double) { draw(count); });
     if (!lines_.empty())
-        work({"refine", 0.625, 0.8}, [&](size_t count, double fraction) { // ever fewer lines: 8, 4, 2, 1
+        work({"refine", 0.975, 0.8}, [&](size_t count, double fraction) { // ever fewer lines: 8, 4, 2, 1
             const size_t live = kLines >> static_cast<size_t>(4 * fraction);
             refine(count, std::clamp<size_t>(live, 1, lines_.size()));
         });
     confirm();
     if (!best_.terms.empty())
-        work({"polish", 0.025, 1}, [&](size_t count, double) { polish(count); });
+        work({"polish", 1, 1}, [&](size_t count, double) { polish(count); });
     return best_;
 }
 

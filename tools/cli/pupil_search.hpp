@@ -17,7 +17,7 @@ struct Found {
 
 struct SearchLimits {
     uint64_t seed = 1;
-    uint64_t count = 0; // masks to judge; 0 = no limit
+    uint64_t count = 0; // masks to try; 0 = no limit
     double minutes = 0; // 0 = no limit
 };
 
@@ -26,17 +26,18 @@ class PupilSearch {
     // own: the score of the scene's mask. A mask is accepted if its peak-to-mean ratio is at most that of own.
     PupilSearch(const MaskedScene &scene, const Score &own, const SearchLimits &limits, Progress &progress);
 
-    // Searches until a limit or a signal. Without a time limit the result depends on scene, seed and count alone: masks
-    // are judged in batches of a fixed size, whatever the number of threads.
+    // Searches until a limit or a signal; where nothing better is found, the last tries are left out. Without a time
+    // limit the result depends on scene, seed and count alone: masks are judged in batches of a fixed size, whatever
+    // the number of threads.
     Found run();
-    uint64_t judged() const noexcept { return judged_; }
+    uint64_t tried() const noexcept { return tried_; } // masks drawn or varied
 
   private:
     using Batch = std::vector<Terms>;
     using Clock = std::chrono::steady_clock;
     struct Stage {
         const char *name;
-        double count_share; // of the masks to judge
+        double count_until; // of the masks to try
         double time_until;  // of the time
     };
 
@@ -57,7 +58,7 @@ class PupilSearch {
     SearchLimits limits_;
     Progress &progress_;
     Clock::time_point start_ = Clock::now();
-    uint64_t judged_ = 0;
+    uint64_t tried_ = 0, judged_ = 0; // judged: with the scene's own, and those that are judged twice
 };
 
 } // namespace cli

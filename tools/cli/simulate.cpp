@@ -15,7 +15,7 @@ namespace {
 
 struct Options {
     std::string scene, out, star = "both", frames, session, dtype;
-    int bit_depth = 0; // 0: 12 for u16le, 32 for u32le
+    int bit_depth = 0; // 0: the scene's, else 12 for u16le, 32 for u32le
     uint64_t seed = 0;
     bool seed_given = false;
 };
@@ -26,7 +26,9 @@ constexpr char kPsfDescription[] =
     R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
 
 Example:
-  toliman psf examples/scenes/chapter.json --out psf.npy --star A)";
+  toliman psf examples/scenes/chapter.json --out psf.npy --star A
+
+FITS has a header of the scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.)";
 
 constexpr char kSimulateDescription[] = R"(Noisy frames of a scene.
 
@@ -59,17 +61,20 @@ void psf(const Options &options, Progress &progress) {
                                                : TOLIMAN_IMAGE_BOTH;
     const auto cols = static_cast<size_t>(scene.info.cols);
     toliman::check(toliman_sim_get_image(scene.sim.get(), kind, image.data(), cols));
-    const auto out = image_output(options.out, {image.size() / cols, cols});
+    const auto out = image_output(options.out, {image.size() / cols, cols}, &scene);
     out->write(image.data(), 1);
     out->commit();
 }
 
-CountFormat count_format(const Options &options) {
+CountFormat count_format(const Options &options, const Scene &scene) {
     const bool wide = options.dtype != "u16le";
-    const int width = wide ? 32 : 16, bit_depth = options.bit_depth != 0 ? options.bit_depth : wide ? 32 : 12;
+    const int width = wide ? 32 : 16, of_scene = static_cast<int>(scene.info.bit_depth);
+    const int otherwise = of_scene != 0 ? of_scene : wide ? 32 : 12;
+    const int bit_depth = options.bit_depth != 0 ? options.bit_depth : otherwise;
     if (bit_depth > width)
-        throw Failure(kExitUsage, "--bit-depth " + std::to_string(bit_depth) + ": must be 1 to " +
-                                      std::to_string(width) + " bits for " + options.dtype);
+        throw Failure(kExitUsage, (options.bit_depth != 0 ? "--bit-depth " : scene.path + ": detector.bit_depth = ") +
+                                      std::to_string(bit_depth) + ": must be 1 to " + std::to_string(width) +
+                                      " bits for " + options.dtype);
     return {wide, bit_depth};
 }
 
@@ -83,9 +88,9 @@ void check_out(const Options &options) {
 
 std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &frames) {
     if (!options.session.empty())
-        return session_output(options.out, options.session, count_format(options), frames);
+        return session_output(options.out, options.session, count_format(options, frames.scene), frames);
     if (ends_with(options.out, ".bin"))
-        return count_output(options.out, count_format(options), frames);
+        return count_output(options.out, count_format(options, frames.scene), frames);
     if (ends_with(options.out, ".fits"))
         return cube_output(options.out, frames);
     return image_output(options.out, {frames.count(), frames.rows(), frames.cols()});
@@ -152,7 +157,9 @@ void add_simulate(CLI::App &app, Context &context) {
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
     session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));
     dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
-    command->add_option("--bit-depth", options->bit_depth, "of the pair's frames, default 12 for u16le, 32 for u32le")
+    command
+        ->add_option("--bit-depth", options->bit_depth,
+                     "of the pair's frames, default the scene's, without one 12 for u16le, 32 for u32le")
         ->needs(session)
         ->check(CLI::Range(1, 32));
     command->callback([&context, options, seed] {

@@ -1,0 +1,76 @@
+"""toliman plan: it warns as the simulation does, marks what is above the accuracy, and its memory is what is taken."""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import unittest
+
+from program import PROGRAM, SCENES, ProgramTest
+
+
+class Plan(ProgramTest):
+    def scene(self, name, **changes):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        small = {"telescope": {"pupil_samples": 64}, "detector": {"shape": [32, 32]}, "binary": {"separation_arcsec": 2}}
+        for group, change in (*small.items(), *changes.items()):
+            scene.setdefault(group, {}).update(change)
+        (self.folder / name).write_text(json.dumps(scene))
+        return name
+
+    def rows(self, *arguments):
+        out = self.succeed("plan", *arguments)
+        return {line[:14].strip(): line[14:] for line in out.splitlines()}
+
+    def test_warns_as_the_simulation_does(self):
+        detector = {"bit_depth": 12, "full_well_e": 1e6, "qe": 0.9, "pixel": "integrated"}
+        self.scene("full.json", detector=detector, systematics={"scale_rms": 1e-5, "focus_rms_nm": 1})
+        self.scene("far.json", binary={"separation_arcsec": 8})
+        self.scene("dark.json", detector={"bit_depth": 32}, noise={"read_e": 9}, cadence={"peak_photons": 1000})
+        self.scene("quiet.json", detector={"bit_depth": 32})
+        for name, count, text in (("full", 3, "detector.bit_depth: about 1024 pixels overflow"),
+                                  ("far", 1, "outside the frame of 32 x 32 by "),
+                                  ("dark", 1, "read noise may take about "), ("quiet", 0, "")):
+            with self.subTest(name):
+                planned = self.run_program("plan", f"{name}.json").stderr
+                made = self.run_program("psf", f"{name}.json", "--out", "x.npy").stderr
+                self.assertIn(text, planned)
+                self.assertEqual(planned.count("\n"), count)
+                self.assertEqual(*(re.sub(r"\d[\d.e+-]*", "#", said.replace("about ", "")) for said in (planned, made)))
+
+    def test_marks_what_is_above_the_accuracy(self):
+        rows = self.rows(self.scene("a.json", systematics={"scale_rms": 1e-5}))
+        self.assertTrue(rows["pupil"].endswith("  > accuracy"))
+        self.assertTrue(rows["scale, focus"].endswith("  > accuracy"))
+        self.assertTrue(rows["displacement"].endswith(" of the signal  rounding"))  # 1e-6 px: 1e-14 of the peak
+        self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["places"])
+        rows = self.rows(self.scene("b.json", signal={"amplitude_px": 3}))
+        self.assertIn("every frame propagated: no series pays", rows["displacement"])
+
+    @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
+    def test_memory(self):
+        """Against what the system counts, less that of a scene which needs none."""
+
+        def taken(scene):
+            command = [PROGRAM, "psf", scene, "--out", "x.npy"]
+            run = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.DEVNULL)
+            _, status, usage = os.wait4(run.pid, 0)
+            run.returncode = os.waitstatus_to_exitcode(status)
+            self.assertEqual(run.returncode, 0)
+            return usage.ru_maxrss / 1024
+
+        least = taken(self.scene("small.json", band={"step_nm": 50}, detector={"shape": [16, 16]}))
+        large = {"telescope": {"pupil_samples": 256}, "detector": {"shape": [256, 256]}}
+        wide = {"telescope": {"pupil_samples": 384}, "detector": {"shape": [384, 384]}, "band": {"step_nm": 10}}
+        for name, changes in (("large", large), ("wide", wide),
+                              ("places", dict(large, systematics={"pointing_rms_px": 1e-3}))):
+            with self.subTest(name):
+                scene = self.scene("scene.json", **changes)
+                planned = json.loads(self.succeed("plan", scene, "--json"))["bytes"] / 2**20
+                true = taken(scene) - least
+                self.assertLess(0.7 * true, planned)
+                self.assertLess(planned, 1.5 * true)
+
+
+if __name__ == "__main__":
+    unittest.main()
