@@ -389,8 +389,9 @@ static void dictionary_is_that_learnt_pixel_by_pixel(void **state) {
                     break;
             }
     }
-    assert_int_equal(
-        shim_dictionary(N, products_of(x[0], N, P), P, K, 0.7, ROUNDS, 9, series, share, &objective, &done), 0);
+    double *const gram = products_of(x[0], N, P);
+    assert_int_equal(shim_dictionary(N, gram, P, K, 0.7, ROUNDS, 9, series, share, &objective, &done), 0);
+    free(gram);
     double expected = 0;
     for (size_t i = 0; i < N; i++)
         for (size_t p = 0; p < P; p++) {
