@@ -74,11 +74,10 @@ typedef struct toliman_linear_train_options {
     int32_t method;      /* TOLIMAN_LINEAR_... */
     uint32_t components; /* 1 ... 64, less than frames; 0 = 1 */
     uint32_t threads;    /* own workers; 0 = one a processor. Never changes a bit of any result */
-    /* Of the dictionary alone. */
-    uint32_t iterations;          /* at most; 0 = 200 */
-    uint32_t reserved;            /* 0 */
-    double lambda;                /* weight of the codes' L1 norm, in rms pixels; in [0, 1e6], 0 = 1 */
-    uint64_t seed;                /* of the random atoms to start with */
+    uint32_t iterations; /* of the dictionary, at most; 0 = 200 */
+    uint32_t reserved;   /* 0 */
+    double lambda;       /* of the dictionary: weight of the codes' L1 norm, in rms pixels; in [0, 1e6], 0 = 1 */
+    uint64_t seed;       /* of the random atoms that the dictionary starts with */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
 } toliman_linear_train_options;
@@ -95,7 +94,7 @@ typedef struct toliman_linear_training {
 } toliman_linear_training;
 
 /* Finds components of the frames pushed, whose mean is subtracted first. The products of all frames with all, which
- * take the time, are kept for further trainings until the next push. options and report may be NULL.
+ * take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
  *   PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
  *   dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
  * random atoms in the frames' span: a local minimum. Sorted by energy. The element of a series with the largest
