@@ -40,6 +40,9 @@ inline void destroy_cae(toliman_cae *cae) {
 inline void destroy_linear(toliman_linear *linear) {
     toliman_linear_destroy(linear);
 }
+inline void destroy_components(toliman_linear_components *components) {
+    toliman_linear_destroy_components(components);
+}
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
@@ -50,6 +53,7 @@ inline void destroy_track(toliman_track *track) {
 using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
+using component_set = handle<toliman_linear_components, destroy_components>;
 using periodogram = handle<toliman_period, destroy_period>;
 using frame_index = handle<toliman_track, destroy_track>;
 

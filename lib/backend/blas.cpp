@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cblas.h>
 #include <chrono>
+#include <lapacke.h>
 
 #include "base/buffer.hpp"
 
@@ -22,6 +23,36 @@ void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size
            double *c, size_t ldc) {
     cblas_dgemm(CblasRowMajor, transpose_a ? CblasTrans : CblasNoTrans, CblasNoTrans, length(m), length(n), length(k),
                 1.0, a, length(lda), b, length(ldb), 0.0, c, length(ldc));
+}
+
+void dgemm_add(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+               size_t ldc) {
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, length(m), length(n), length(k), 1.0, a, length(lda), b,
+                length(ldb), 1.0, c, length(ldc));
+}
+
+// LAPACK counts from the smallest eigenvalue, and from 1. OpenBLAS has its own dsyevr; of lapacke.h only the
+// declaration is used.
+void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values, double *vectors) {
+    const lapack_int order = length(n), first = length(n - count + 1), none = -1;
+    const double unused = 0;
+    lapack_int found = 0, info = 0, integers_needed = 0;
+    double needed = 0;
+    Buffer<double> all(n), space(1);
+    Buffer<lapack_int> support(2 * count), integers(1);
+    const auto call = [&](double *work, lapack_int size, lapack_int *iwork, lapack_int isize) {
+        LAPACK_dsyevr("V", "I", "L", &order, matrix, &order, &unused, &unused, &first, &order, &unused, &found,
+                      all.data(), vectors, &order, support.data(), work, &size, iwork, &isize, &info);
+    };
+    call(&needed, none, &integers_needed, none);
+    space.resize(static_cast<size_t>(needed));
+    integers.resize(static_cast<size_t>(integers_needed));
+    call(space.data(), length(space.size()), integers.data(), integers_needed);
+    if (info != 0 || found != length(count))
+        fail(Status::internal, "LAPACK dsyevr: info %d, %d eigenvectors of %zu", info, found, count);
+    std::reverse_copy(all.begin(), all.begin() + found, values);
+    for (size_t i = 0, j = count - 1; i < j; i++, j--)
+        std::swap_ranges(vectors + i * n, vectors + (i + 1) * n, vectors + j * n);
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// OpenBLAS: the GEMM and the facts about its kernels.
+// OpenBLAS: the GEMM, LAPACK's eigenvectors and the facts about its kernels.
 #pragma once
 #include <cstddef>
 
@@ -20,5 +20,14 @@ double measure_tile_gflops();
 // C (m x n, row stride ldc) = op(A) B; A is m x k (or k x m when transposed), B is k x n.
 void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb,
            double *c, size_t ldc);
+
+// C (m x n) += A B^T; A is m x k, B is n x k.
+void dgemm_add(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+               size_t ldc);
+
+// The `count` <= n largest eigenvalues of a symmetric matrix [n][n], which is overwritten: values [count], falling, and
+// unit vectors [count][n]. They are exact for a matrix within some n 2^-53 |matrix| of the given one. Runs on as many
+// threads as OpenBLAS has; their number may change the last bits.
+void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values, double *vectors);
 
 } // namespace toliman::blas

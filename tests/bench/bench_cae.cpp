@@ -1,6 +1,6 @@
 // Measures the autoencoder on one core, instruction set by instruction set, and prints one JSON object a line;
-// bench_cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder as
-// argument it leaves there weights, an image, what the network makes of it and the loss's gradient, for the peers to
+// bench_cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder
+// as argument it leaves there weights, an image, what the network makes of it and the loss's gradient, for the peers to
 // compare with: raw float32.
 #include <algorithm>
 #include <chrono>
@@ -148,8 +148,8 @@ double peak_gflops(Isa isa) {
 double mflop(bool paper, double taps) {
     double sum = 0;
     for (const toliman::kernels::ConvShape &s : kShapes)
-        sum += 2e-6 * taps * static_cast<double>(s.rows * s.cols * s.fine_channels * s.coarse_channels) *
-               (paper ? 4 : 1);
+        sum +=
+            2e-6 * taps * static_cast<double>(s.rows * s.cols * s.fine_channels * s.coarse_channels) * (paper ? 4 : 1);
     return sum;
 }
 
@@ -168,8 +168,7 @@ struct Step {
     }
     void image() {
         put_inside(input.data(), kSide, kSide, 1, pass.encoder[0]);
-        pass.latent = static_cast<float>(
-            encode(layout, weights, operators.encoder_down, pass.encoder, &pass.pooling));
+        pass.latent = static_cast<float>(encode(layout, weights, operators.encoder_down, pass.encoder, &pass.pooling));
         decode(layout, weights, operators.decoder_up, pass.latent, pass.decoder, pass.pooling);
         for (size_t r = 0; r < kSide; r++)
             for (size_t c = 0; c < kSide; c++) {
@@ -186,8 +185,8 @@ struct Step {
             image();
         gradient.get(result);
         steps++;
-        toliman::kernels::adam(steps, 1e-6, result.values.data(), kParameters, mean.values.data(),
-                               square.values.data(), weights.values.data());
+        toliman::kernels::adam(steps, 1e-6, result.values.data(), kParameters, mean.values.data(), square.values.data(),
+                               weights.values.data());
     }
     const Layout &layout;
     Parameters weights, result, mean, square;
@@ -243,9 +242,9 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
     const double preprocess = median_s(50, [&] { network.preprocess().apply(frame, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
-        moved = std::max(moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) -
-                                          reference[i]) /
-                                    scene.info.crb_px);
+        moved = std::max(moved,
+                         std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) - reference[i]) /
+                             scene.info.crb_px);
     const bool paper = layout.max_pool;
     const double roofline = mflop(paper, paper ? 9 : 16) / peak;
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"preprocess_ms\": %.4f, "
@@ -300,7 +299,8 @@ int main(int count, char **arguments) {
             continue;
         chosen = isa;
         const double peak = peak_gflops(isa);
-        std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(), peak);
+        std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(),
+                    peak);
         for (const Layout *layout : {&kFlight, &kPaper}) {
             measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
             measure_training(*layout, peak);

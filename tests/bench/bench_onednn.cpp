@@ -43,10 +43,9 @@ int main() {
         with_elu.set_post_ops(elu);
         const memory::desc weights = {{to, channels[k], 3, 3}, memory::data_type::f32, Tag::any};
         const memory::desc bias = {{to}, memory::data_type::f32, Tag::x};
-        const convolution_forward::desc convolution(
-            prop_kind::forward_inference, algorithm::convolution_direct,
-            k == 0 ? now.get_desc() : image(channels[k], side, Tag::any), weights, bias, image(to, side, Tag::any),
-            {1, 1}, {1, 1}, {1, 1});
+        const convolution_forward::desc convolution(prop_kind::forward_inference, algorithm::convolution_direct,
+                                                    k == 0 ? now.get_desc() : image(channels[k], side, Tag::any),
+                                                    weights, bias, image(to, side, Tag::any), {1, 1}, {1, 1}, {1, 1});
         const convolution_forward::primitive_desc plan(convolution, with_elu, cpu);
         if (plan.src_desc() != now.get_desc()) {
             memory other(plan.src_desc(), cpu);
@@ -85,6 +84,6 @@ int main() {
     }
     std::sort(times.begin(), times.end());
     const version_t *v = version();
-    std::printf("{\"part\": \"peer\", \"peer\": \"oneDNN %d.%d\", \"layout\": \"paper\", \"encode_ms\": %.4f}\n", v->major,
-                v->minor, times[5] * 1e3);
+    std::printf("{\"part\": \"peer\", \"peer\": \"oneDNN %d.%d\", \"layout\": \"paper\", \"encode_ms\": %.4f}\n",
+                v->major, v->minor, times[5] * 1e3);
 }

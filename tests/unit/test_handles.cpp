@@ -15,11 +15,15 @@ int make_one_of_each() {
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get());
+    const auto components = make<component_set>(toliman_linear_create_components, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     const auto track = make<frame_index>(toliman_track_create, 10);
     int32_t verdict = -1;
     check(toliman_track_push(track.get(), "session", 1, "roi", "bytes", 5, &verdict));
-    return cae && linear && period && verdict == TOLIMAN_TRACK_NEW && toliman_track_count(track.get()) == 1 ? 0 : 1;
+    return cae && linear && components && period && verdict == TOLIMAN_TRACK_NEW &&
+                   toliman_track_count(track.get()) == 1
+               ? 0
+               : 1;
 }
 
 int a_failure_is_an_exception() {

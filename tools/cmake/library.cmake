@@ -9,7 +9,7 @@ list(REMOVE_ITEM sources ${isa_sources})
 add_library(toliman_settings INTERFACE)
 target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/include
                            ${PROJECT_BINARY_DIR}/include)
-target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE})
+target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE} ${LAPACKE_INCLUDE})
 target_compile_options(toliman_settings INTERFACE -fvisibility=hidden
                        $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
 

@@ -7,6 +7,7 @@ pkg_check_modules(OPENBLAS REQUIRED IMPORTED_TARGET openblas)
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
 pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
+find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for declarations: OpenBLAS has LAPACK
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
 if(TOLIMAN_TESTS)
   pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)

@@ -1,0 +1,188 @@
+// The components of include/toliman/linear.h: unwrap, call, convert.
+#include <algorithm>
+
+#include <toliman/linear.h>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "base/workers.hpp"
+#include "linear/components.hpp"
+#include "linear/residuals.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_linear_components {
+    linear::Residuals residuals;
+    Buffer<double> gram = {}; // of the frames in residuals; empty: not made yet
+    linear::Components trained = {};
+};
+
+namespace {
+
+constexpr size_t kOldestOptions = sizeof(toliman_linear_components_options);
+constexpr size_t kOldestTrainOptions = sizeof(toliman_linear_train_options);
+constexpr size_t kOldestTraining = sizeof(toliman_linear_training);
+constexpr size_t kOldestInfo = sizeof(toliman_linear_components_info);
+constexpr uint32_t kMostFrames = 16384; // their products fill 2 GiB
+constexpr uint32_t kMostComponents = 64;
+constexpr double kLargestLambda = 1e6;
+
+template <class Options> Options default_options() noexcept {
+    Options options = {};
+    options.struct_size = sizeof options;
+    return options;
+}
+
+linear::Preparation preparation_of(const toliman_linear_components_options *given, int64_t cadence) {
+    const auto options = accept(given, default_options<toliman_linear_components_options>(), "options", kOldestOptions);
+    if (options.raw > 1)
+        fail(Status::argument, "options->raw = %u: must be 0 or 1", options.raw);
+    const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
+    if (capacity < 2 || capacity > kMostFrames)
+        fail(Status::argument, "options->capacity = %lld%s: must be in [2, %u] frames",
+             static_cast<long long>(capacity), options.capacity != 0 ? "" : ", that of the scene's cadence",
+             kMostFrames);
+    return {options.raw != 0, std::max<size_t>(options.bin, 1), static_cast<size_t>(capacity)};
+}
+
+toliman_linear_train_options known_options(const toliman_linear_train_options *given) {
+    auto options = accept(given, default_options<toliman_linear_train_options>(), "options", kOldestTrainOptions);
+    if (options.method != TOLIMAN_LINEAR_PCA && options.method != TOLIMAN_LINEAR_DICTIONARY)
+        fail(Status::argument, "options->method = %d: must be %d (PCA) or %d (dictionary)", options.method,
+             TOLIMAN_LINEAR_PCA, TOLIMAN_LINEAR_DICTIONARY);
+    if (options.components > kMostComponents)
+        fail(Status::argument, "options->components = %u: must be in [1, %u], 0 for 1", options.components,
+             kMostComponents);
+    if (!(options.lambda >= 0 && options.lambda <= kLargestLambda))
+        fail(Status::argument, "options->lambda = %g: must be in [0, %g] rms pixels, 0 for the default", options.lambda,
+             kLargestLambda);
+    options.components = std::max(options.components, 1u);
+    return options;
+}
+
+linear::DictionaryOptions dictionary_of(const toliman_linear_train_options &options, const Progress &progress) {
+    linear::DictionaryOptions known;
+    known.count = options.components;
+    known.lambda = options.lambda != 0 ? options.lambda : known.lambda;
+    known.iterations = options.iterations != 0 ? options.iterations : known.iterations;
+    known.seed = options.seed;
+    known.progress = progress;
+    return known;
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_linear_components_options_init(toliman_linear_components_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_options<toliman_linear_components_options>();
+}
+
+void toliman_linear_train_options_init(toliman_linear_train_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_options<toliman_linear_train_options>();
+}
+
+toliman_status toliman_linear_create_components(const toliman_sim *sim,
+                                                const toliman_linear_components_options *options,
+                                                toliman_linear_components **out) noexcept {
+    return guard([&] {
+        const auto &simulator = required(sim, "sim").simulator;
+        toliman_linear_components *&made = required(out, "out");
+        const linear::Preparation preparation = preparation_of(options, simulator.scene().cadence.frames);
+        made = new toliman_linear_components{linear::Residuals(simulator.frame_model(), preparation)};
+    });
+}
+
+void toliman_linear_destroy_components(toliman_linear_components *components) noexcept {
+    delete components;
+}
+
+toliman_status toliman_linear_push_frame(toliman_linear_components *handle, const double *counts,
+                                         size_t stride) noexcept {
+    return guard([&] {
+        toliman_linear_components &components = required(handle, "components");
+        linear::Residuals &residuals = components.residuals;
+        required_image(counts, stride, residuals.cols(), "counts");
+        residuals.push({counts, residuals.rows(), residuals.cols(), stride});
+        components.gram.clear();
+        components.trained = {};
+    });
+}
+
+toliman_status toliman_linear_reset_components(toliman_linear_components *handle) noexcept {
+    return guard([&] {
+        toliman_linear_components &components = required(handle, "components");
+        components.residuals.clear();
+        components.gram.clear();
+        components.trained = {};
+    });
+}
+
+toliman_status toliman_linear_train_components(toliman_linear_components *handle,
+                                               const toliman_linear_train_options *options,
+                                               toliman_linear_training *report) noexcept {
+    return guard([&] {
+        toliman_linear_components &components = required(handle, "components");
+        const linear::Residuals &residuals = components.residuals;
+        const toliman_linear_train_options known = known_options(options);
+        if (report != nullptr)
+            check_struct_size("report", report->struct_size, kOldestTraining, sizeof *report);
+        if (residuals.frames() <= known.components)
+            fail(Status::state, "%zu frames are in: %u components need at least %u", residuals.frames(),
+                 known.components, known.components + 1);
+
+        const Progress progress{known.progress, known.progress_data};
+        if (components.gram.empty())
+            components.gram = residuals.gram(worker_count(known.threads),
+                                             [&](double fraction) { progress.report("products", fraction); });
+        components.trained = known.method == TOLIMAN_LINEAR_PCA
+                                 ? linear::principal_components(residuals.frames(), components.gram, known.components)
+                                 : linear::sparse_dictionary(residuals.frames(), components.gram, residuals.pixels(),
+                                                             dictionary_of(known, progress));
+        const linear::Components &trained = components.trained;
+        if (report != nullptr)
+            deliver(toliman_linear_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
+                                            trained.converged ? 1u : 0u, 0, trained.objective},
+                    report, "report", kOldestTraining);
+    });
+}
+
+toliman_status toliman_linear_get_series(const toliman_linear_components *handle, uint32_t component, double *values,
+                                         double *share) noexcept {
+    return guard([&] {
+        const linear::Components &trained = required(handle, "components").trained;
+        if (trained.frames == 0)
+            fail(Status::state, "components: no series before training, nor after a push until the next");
+        if (component >= trained.share.size())
+            fail(Status::range, "component = %u: must be less than %zu, those trained", component,
+                 trained.share.size());
+        if (values != nullptr)
+            std::copy_n(&trained.series[component * trained.frames], trained.frames, values);
+        if (share != nullptr)
+            *share = trained.share[component];
+    });
+}
+
+toliman_status toliman_linear_get_components_info(const toliman_linear_components *handle,
+                                                  toliman_linear_components_info *out) noexcept {
+    return guard([&] {
+        const toliman_linear_components &components = required(handle, "components");
+        const linear::Residuals &residuals = components.residuals;
+        toliman_linear_components_info info = {};
+        info.raw = residuals.preparation().raw ? 1 : 0;
+        info.bin = static_cast<uint32_t>(residuals.preparation().bin);
+        info.projected = static_cast<uint32_t>(residuals.projected());
+        info.capacity = static_cast<int64_t>(residuals.preparation().capacity);
+        info.frames = static_cast<int64_t>(residuals.frames());
+        info.pixels = static_cast<int64_t>(residuals.pixels());
+        info.components = static_cast<int64_t>(components.trained.share.size());
+        info.crb_px = residuals.crb_px();
+        info.threshold_px = residuals.threshold_px();
+        deliver(info, out, "out", kOldestInfo);
+    });
+}
+
+} // extern "C"

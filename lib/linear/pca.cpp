@@ -1,0 +1,41 @@
+#include <algorithm>
+#include <cmath>
+
+#include "backend/blas.hpp"
+#include "linear/components.hpp"
+
+namespace toliman::linear {
+
+void fix_signs(Components &components) noexcept {
+    for (auto first = components.series.begin(); first != components.series.end();) {
+        const auto end = first + static_cast<ptrdiff_t>(components.frames);
+        const auto largest =
+            std::max_element(first, end, [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+        if (*largest < 0)
+            std::transform(first, end, first, [](double value) { return -value; });
+        first = end;
+    }
+}
+
+Components principal_components(size_t frames, Buffer<double> gram, size_t count) {
+    double total = 0;
+    for (size_t i = 0; i < frames; i++)
+        total += gram[i * frames + i];
+    Components out;
+    out.frames = frames;
+    out.series.resize(count * frames);
+    out.share.resize(count);
+    Buffer<double> eigenvalue(count);
+    blas::leading_eigenvectors(frames, gram.data(), count, eigenvalue.data(), out.series.data());
+    const double rounding = static_cast<double>(frames) * 0x1p-52 * eigenvalue[0];
+    for (size_t j = 0; j < count; j++) {
+        const double energy = eigenvalue[j] > rounding ? eigenvalue[j] : 0;
+        for (size_t i = 0; i < frames; i++)
+            out.series[j * frames + i] *= std::sqrt(energy);
+        out.share[j] = energy > 0 ? energy / total : 0;
+    }
+    fix_signs(out);
+    return out;
+}
+
+} // namespace toliman::linear
