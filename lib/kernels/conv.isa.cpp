@@ -53,7 +53,7 @@ void down(const ConvShape &shape, const float *fine, const float *weights, const
         for (size_t t = 0; t < 3; t++)
             row.in[t] = rows[t];
         row.out = coarse + ((y + 1) * (shape.cols + 2) + 1) * shape.coarse_channels;
-        convolve(row);
+        (row.run == 3 ? convolve<3> : convolve<>)(row);
     }
 }
 
@@ -91,7 +91,7 @@ void transposed_row(const ConvShape &shape, const float *const coarse[2], size_t
         row.run = taps * from;
         row.out = out + (taps == 1 ? to : 0);
         row.pixels = shape.cols + taps - 1;
-        convolve(row);
+        convolve<>(row);
         row.weights += rows * row.run * to;
     }
 }
@@ -137,7 +137,7 @@ void patch_row(const ConvShape &shape, const float *coarse, const float *weights
     row.out = patches;
     row.out_step = row.outputs = kPatch;
     row.pixels = shape.cols + 2;
-    convolve(row);
+    convolve<>(row);
     for (size_t q = 0; q <= shape.cols; q++)
         for (size_t i = 0; i < kHalf; i++)
             out[q * kHalf + i] = patches[q * kPatch + kHalf + i] + patches[(q + 1) * kPatch + i];

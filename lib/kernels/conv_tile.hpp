@@ -85,7 +85,7 @@ template <class Lanes, size_t P, size_t M, size_t RUN> void tile(const Row &row,
 }
 
 // All pixels; those beyond the last whole tile one by one. Each sum runs in the same order either way.
-template <class Lanes, size_t P, size_t M, size_t RUN = 0> void tiles(const Row &row) noexcept {
+template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &row) noexcept {
     const size_t whole = row.pixels / P * P;
     for (size_t first = 0; first < row.outputs; first += M * Lanes::count) {
         for (size_t pixel = 0; pixel < whole; pixel += P)
@@ -96,14 +96,12 @@ template <class Lanes, size_t P, size_t M, size_t RUN = 0> void tiles(const Row 
 }
 
 // outputs: a multiple of 8.
-void convolve(const Row &row) noexcept {
-    if (row.run == 3)
-        return tiles<Eight, 8, 1, 3>(row);
+template <size_t RUN = 0> void convolve(const Row &row) noexcept {
     if (row.outputs % (2 * Wide::count) == 0)
-        return tiles<Wide, kPixels, 2>(row);
+        return tiles<Wide, kPixels, 2, RUN>(row);
     if (row.outputs % Wide::count == 0)
-        return tiles<Wide, 8, 1>(row);
-    tiles<Eight, 8, 1>(row);
+        return tiles<Wide, 8, 1, RUN>(row);
+    tiles<Eight, 8, 1, RUN>(row);
 }
 
 // What `pixels` pixels add to the gradient of a kernel of three rows: of each a run of every input row times the

@@ -2,6 +2,9 @@
 // switches, and un-pooling with them. The adjoint of a convolution is the convolution with the kernel turned by half a
 // turn and its channels exchanged, so one kernel serves the forward and backward passes of encoder and decoder.
 //
+// Between images of several channels, 2x2 pixels of the result are made at once as Winograd's F(2x2, 3x3): 16 products
+// a pair of channels instead of 36.
+//
 // Images are float32, [row][col][channel], with a border of one zero pixel all around, as in kernels/conv.hpp.
 #pragma once
 #include <cstddef>
@@ -13,9 +16,10 @@ namespace toliman::kernels {
 
 struct SameShape {
     size_t rows, cols;  // of both images; even, cols a multiple of 16
-    size_t in_channels; // 1 or a multiple of 8
-    size_t channels;    // of the result; 1 (of 8 or more) or a multiple of 8
-    constexpr size_t packed() const noexcept { return 9 * in_channels * channels; }
+    size_t in_channels; // 1, 8, 16, 32 or 64
+    size_t channels;    // of the result, likewise; one of the two is above 1
+    constexpr bool winograd() const noexcept { return in_channels > 1 && channels > 1; }
+    constexpr size_t packed() const noexcept { return (winograd() ? 16 : 9) * in_channels * channels; }
 };
 
 // Which pixel of its 2x2 a maximum came from: 0 to 3, row by row.
@@ -33,7 +37,7 @@ struct SameConvKernels {
                      Switch *switches) noexcept;
 
     // Given     in and out, one of them a gradient; bordered
-    // Returned  gradient of the weights, packed
+    // Returned  gradient of the weights, [9][in_channels][channels]
     // Notes     channels is a multiple of 8
     void (*weight_gradient)(const SameShape &shape, const float *in, const float *out, float *packed) noexcept;
 
@@ -45,7 +49,10 @@ struct SameConvKernels {
     // Returned  the inside of pooled: the image's values where the switches say; the adjoint of unpool
     void (*pick)(const SameShape &shape, const float *image, const Switch *switches, float *pooled) noexcept;
 
-    // Notes     sums run in a fixed order, as in kernels/conv.hpp.
+    // Notes     sums run in a fixed order, as in kernels/conv.hpp. Winograd's form rounds to about 2e-7 of the sum of
+    // the
+    //           absolute products times their number's root; equal values by the definition may differ by that.
+    // Reference Lavin and Gray (2016), section 4.1
 };
 TOLIMAN_ISA_DECLARE(SameConvKernels, same_conv)
 
@@ -55,7 +62,7 @@ TOLIMAN_ISA_DECLARE(SameConvKernels, same_conv)
 void same_pack(const SameShape &shape, const float *kernel, float *packed) noexcept;
 void same_pack_adjoint(const SameShape &shape, const float *kernel, float *packed) noexcept;
 
-// Given     packed gradient
+// Given     gradient from weight_gradient: [9][in_channels][channels]
 // Returned  gradient of the kernel that same_pack packs
 void same_unpack_gradient(const SameShape &shape, const float *packed, float *kernel) noexcept;
 

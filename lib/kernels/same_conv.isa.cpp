@@ -30,7 +30,161 @@ void single(const Row &row) noexcept {
     }
 }
 
-void same(const SameShape &shape, const float *in, const float *weights, const float *bias, float *out) noexcept {
+// The larger, and whose it was; the first of equals.
+template <class Lanes> struct Best {
+    typename Lanes::Vector value;
+    typename Lanes::Mask from;
+    static Best of(const Best &a, const Best &b) noexcept {
+        const auto second = b.value > a.value;
+        return {second ? b.value : a.value, second ? b.from : a.from};
+    }
+    static Best of_four(const typename Lanes::Vector (&v)[4]) noexcept {
+        const typename Lanes::Mask zero = {};
+        return of(of({v[0], zero}, {v[1], zero + 1}), of({v[2], zero + 2}, {v[3], zero + 3}));
+    }
+};
+
+// What becomes of the 2x2 pixels of the result that belong to a coarse one.
+struct Finish {
+    const float *bias; // or NULL
+    float *pixel[2];   // their rows, or NULL
+    float *pooled;     // their maximum, or NULL
+    Switch *switches;  // its place, or NULL
+    size_t channels;
+};
+
+template <class Lanes>
+void finish(const Finish &to, size_t coarse, size_t channel, typename Lanes::Vector (&v)[4]) noexcept {
+    typename Lanes::Vector bias = {};
+    if (to.bias != nullptr)
+        bias = Lanes::load(to.bias + channel);
+    if (to.pooled == nullptr) {
+        for (size_t i = 0; i < 4; i++)
+            Lanes::store(to.pixel[i / 2] + (2 * coarse + i % 2) * to.channels + channel, v[i] + bias);
+        return;
+    }
+    const Best<Lanes> best = Best<Lanes>::of_four(v);
+    Lanes::store(to.pooled + coarse * to.channels + channel, best.value + bias);
+    if (to.switches != nullptr)
+        Lanes::store(to.switches + coarse * to.channels + channel, best.from);
+}
+
+constexpr size_t kTiles = 8, kMostChannels = 64; // coarse pixels at once
+
+// B^T d B of kTiles patches of 4x4 pixels, neighbours two columns apart: out [16][kTiles][channels].
+template <class Lanes> void winograd_in(const float *const (&rows)[4], size_t channels, float *out) noexcept {
+    using Vector = typename Lanes::Vector;
+    const size_t each = kTiles * channels;
+    for (size_t c = 0; c < channels; c += Lanes::count) {
+        Vector column[4][4]; // [column of the patch][row of B^T d]; two are shared with the next patch
+        const auto fill = [&](size_t x, Vector(&to)[4]) {
+            Vector d[4];
+            for (size_t r = 0; r < 4; r++)
+                d[r] = Lanes::load(rows[r] + x * channels + c);
+            to[0] = d[0] - d[2];
+            to[1] = d[1] + d[2];
+            to[2] = d[2] - d[1];
+            to[3] = d[1] - d[3];
+        };
+        fill(0, column[0]);
+        fill(1, column[1]);
+        for (size_t t = 0; t < kTiles; t++) {
+            fill(2 * t + 2, column[2]);
+            fill(2 * t + 3, column[3]);
+            float *to = out + t * channels + c;
+            for (size_t r = 0; r < 4; r++) {
+                Lanes::store(to + 4 * r * each, column[0][r] - column[2][r]);
+                Lanes::store(to + (4 * r + 1) * each, column[1][r] + column[2][r]);
+                Lanes::store(to + (4 * r + 2) * each, column[2][r] - column[1][r]);
+                Lanes::store(to + (4 * r + 3) * each, column[1][r] - column[3][r]);
+                column[0][r] = column[2][r];
+                column[1][r] = column[3][r];
+            }
+        }
+    }
+}
+
+// Products [16][kTiles][channels] of patches [16][kTiles][in_channels] and weights [16][in_channels][channels].
+template <class Lanes, size_t P, size_t M>
+void products_of(const float *patches, size_t in_channels, const float *weights, size_t channels,
+                 float *products) noexcept {
+    for (size_t first = 0; first < channels; first += M * Lanes::count)
+        for (size_t i = 0; i < 16; i++)
+            for (size_t t = 0; t < kTiles; t += P) {
+                const float *in = patches + (i * kTiles + t) * in_channels;
+                const float *weight_row = weights + i * in_channels * channels + first;
+                typename Lanes::Vector sum[P][M] = {};
+                for (size_t c = 0; c < in_channels; c++, in++, weight_row += channels) {
+                    typename Lanes::Vector weight[M];
+#pragma GCC unroll 16
+                    for (size_t m = 0; m < M; m++)
+                        weight[m] = Lanes::load(weight_row + m * Lanes::count);
+#pragma GCC unroll 16
+                    for (size_t p = 0; p < P; p++)
+#pragma GCC unroll 16
+                        for (size_t m = 0; m < M; m++)
+                            sum[p][m] += weight[m] * in[p * in_channels];
+                }
+                float *out = products + (i * kTiles + t) * channels + first;
+                for (size_t p = 0; p < P; p++)
+                    for (size_t m = 0; m < M; m++)
+                        Lanes::store(out + p * channels + m * Lanes::count, sum[p][m]);
+            }
+}
+
+void multiply(const float *patches, size_t in_channels, const float *weights, size_t channels,
+              float *products) noexcept {
+    if (channels % (2 * Wide::count) == 0)
+        return products_of<Wide, kPixels, 2>(patches, in_channels, weights, channels, products);
+    if (channels % Wide::count == 0)
+        return products_of<Wide, 8, 1>(patches, in_channels, weights, channels, products);
+    products_of<Eight, 8, 1>(patches, in_channels, weights, channels, products);
+}
+
+// A^T m A of kTiles products [16][kTiles][channels], on to their places.
+template <class Lanes> void winograd_out(const float *products, const Finish &to, size_t coarse) noexcept {
+    using Vector = typename Lanes::Vector;
+    const size_t each = kTiles * to.channels;
+    for (size_t t = 0; t < kTiles; t++)
+        for (size_t k = 0; k < to.channels; k += Lanes::count) {
+            const float *from = products + t * to.channels + k;
+            Vector upper[4], lower[4];
+            for (size_t s = 0; s < 4; s++) {
+                const Vector m1 = Lanes::load(from + (4 + s) * each), m2 = Lanes::load(from + (8 + s) * each);
+                upper[s] = Lanes::load(from + s * each) + m1 + m2;
+                lower[s] = m1 - m2 - Lanes::load(from + (12 + s) * each);
+            }
+            Vector v[4] = {upper[0] + upper[1] + upper[2], upper[1] - upper[2] - upper[3],
+                           lower[0] + lower[1] + lower[2], lower[1] - lower[2] - lower[3]};
+            finish<Lanes>(to, coarse + t, k, v);
+        }
+}
+
+// Two rows of the result from four of the input; pixels: coarse ones.
+void winograd_rows(const float *const (&rows)[4], size_t in_channels, const float *weights, size_t pixels,
+                   const Finish &to) noexcept {
+    float patches[16 * kTiles * kMostChannels], products[16 * kTiles * kMostChannels];
+    for (size_t x = 0; x < pixels; x += kTiles) {
+        const size_t at = 2 * x * in_channels;
+        const float *const from[4] = {rows[0] + at, rows[1] + at, rows[2] + at, rows[3] + at};
+        (in_channels % Wide::count == 0 ? winograd_in<Wide> : winograd_in<Eight>)(from, in_channels, patches);
+        multiply(patches, in_channels, weights, to.channels, products);
+        (to.channels % Wide::count == 0 ? winograd_out<Wide> : winograd_out<Eight>)(products, to, x);
+    }
+}
+
+// Calls work(four bordered rows of the input, coarse row) for each coarse row.
+template <class Work> void each_coarse_row(const SameShape &shape, const float *in, Work work) noexcept {
+    const size_t in_row = row_of(shape.cols, shape.in_channels);
+    for (size_t y = 0; y < shape.rows / 2; y++) {
+        const float *first = in + 2 * y * in_row;
+        const float *const rows[4] = {first, first + in_row, first + 2 * in_row, first + 3 * in_row};
+        work(rows, y);
+    }
+}
+
+void same_direct(const SameShape &shape, const float *in, const float *weights, const float *bias,
+                 float *out) noexcept {
     const size_t in_row = row_of(shape.cols, shape.in_channels), out_row = row_of(shape.cols, shape.channels);
     Row row = {};
     row.in_step = shape.in_channels;
@@ -44,101 +198,62 @@ void same(const SameShape &shape, const float *in, const float *weights, const f
         for (size_t t = 0; t < 3; t++)
             row.in[t] = in + (y + t) * in_row;
         row.out = out + (y + 1) * out_row + shape.channels;
-        (shape.channels == 1 ? single : convolve)(row);
+        (shape.channels == 1 ? single : convolve<3>)(row);
     }
 }
 
-// Two rows of convolution and the maxima of their 2x2: what one coarse row takes.
-struct Pool {
-    const float *in[4];
-    size_t in_step, run;
-    const float *weights, *bias;
-    float *pooled;
-    Switch *switches; // or NULL
-    size_t channels;
-};
+void same(const SameShape &shape, const float *in, const float *weights, const float *bias, float *out) noexcept {
+    if (!shape.winograd())
+        return same_direct(shape, in, weights, bias, out);
+    const size_t out_row = row_of(shape.cols, shape.channels);
+    each_coarse_row(shape, in, [&](const float *const(&rows)[4], size_t y) {
+        float *first = out + (2 * y + 1) * out_row + shape.channels;
+        winograd_rows(rows, shape.in_channels, weights, shape.cols / 2,
+                      {bias, {first, first + out_row}, nullptr, nullptr, shape.channels});
+    });
+}
 
-// The larger, and whose it was; the first of equals.
-template <class Lanes> struct Best {
-    typename Lanes::Vector value;
-    typename Lanes::Mask from;
-    static Best of(const Best &a, const Best &b) noexcept {
-        const auto second = b.value > a.value;
-        return {second ? b.value : a.value, second ? b.from : a.from};
-    }
-};
-
-// Channels first ... first + M lanes of the coarse pixels that P fine columns from `pixel` on make.
-template <class Lanes, size_t P, size_t M, size_t RUN>
-void max_tile(const Pool &pool, size_t pixel, size_t first) noexcept {
-    typename Lanes::Vector sum[2][P][M] = {};
-    const size_t run = RUN != 0 ? RUN : pool.run;
-    const float *weights = pool.weights + first;
-    for (size_t t = 0; t < 3; t++) {
-        const float *upper = pool.in[t] + pixel * pool.in_step, *lower = pool.in[t + 1] + pixel * pool.in_step;
-        for (size_t j = 0; j < run; j++, upper++, lower++, weights += pool.channels) {
-            typename Lanes::Vector weight[M];
-#pragma GCC unroll 16
-            for (size_t m = 0; m < M; m++)
-                weight[m] = Lanes::load(weights + m * Lanes::count);
-#pragma GCC unroll 16
-            for (size_t p = 0; p < P; p++)
-#pragma GCC unroll 16
-                for (size_t m = 0; m < M; m++) {
-                    sum[0][p][m] += weight[m] * upper[p * pool.in_step];
-                    sum[1][p][m] += weight[m] * lower[p * pool.in_step];
+// A single input channel: kPixels fine columns of two rows make maxima of eight channels at once.
+void max_rows(const float *const (&rows)[4], const float *weights, size_t cols, const Finish &to) noexcept {
+    for (size_t first = 0; first < to.channels; first += Eight::count)
+        for (size_t pixel = 0; pixel < cols; pixel += 4) {
+            typename Eight::Vector sum[2][4] = {};
+#pragma GCC unroll 3
+            for (size_t t = 0; t < 3; t++)
+#pragma GCC unroll 3
+                for (size_t j = 0; j < 3; j++) {
+                    const typename Eight::Vector weight = Eight::load(weights + (3 * t + j) * to.channels + first);
+#pragma GCC unroll 8
+                    for (size_t p = 0; p < 4; p++) {
+                        sum[0][p] += weight * rows[t][pixel + p + j];
+                        sum[1][p] += weight * rows[t + 1][pixel + p + j];
+                    }
                 }
+            for (size_t p = 0; p < 4; p += 2) {
+                typename Eight::Vector v[4] = {sum[0][p], sum[0][p + 1], sum[1][p], sum[1][p + 1]};
+                finish<Eight>(to, (pixel + p) / 2, first, v);
+            }
         }
-    }
-    const typename Lanes::Mask zero = {};
-    for (size_t p = 0; p < P; p += 2)
-        for (size_t m = 0; m < M; m++) {
-            using B = Best<Lanes>;
-            const B best = B::of(B::of(B{sum[0][p][m], zero}, B{sum[0][p + 1][m], zero + 1}),
-                                 B::of(B{sum[1][p][m], zero + 2}, B{sum[1][p + 1][m], zero + 3}));
-            const size_t channel = first + m * Lanes::count, at = (pixel + p) / 2 * pool.channels + channel;
-            Lanes::store(pool.pooled + at, best.value + Lanes::load(pool.bias + channel));
-            if (pool.switches != nullptr)
-                Lanes::store(pool.switches + at, best.from);
-        }
-}
-
-template <class Lanes, size_t P, size_t M, size_t RUN = 0> void max_tiles(const Pool &pool, size_t cols) noexcept {
-    for (size_t first = 0; first < pool.channels; first += M * Lanes::count)
-        for (size_t pixel = 0; pixel < cols; pixel += P)
-            max_tile<Lanes, P, M, RUN>(pool, pixel, first);
-}
-
-void max_row(const Pool &pool, size_t cols) noexcept {
-    if (pool.run == 3)
-        return max_tiles<Eight, kPixels, 1, 3>(pool, cols);
-    if (pool.channels % (2 * Wide::count) == 0)
-        return max_tiles<Wide, kPixels / 2, 2>(pool, cols);
-    if (pool.channels % Wide::count == 0)
-        return max_tiles<Wide, kPixels, 1>(pool, cols);
-    max_tiles<Eight, kPixels, 1>(pool, cols);
 }
 
 void same_max(const SameShape &shape, const float *in, const float *weights, const float *bias, float *pooled,
               Switch *switches) noexcept {
-    const size_t in_row = row_of(shape.cols, shape.in_channels), out_row = row_of(shape.cols / 2, shape.channels);
-    Pool pool = {};
-    pool.in_step = shape.in_channels;
-    pool.run = 3 * shape.in_channels;
-    pool.weights = weights;
-    pool.bias = bias;
-    pool.channels = shape.channels;
-    for (size_t y = 0; y < shape.rows / 2; y++) {
-        for (size_t t = 0; t < 4; t++)
-            pool.in[t] = in + (2 * y + t) * in_row;
-        pool.pooled = pooled + (y + 1) * out_row + shape.channels;
-        pool.switches = switches != nullptr ? switches + y * shape.cols / 2 * shape.channels : nullptr;
-        max_row(pool, shape.cols);
-    }
+    const size_t cols = shape.cols / 2, channels = shape.channels;
+    each_coarse_row(shape, in, [&](const float *const(&rows)[4], size_t y) {
+        const Finish to = {bias,
+                           {nullptr, nullptr},
+                           pooled + (y + 1) * row_of(cols, channels) + channels,
+                           switches != nullptr ? switches + y * cols * channels : nullptr,
+                           channels};
+        if (shape.winograd())
+            winograd_rows(rows, shape.in_channels, weights, cols, to);
+        else
+            max_rows(rows, weights, shape.cols, to);
+    });
 }
 
 void weight_gradient(const SameShape &shape, const float *in, const float *out, float *packed) noexcept {
-    for (size_t i = 0; i < shape.packed(); i++)
+    for (size_t i = 0; i < 9 * shape.in_channels * shape.channels; i++)
         packed[i] = 0;
     const size_t in_row = row_of(shape.cols, shape.in_channels), out_row = row_of(shape.cols, shape.channels);
     Correlation c = {};
