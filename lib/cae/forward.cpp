@@ -1,6 +1,7 @@
 #include "cae/forward.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "kernels/elu.hpp"
 
@@ -15,6 +16,16 @@ double dense(const float *a, const float *b, size_t count) noexcept {
         for (size_t k = 0; k < 8; k++)
             part[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
     return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
+}
+
+void clear_border(float *bordered, size_t rows, size_t cols, size_t channels) noexcept {
+    const size_t row = (cols + 2) * channels;
+    std::fill_n(bordered, row, 0.0f);
+    for (size_t r = 1; r <= rows; r++) {
+        std::fill_n(bordered + r * row, channels, 0.0f);
+        std::fill_n(bordered + (r + 1) * row - channels, channels, 0.0f);
+    }
+    std::fill_n(bordered + (rows + 1) * row, row, 0.0f);
 }
 
 } // namespace
@@ -40,12 +51,21 @@ Packed pack_decoder(const Layout &layout, const Parameters &parameters) {
 }
 
 Images::Images() {
+    constexpr size_t kLine = 64; // bytes that vectors are best aligned to
     size_t size = 0;
     for (size_t level = 0; level <= kStages; level++) {
         start_[level] = size;
-        size += (level_size(level) + 15) / 16 * 16;
+        size += (level_size(level) + kLine - 1) / kLine * kLine;
     }
-    memory_.resize(size);
+    memory_.reset(static_cast<float *>(std::aligned_alloc(kLine, size * sizeof(float))));
+    if (memory_ == nullptr)
+        throw std::bad_alloc();
+    for (size_t level = 0; level <= kStages; level++) {
+        const kernels::ConvShape &shape = kShapes[std::min(level, kStages - 1)];
+        const bool fine = level < kStages;
+        clear_border((*this)[level], (fine ? 2 : 1) * shape.rows, (fine ? 2 : 1) * shape.cols,
+                     fine ? shape.fine_channels : shape.coarse_channels);
+    }
 }
 
 Pooling::Pooling(const Layout &layout) {

@@ -2,6 +2,8 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <cstdlib>
+#include <memory>
 
 #include "base/buffer.hpp"
 #include "cae/layout.hpp"
@@ -27,17 +29,21 @@ constexpr size_t level_size(size_t level) noexcept {
 }
 constexpr size_t kInputStride = kSide + 2; // of level 0's rows, the first pixel at kInputStride + 1
 
-// Working memory of one pass, the images of all levels. One allocation, which the system's allocator then keeps at hand
-// from call to call; several large ones it would give back and fetch again, page by page.
+// Working memory of one pass, the images of all levels, with borders of zeros; what they hold inside is up to the pass.
+// One allocation, which the system's allocator then keeps at hand from call to call; several large ones it would give
+// back and fetch again, page by page.
 class Images {
   public:
     Images();
-    float *operator[](size_t level) noexcept { return memory_.data() + start_[level]; }
-    const float *operator[](size_t level) const noexcept { return memory_.data() + start_[level]; }
+    float *operator[](size_t level) noexcept { return memory_.get() + start_[level]; }
+    const float *operator[](size_t level) const noexcept { return memory_.get() + start_[level]; }
 
   private:
+    struct Free {
+        void operator()(float *memory) const noexcept { std::free(memory); }
+    };
     std::array<size_t, kStages + 1> start_;
-    Buffer<float> memory_;
+    std::unique_ptr<float[], Free> memory_;
 };
 
 // The frame's switches and the working memory of stages that un-pool; empty for the others.

@@ -55,18 +55,20 @@ struct Row {
     size_t out_step, outputs, pixels;
 };
 
-// Output channels first ... first + M lanes of P neighbouring pixels. RUN: row.run where that is known, or 0.
-template <class Lanes, size_t P, size_t M, size_t RUN> void tile(const Row &row, size_t pixel, size_t first) noexcept {
+// Output channels first ... first + M lanes of P neighbouring pixels. RUN: row.run where that is known, or 0. Inlined,
+// since a call's worth of loads and saves would show beside the short sums.
+template <class Lanes, size_t P, size_t M, size_t RUN>
+inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, size_t first) noexcept {
     typename Lanes::Vector sum[P][M] = {};
     if (row.bias != nullptr)
         for (size_t p = 0; p < P; p++)
             for (size_t m = 0; m < M; m++)
                 sum[p][m] = Lanes::load(row.bias + first + m * Lanes::count);
-    const size_t run = RUN != 0 ? RUN : row.run;
+    const size_t run = RUN != 0 ? RUN : row.run, in_step = row.in_step, outputs = row.outputs;
     const float *weights = row.weights + first;
     for (size_t r = 0; r < row.rows; r++) {
-        const float *in = row.in[r] + pixel * row.in_step;
-        for (size_t j = 0; j < run; j++, in++, weights += row.outputs) {
+        const float *in = row.in[r] + pixel * in_step;
+        for (size_t j = 0; j < run; j++, in++, weights += outputs) {
             typename Lanes::Vector weight[M];
 #pragma GCC unroll 16
             for (size_t m = 0; m < M; m++)
@@ -75,7 +77,7 @@ template <class Lanes, size_t P, size_t M, size_t RUN> void tile(const Row &row,
             for (size_t p = 0; p < P; p++)
 #pragma GCC unroll 16
                 for (size_t m = 0; m < M; m++)
-                    sum[p][m] += weight[m] * in[p * row.in_step];
+                    sum[p][m] += weight[m] * in[p * in_step];
         }
     }
     float *out = row.out + pixel * row.out_step + first;
@@ -85,7 +87,8 @@ template <class Lanes, size_t P, size_t M, size_t RUN> void tile(const Row &row,
 }
 
 // All pixels; those beyond the last whole tile one by one. Each sum runs in the same order either way.
-template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &row) noexcept {
+template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &given) noexcept {
+    const Row row = given; // stores through floats cannot change it
     const size_t whole = row.pixels / P * P;
     for (size_t first = 0; first < row.outputs; first += M * Lanes::count) {
         for (size_t pixel = 0; pixel < whole; pixel += P)

@@ -20,12 +20,13 @@ def biases(name, shape):
     return {"latent": (1,), "expand": shape}.get(name, (shape[1] if name.startswith("deconv") else shape[0],))
 
 
-def parameters(path):
+def parameters(path, dtype=torch.float32):
     values, at, tensors = np.fromfile(path, np.float32), 0, {}
     for name, shape in SHAPES:
         for suffix, dimensions in (("weight", shape), ("bias", biases(name, shape))):
             size = int(np.prod(dimensions))
-            tensors[f"{name}.{suffix}"] = torch.tensor(values[at:at + size].reshape(dimensions), requires_grad=True)
+            tensors[f"{name}.{suffix}"] = torch.tensor(values[at:at + size].reshape(dimensions), dtype=dtype,
+                                                      requires_grad=True)
             at += size
     assert at == len(values)
     return tensors
@@ -63,8 +64,9 @@ def difference(ours, theirs):
 
 
 def compare(folder, layout):
-    paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights")
-    x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, 256, 256))
+    """In double, so that the differences are ours alone."""
+    paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights", torch.float64)
+    x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, 256, 256), dtype=torch.float64)
     z, places = encode(p, x, paper)
     y = decode(p, z, places, paper)
     ((y - x) ** 2).mean().backward()
