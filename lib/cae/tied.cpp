@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "cae/unsupervised.hpp"
-#include "kernels/adam.hpp"
+#include "kernels/decorrelate.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/project.hpp"
 #include "kernels/random.hpp"
@@ -18,6 +18,7 @@ namespace {
 constexpr float kMean = 0.25f;                          // the 2x2 mean and its adjoint
 constexpr float kZeroBias[kDeepChannels] = {};          // the linear passes have none
 constexpr size_t kTrained = tensor_offset(kLatentBias); // convolutions and dense weights stand first
+constexpr float kInertia = 0.8f;                        // share of the momentum that outlives a step
 constexpr float kLinear = 0x1p-10f; // largest activation of the decoder at 1 px: ELU bends by half of it
 
 // Convolution kernels with orthonormal rows [coarse][9 fine], Gaussian dense weights of norm sqrt(kFeatures), no
@@ -78,52 +79,91 @@ double norm(const Buffer<double> &image) {
     return std::sqrt(kernels::dot(image.data(), image.data(), image.size()));
 }
 
-// Squared distance of gain times the painted image from the unit target; its gradient by the painted image.
-double squared_error(const Buffer<double> &image, double gain, const Buffer<double> &unit, Buffer<float> &gradient) {
-    double loss = 0;
-    for (size_t i = 0; i < kPixels; i++) {
-        const double error = gain * image[i] - unit[i];
-        loss += error * error;
-        gradient[i] = static_cast<float>(2 * gain * error);
-    }
-    return loss;
-}
-
-// Fits the linear decoder to the target's direction; returns the loss.
-double fit(Parameters &parameters, const Buffer<double> &target, const TrainOptions &options) {
-    Buffer<double> unit = target;
-    const double length = norm(target);
-    if (!(length > 0))
-        fail(Status::state, "cae: the scene's derivative image is zero: there is nothing to train on");
-    for (double &value : unit)
-        value /= length;
-
-    Images forward, backward;
-    Parameters gradient, mean, square;
-    Buffer<float> error(kPixels);
-    paint(parameters, forward);
-    Buffer<double> image = painted(forward);
-    const double gain = 1 / norm(image);
-    double loss = squared_error(image, gain, unit, error);
-    for (uint32_t step = 1; step <= options.steps; step++) {
-        const double done = static_cast<double>(step) / static_cast<double>(options.steps);
-        put_inside(error.data(), kSide, kSide, 1, backward[0]);
-        backward_pass(parameters, forward, backward, gradient);
-        kernels::adam(step, options.learning_rate * std::min(1.0, 2 * (1.02 - done)), gradient.values.data(), kTrained,
-                      mean.values.data(), square.values.data(), parameters.values.data());
-        paint(parameters, forward);
-        image = painted(forward);
-        loss = squared_error(image, gain, unit, error);
-        if (!std::isfinite(loss))
-            fail(Status::range, "learning_rate = %g: training diverged at step %u", options.learning_rate, step);
-        options.progress.report("train", done);
-    }
-    return loss;
+double length(const float *values, size_t count) noexcept {
+    double square = 0;
+    for (size_t i = 0; i < count; i++)
+        square += static_cast<double>(values[i]) * values[i];
+    return std::sqrt(square);
 }
 
 void scale(float *values, size_t count, double factor) noexcept {
     for (size_t i = 0; i < count; i++)
         values[i] = static_cast<float>(values[i] * factor);
+}
+
+// Squared distance of the unit target and its part along the painted image. error is that part less the target: the
+// gradient of minus their cosine by the painted image, times its length.
+double distance(const Buffer<double> &image, const Buffer<double> &unit, Buffer<float> &error) {
+    double along = 0, square = 0;
+    for (size_t i = 0; i < kPixels; i++) {
+        along += image[i] * unit[i];
+        square += image[i] * image[i];
+    }
+    const double best = along / square;
+    for (size_t i = 0; i < kPixels; i++)
+        error[i] = static_cast<float>(best * image[i] - unit[i]);
+    return 1 - best * along;
+}
+
+// A trained tensor as so many values for each channel of the coarse image: where value k of channel i stands.
+struct Channels {
+    size_t tensor, values, channels, value_step, channel_step;
+    size_t at(size_t k, size_t i) const noexcept { return k * value_step + i * channel_step; }
+};
+
+constexpr Channels channels_of(size_t stage) noexcept { // kStages: the dense weights
+    if (stage == kStages)
+        return {kLatentWeight, kDeepSide * kDeepSide, kDeepChannels, kDeepChannels, 1};
+    const size_t values = 9 * kShapes[stage].fine_channels;
+    return {conv_weight(stage), values, kShapes[stage].coarse_channels, 1, values};
+}
+
+// Turns a tensor against its momentum by at most `angle`; its length stays.
+void turn(const Channels &layout, const float *momentum, double angle, float *weights) {
+    const size_t values = layout.values, channels = layout.channels;
+    Buffer<float> direction(values * channels), work(channels * channels);
+    for (size_t k = 0; k < values; k++)
+        for (size_t i = 0; i < channels; i++)
+            direction[k * channels + i] = momentum[layout.at(k, i)];
+    kernels::decorrelate(direction.data(), values, channels, work.data());
+
+    const double before = length(weights, values * channels);
+    const double stride = angle * before / std::sqrt(static_cast<double>(channels));
+    for (size_t k = 0; k < values; k++)
+        for (size_t i = 0; i < channels; i++)
+            weights[layout.at(k, i)] -= static_cast<float>(stride * direction[k * channels + i]);
+    scale(weights, values * channels, before / length(weights, values * channels));
+}
+
+// Turns the linear decoder's image into the target's direction; returns the loss.
+double fit(Parameters &parameters, const Buffer<double> &target, const TrainOptions &options) {
+    Buffer<double> unit = target;
+    const double size = norm(target);
+    if (!(size > 0))
+        fail(Status::state, "cae: the scene's derivative image is zero: there is nothing to train on");
+    for (double &value : unit)
+        value /= size;
+
+    Images forward, backward;
+    Parameters gradient, momentum;
+    Buffer<float> error(kPixels);
+    paint(parameters, forward);
+    double loss = distance(painted(forward), unit, error);
+    for (uint32_t step = 0; step < options.steps; step++) {
+        put_inside(error.data(), kSide, kSide, 1, backward[0]);
+        backward_pass(parameters, forward, backward, gradient);
+        for (size_t i = 0; i < kTrained; i++)
+            momentum.values[i] = kInertia * momentum.values[i] + gradient.values[i];
+        const double left = 1 - static_cast<double>(step) / options.steps;
+        for (size_t s = 0; s <= kStages; s++) {
+            const Channels layout = channels_of(s);
+            turn(layout, momentum[layout.tensor], options.learning_rate * left, parameters[layout.tensor]);
+        }
+        paint(parameters, forward);
+        loss = distance(painted(forward), unit, error);
+        options.progress.report("train", static_cast<double>(step + 1) / options.steps);
+    }
+    return loss;
 }
 
 // 1/value, or 1 where that has no use.
@@ -194,7 +234,8 @@ Network train_tied(const Network &network, const TrainOptions &options, Training
     report.loss = fit(parameters, network.preprocess().target, options);
     report.cosine = scale_to_pixels(parameters, network.preprocess());
     if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
-        fail(Status::range, "learning_rate = %g: training diverged", options.learning_rate);
+        fail(Status::range, "cae: input scale %g: the weights that it takes are not finite",
+             network.preprocess().input_scale);
     return Network(kFlight, network.preprocess(), std::move(parameters), network.seed(), true, report.cosine);
 }
 

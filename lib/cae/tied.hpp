@@ -8,13 +8,13 @@
 namespace toliman::cae {
 
 struct TrainOptions {
-    uint32_t steps = 600;
-    double learning_rate = 4e-3;
+    uint32_t steps = 300;
+    double learning_rate = 0.08; // rad, the most a step turns a tensor; falls linearly to 0
     Progress progress;
 };
 
 struct Training {
-    double loss;   // squared distance of the painted image and the target, both of unit length
+    double loss;   // squared distance of the unit target and its part along the painted image
     double cosine; // of d latent/d residual and the target: the predicted efficiency
 };
 

@@ -112,7 +112,7 @@ void add_train(CLI::App &app, Context &context) {
     command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
     command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
     add_seed(*command, options->seed, "seed of the initial weights, default 1");
-    command->add_option("--steps", options->steps, "Adam steps, default 600")->check(CLI::Range(1u, 1000000u));
+    command->add_option("--steps", options->steps, "training steps, default 300")->check(CLI::Range(1u, 1000000u));
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());
