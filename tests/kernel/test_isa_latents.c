@@ -1,0 +1,58 @@
+/* Latents of noisy frames by the same weights on every instruction set: within 1e-5 of the latent's sigma. */
+#include "cae_scene.h"
+
+int shim_choose_isa(int isa);
+
+enum { kFrames = 6 };
+
+static void check_layout(uint32_t layout, uint32_t steps, double allowed) {
+    assert_true(shim_choose_isa(0));
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae_options options;
+    toliman_cae *cae = NULL;
+    toliman_cae_options_init(&options);
+    options.layout = layout;
+    assert_ok(toliman_cae_create(sim, 7, &options, &cae));
+    toliman_cae_train_options how;
+    toliman_cae_train_options_init(&how);
+    how.steps = steps;
+    if (steps != 0)
+        assert_ok(toliman_cae_train(cae, &how, NULL));
+
+    double *frames = new_image((size_t)kFrames * kPixels), first[kFrames], latents[kFrames];
+    const double displacements[kFrames] = {0, 1e-6, -1e-6, 1e-5, 0, 1e-4};
+    assert_ok(toliman_sim_frame_many(sim, 3, 0, kFrames, displacements, 1, frames));
+    for (int isa = 0; isa < 3; isa++) {
+        if (!shim_choose_isa(isa))
+            continue;
+        assert_ok(toliman_cae_encode_many(cae, frames, kFrames, 1, isa == 0 ? first : latents));
+        for (int i = 0; isa > 0 && i < kFrames; i++)
+            assert_close(latents[i], first[i], 0, allowed);
+    }
+    free(frames);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
+static void test_flight(void **unused) {
+    (void)unused;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_sim_info facts = {.struct_size = sizeof facts};
+    assert_ok(toliman_sim_get_info(sim, &facts));
+    check_layout(TOLIMAN_CAE_FLIGHT, 100, 1e-5 * facts.crb_px);
+    toliman_sim_destroy(sim);
+}
+
+/* Its latent has no unit and a sigma of about a tenth over frames. */
+static void test_paper(void **unused) {
+    (void)unused;
+    check_layout(TOLIMAN_CAE_PAPER, 0, 1e-5);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flight),
+        cmocka_unit_test(test_paper),
+    };
+    return cmocka_run_group_tests_name("isa_latents", tests, NULL, NULL);
+}
