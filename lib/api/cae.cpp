@@ -24,6 +24,7 @@ struct toliman_cae {
 namespace {
 
 constexpr size_t kOldestOptions = sizeof(toliman_cae_train_options);
+constexpr size_t kOldestSaveOptions = sizeof(toliman_cae_save_options);
 constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
 constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
 
@@ -43,6 +44,25 @@ cae::TrainOptions known_options(const toliman_cae_train_options *given) {
     known.learning_rate = options.learning_rate != 0 ? options.learning_rate : known.learning_rate;
     known.progress = {options.progress, options.progress_data};
     return known;
+}
+
+cae::Encoding known_encoding(int32_t code, const char *name) {
+    if (code < 0 || code >= static_cast<int32_t>(cae::kEncodings))
+        fail(Status::argument, "options->%s = %d: must be 0 (float32), 1 (bf16) or 2 (fp16)", name, code);
+    return static_cast<cae::Encoding>(code);
+}
+
+toliman_cae_save_options default_save_options() noexcept {
+    toliman_cae_save_options options = {};
+    options.struct_size = sizeof options;
+    return options;
+}
+
+std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
+    const cae::Network &network = required(cae, "cae").network;
+    const toliman_cae_save_options options = accept(given, default_save_options(), "options", kOldestSaveOptions);
+    return cae::to_blob(network, {known_encoding(options.weights_encoding, "weights_encoding"),
+                                  known_encoding(options.planes_encoding, "planes_encoding")});
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -174,8 +194,14 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
     });
 }
 
-toliman_status toliman_cae_save(const toliman_cae *cae, void *bytes, size_t capacity, size_t *needed) noexcept {
-    return guard([&] { deliver_bytes(cae::to_blob(required(cae, "cae").network), bytes, capacity, needed); });
+void toliman_cae_save_options_init(toliman_cae_save_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_save_options();
+}
+
+toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_options *options, void *bytes,
+                                size_t capacity, size_t *needed) noexcept {
+    return guard([&] { deliver_bytes(blob_of(cae, options), bytes, capacity, needed); });
 }
 
 toliman_status toliman_cae_load(const void *bytes, size_t size, toliman_cae **out) noexcept {
@@ -186,9 +212,10 @@ toliman_status toliman_cae_load(const void *bytes, size_t size, toliman_cae **ou
     });
 }
 
-toliman_status toliman_cae_save_file(const toliman_cae *cae, const char *path) noexcept {
+toliman_status toliman_cae_save_file(const toliman_cae *cae, const toliman_cae_save_options *options,
+                                     const char *path) noexcept {
     return guard([&] {
-        const std::vector<uint8_t> bytes = cae::to_blob(required(cae, "cae").network);
+        const std::vector<uint8_t> bytes = blob_of(cae, options);
         file::replace(&required(path, "path"), bytes.data(), bytes.size());
     });
 }

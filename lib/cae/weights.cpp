@@ -15,15 +15,15 @@ namespace {
 
 constexpr char kMagic[] = "TLMW";
 constexpr const char *kKind = "weights blob";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 constexpr uint32_t kTrainedFlag = 1;
-constexpr uint32_t kFloat32 = 0;
 constexpr uint32_t kLargestFrame = 4096; // rows and columns
-constexpr float kLargestValue = 1e30f;
 constexpr size_t kHeaderSize = 104, kChecksumSize = 4;
-constexpr size_t kFixedPlanes = 4; // reference high and low, variance, target
+enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
 
 struct Header {
+    const Layout *layout;
+    Encoding weights, planes;
     Preprocess preprocess; // without its planes
     uint64_t seed;
     bool trained;
@@ -31,29 +31,28 @@ struct Header {
     size_t packed_weights, packed_planes;
 };
 
-// Byte k of every float before byte k + 1 of any: exponents stand together and compress.
-std::vector<uint8_t> pack(const Buffer<float> &values) {
-    std::vector<uint8_t> shuffled(4 * values.size());
-    for (size_t i = 0; i < values.size(); i++) {
-        uint32_t bits;
-        std::memcpy(&bits, &values[i], 4);
-        for (size_t k = 0; k < 4; k++)
-            shuffled[k * values.size() + i] = static_cast<uint8_t>(bits >> (8 * k));
-    }
-    return zip::deflate(shuffled.data(), shuffled.size());
+// The layout that a header names.
+const Layout &layout_of(uint32_t id, uint64_t hash) {
+    if (id != kFlight.id || hash != layout_hash(kFlight))
+        fail(Status::format, "%s: layout %u with hash %016llx: this library knows %u (%s) with hash %016llx", kKind, id,
+             static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
+             static_cast<unsigned long long>(layout_hash(kFlight)));
+    return kFlight;
 }
 
-Buffer<float> unpack(const uint8_t *packed, size_t packed_size, size_t count) {
-    std::vector<uint8_t> shuffled(4 * count);
-    zip::inflate(packed, packed_size, shuffled.data(), shuffled.size(), kKind);
-    Buffer<float> values(count);
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits = 0;
-        for (size_t k = 0; k < 4; k++)
-            bits |= static_cast<uint32_t>(shuffled[k * count + i]) << (8 * k);
-        std::memcpy(&values[i], &bits, 4);
-    }
-    return values;
+std::vector<Block> weight_blocks(const Layout &layout, Encoding encoding) {
+    std::vector<Block> blocks;
+    for (const Tensor &tensor : layout.tensors)
+        blocks.push_back({tensor.count(), encoding});
+    return blocks;
+}
+
+// The reference is always two float32: what it is off stands in every latent.
+std::vector<Block> plane_blocks(size_t projected, Encoding encoding) {
+    std::vector<Block> blocks(kFixedPlanes + projected, {kPixels, encoding});
+    blocks[kReferenceHigh].encoding = blocks[kReferenceLow].encoding = Encoding::float32;
+    blocks[kVariance].positive = true;
+    return blocks;
 }
 
 Buffer<float> planes_of(const Preprocess &preprocess) {
@@ -72,22 +71,14 @@ Buffer<float> planes_of(const Preprocess &preprocess) {
     return planes;
 }
 
-void check_values(const Buffer<float> &values, const char *what) {
-    for (size_t i = 0; i < values.size(); i++)
-        if (!(std::fabs(values[i]) <= kLargestValue))
-            fail(Status::format, "%s: %s[%zu] = %g: must be finite and at most %g", kKind, what, i,
-                 static_cast<double>(values[i]), static_cast<double>(kLargestValue));
-}
-
 void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
-    check_values(planes, "planes");
     const auto at = [&](size_t plane) { return planes.begin() + static_cast<std::ptrdiff_t>(plane * kPixels); };
-    preprocess.reference.assign(at(0), at(1));
-    std::transform(at(1), at(2), preprocess.reference.begin(), preprocess.reference.begin(),
+    preprocess.reference.assign(at(kReferenceHigh), at(kReferenceLow));
+    std::transform(at(kReferenceLow), at(kVariance), preprocess.reference.begin(), preprocess.reference.begin(),
                    [](float low, double high) { return high + static_cast<double>(low); });
-    preprocess.variance.assign(at(2), at(3));
-    preprocess.target.assign(at(3), at(4));
-    preprocess.units.assign(at(4), planes.end());
+    preprocess.variance.assign(at(kVariance), at(kTarget));
+    preprocess.target.assign(at(kTarget), at(kFixedPlanes));
+    preprocess.units.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
         if (!(preprocess.variance[i] > 0))
             fail(Status::format, "%s: variance[%zu] = %g: must be positive", kKind, i, preprocess.variance[i]);
@@ -114,6 +105,13 @@ void check_envelope(const void *bytes, size_t size) {
         fail(Status::format, "%s: the checksum does not fit: the bytes are damaged", kKind);
 }
 
+Encoding read_encoding(ByteReader &reader, const char *what) {
+    const uint16_t code = reader.u16();
+    if (code >= kEncodings)
+        fail(Status::format, "%s: encoding %u of the %s: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, code, what);
+    return static_cast<Encoding>(code);
+}
+
 // The rest of the header; sizes are checked against what layout and frame imply before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
@@ -121,10 +119,7 @@ Header read_header(ByteReader &reader, size_t size) {
     reader.raw(16);
     const uint32_t id = reader.u32(), flags = reader.u32();
     const uint64_t hash = reader.u64();
-    if (id != kFlight.id || hash != layout_hash(kFlight))
-        fail(Status::format, "%s: layout %u with hash %016llx: this library knows %u (%s) with hash %016llx", kKind, id,
-             static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
-             static_cast<unsigned long long>(layout_hash(kFlight)));
+    header.layout = &layout_of(id, hash);
     if ((flags & ~kTrainedFlag) != 0)
         fail(Status::format, "%s: flags = 0x%x: only bit 0 has a meaning", kKind, flags);
     header.trained = flags != 0;
@@ -144,17 +139,17 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.projected = reader.u32();
     if (preprocess.projected > kMaxProjected)
         fail(Status::format, "%s: %zu nuisance planes: at most %zu", kKind, preprocess.projected, kMaxProjected);
-    const uint32_t encoding = reader.u32();
-    if (encoding != kFloat32)
-        fail(Status::format, "%s: payload encoding %u: only %u (float32) is known", kKind, encoding, kFloat32);
+    header.weights = read_encoding(reader, "weights");
+    header.planes = read_encoding(reader, "planes");
     preprocess.input_scale = reader.f64();
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
-    if (!(preprocess.input_scale > 0 && preprocess.input_scale <= kLargestValue))
-        fail(Status::format, "%s: input scale %g: must be positive", kKind, preprocess.input_scale);
-    if (!(preprocess.crb_px >= 0) || !(header.cosine >= 0 && header.cosine <= 1))
-        fail(Status::format, "%s: bound of %g px and cosine %g: must be at least 0 and within [0, 1]", kKind,
-             preprocess.crb_px, header.cosine);
+    if (!(preprocess.input_scale >= kLeastValue && preprocess.input_scale <= kLargestValue))
+        fail(Status::format, "%s: input scale %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale, kLeastValue,
+             kLargestValue);
+    if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kLargestValue) || !(header.cosine >= 0 && header.cosine <= 1))
+        fail(Status::format, "%s: bound of %g px and cosine %g: must be in [0, %.3g] and [0, 1]", kKind,
+             preprocess.crb_px, header.cosine, kLargestValue);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
     if (kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize != size)
@@ -165,9 +160,12 @@ Header read_header(ByteReader &reader, size_t size) {
 
 } // namespace
 
-std::vector<uint8_t> to_blob(const Network &network) {
+std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings) {
     const Preprocess &preprocess = network.preprocess();
-    const std::vector<uint8_t> weights = pack(network.parameters().values), planes = pack(planes_of(preprocess));
+    const std::vector<uint8_t> weights =
+        pack(network.parameters().values, weight_blocks(kFlight, encodings.weights), "weights");
+    const std::vector<uint8_t> planes =
+        pack(planes_of(preprocess), plane_blocks(preprocess.projected, encodings.planes), "planes");
     ByteWriter writer;
     writer.raw(kMagic, 4);
     writer.u32(kVersion);
@@ -180,7 +178,8 @@ std::vector<uint8_t> to_blob(const Network &network) {
     for (const size_t value :
          {preprocess.rows, preprocess.cols, preprocess.crop_row, preprocess.crop_col, preprocess.projected})
         writer.u32(static_cast<uint32_t>(value));
-    writer.u32(kFloat32);
+    writer.u16(static_cast<uint16_t>(encodings.weights));
+    writer.u16(static_cast<uint16_t>(encodings.planes));
     writer.f64(preprocess.input_scale);
     writer.f64(preprocess.crb_px);
     writer.f64(network.cosine());
@@ -197,10 +196,11 @@ Network from_blob(const void *bytes, size_t size) {
     ByteReader reader(bytes, size, kKind);
     Header header = read_header(reader, size);
     Parameters parameters;
-    parameters.values = unpack(reader.raw(header.packed_weights), header.packed_weights, kParameters);
-    check_values(parameters.values, "weights");
-    const size_t planes = (kFixedPlanes + header.preprocess.projected) * kPixels;
-    set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes, planes), header.preprocess);
+    parameters.values = unpack(reader.raw(header.packed_weights), header.packed_weights,
+                               weight_blocks(*header.layout, header.weights), "weights");
+    set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes,
+                      plane_blocks(header.preprocess.projected, header.planes), "planes"),
+               header.preprocess);
     return Network(std::move(header.preprocess), std::move(parameters), header.seed, header.trained, header.cosine);
 }
 

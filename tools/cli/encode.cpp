@@ -14,7 +14,7 @@ namespace cli {
 namespace {
 
 struct TrainOptions {
-    std::string scene, out;
+    std::string scene, out, payload = "float32";
     uint64_t seed = 1;
     uint32_t steps = 0;
 };
@@ -26,11 +26,15 @@ struct EncodeOptions {
 
 constexpr char kTrainDescription[] = R"(Train the autoencoder for a scene and write its weights.
 
-Example:
+Examples:
   toliman train examples/scenes/chapter.json --out chapter.tlmw
+  toliman train examples/scenes/chapter.json --out small.tlmw --payload fp16
 
 Frames must have 256x256 pixels or more. The weights hold all that `encode` needs: layout, preprocessing and reference
-images. The cosine that is printed is the share of the photon limit that the encoder reaches.)";
+images. The cosine that is printed is the share of the photon limit that the encoder reaches.
+
+--payload bf16 or fp16 stores all but the reference in half the bytes, rounded to 8 or 11 bits; lib/FORMATS.md has what
+that costs.)";
 
 constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
 
@@ -39,6 +43,16 @@ Examples:
   toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
 
 Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included.)";
+
+toliman_cae_save_options encodings(const std::string &payload) {
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options);
+    options.weights_encoding = payload == "bf16"   ? TOLIMAN_ENCODING_BF16
+                               : payload == "fp16" ? TOLIMAN_ENCODING_FP16
+                                                   : TOLIMAN_ENCODING_FLOAT32;
+    options.planes_encoding = options.weights_encoding;
+    return options;
+}
 
 void train(const TrainOptions &options, Progress &progress) {
     OutputFile out(options.out); // an unwritable place is found before the work, not after it
@@ -52,10 +66,11 @@ void train(const TrainOptions &options, Progress &progress) {
     toliman_cae_training report = {};
     report.struct_size = sizeof report;
     toliman::check(toliman_cae_train(cae.get(), &how, &report));
+    const toliman_cae_save_options stored = encodings(options.payload);
     size_t size = 0;
-    toliman::check(toliman_cae_save(cae.get(), nullptr, 0, &size));
+    toliman::check(toliman_cae_save(cae.get(), &stored, nullptr, 0, &size));
     std::vector<unsigned char> blob(size);
-    toliman::check(toliman_cae_save(cae.get(), blob.data(), size, &size));
+    toliman::check(toliman_cae_save(cae.get(), &stored, blob.data(), size, &size));
     out.write(blob.data(), size);
     out.commit();
     progress.clear();
@@ -113,6 +128,8 @@ void add_train(CLI::App &app, Context &context) {
     command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
     add_seed(*command, options->seed, "seed of the initial weights, default 1");
     command->add_option("--steps", options->steps, "Adam steps, default 600")->check(CLI::Range(1u, 1000000u));
+    command->add_option("--payload", options->payload, "numbers of the file: float32 (default), bf16 or fp16")
+        ->check(CLI::IsMember({"float32", "bf16", "fp16"}));
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());
