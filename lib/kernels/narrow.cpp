@@ -8,8 +8,8 @@ namespace toliman::kernels {
 namespace {
 
 constexpr uint16_t kSign = 0x8000, kInfinity = 0x7c00, kFraction = 0x3ff;
-constexpr int kDropped = 52 - 10;                        // bits of a double's fraction that fp16 has not
-constexpr uint64_t kBias = uint64_t{1023 - 15} << 10;    // between the exponents of double and fp16
+constexpr int kDropped = 52 - 10;                         // bits of a double's fraction that fp16 has not
+constexpr uint64_t kBias = uint64_t{1023 - 15} << 10;     // between the exponents of double and fp16
 constexpr double kLeastNormal = 0x1p-14, kStep = 0x1p-24; // of fp16
 
 // bits without the lowest `dropped`, rounded; a carry runs on into the exponent, where it belongs.

@@ -6,8 +6,8 @@
 
 enum { kHeader = 104, kParameters = 97858, kTensors = 20, kMaxPlanes = 12 };
 enum { kAtVersion = 4, kAtSize = 8, kAtWeightsEncoding = 68, kAtPlanesEncoding = 70, kAtWeights = 96, kAtPlanes = 100 };
-static const size_t kTensorSizes[kTensors] = {72,    8,     1152,  16,    4608, 32,   18432, 64,   16384, 1,
-                                              16384, 16384, 18432, 32,    4608, 16,   1152,  8,    72,    1};
+static const size_t kTensorSizes[kTensors] = {72,    8,     1152,  16, 4608, 32, 18432, 64, 16384, 1,
+                                              16384, 16384, 18432, 32, 4608, 16, 1152,  8,  72,    1};
 enum { kLatentBias = 72 + 8 + 1152 + 16 + 4608 + 32 + 18432 + 64 + 16384 };
 static const size_t kPlaneSizes[kMaxPlanes] = {kPixels, kPixels, kPixels, kPixels, kPixels, kPixels,
                                                kPixels, kPixels, kPixels, kPixels, kPixels, kPixels};
@@ -107,8 +107,8 @@ static inline uint8_t *assemble(const uint8_t *header, const uint8_t *weights, s
 }
 
 /* The same from raw payloads; NULL takes the blob's own stream. */
-static inline uint8_t *with_raw(const uint8_t *blob, const uint8_t *weights, size_t weights_size,
-                                const uint8_t *planes, size_t planes_size, size_t *size) {
+static inline uint8_t *with_raw(const uint8_t *blob, const uint8_t *weights, size_t weights_size, const uint8_t *planes,
+                                size_t planes_size, size_t *size) {
     const size_t old_weights = get(blob + kAtWeights, 4), old_planes = get(blob + kAtPlanes, 4);
     uint8_t *a = malloc(weights_size + weights_size / 8192 + 16), *b = malloc(planes_size + planes_size / 8192 + 16);
     assert_true(a != NULL && b != NULL);

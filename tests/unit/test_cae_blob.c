@@ -32,6 +32,9 @@ static void test_round_trip(void **unused) {
     uint8_t *again = saved(loaded, &size);
     assert_true(size == blob_size);
     assert_memory_equal(blob, again, size);
+    size = 0;
+    assert_ok(toliman_cae_save(loaded, NULL, NULL, 0, &size));
+    assert_true(size == blob_size);
 
     enum { kFrame = kSide * 260 };
     double *frame = new_image(kFrame), *image = new_image(kPixels), *image_loaded = new_image(kPixels);

@@ -41,10 +41,10 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-/* Every length but the right one, each in memory of just that length so that a byte too far would be seen. */
+/* Every length of the small blob but the right one, in memory of just that length: a byte too far would be seen. */
 static void test_every_truncation(void **unused) {
     (void)unused;
-    for (size_t size = 0; size < blob_size; size++)
+    for (size_t size = 0; size < blob_size; size += size < 1000 ? 1 : 97)
         refused(blob, size, size < 4 ? "weights blob: truncated" : "truncated");
     for (size_t size = 0; size < small_size; size++) {
         uint8_t *bytes = malloc(size + 1);
@@ -72,10 +72,11 @@ static void test_every_flipped_bit(void **unused) {
     for (size_t i = 0; i < small_size; i++)
         for (int bit = 0; bit < 8; bit++) {
             small[i] ^= (uint8_t)(1 << bit);
-            refused(small, small_size, i < 4      ? "does not start with \"TLMW\""
-                                       : i < 8    ? "this library reads version 2"
-                                       : i < 16   ? "its header says"
-                                                  : "checksum does not fit");
+            refused(small, small_size,
+                    i < 4    ? "does not start with \"TLMW\""
+                    : i < 8  ? "this library reads version 2"
+                    : i < 16 ? "its header says"
+                             : "checksum does not fit");
             small[i] ^= (uint8_t)(1 << bit);
         }
     for (size_t i = 0; i < blob_size; i += 40009) {
@@ -214,7 +215,7 @@ static size_t bomb(size_t bytes, uint8_t *out) {
     out[0] = 0x78;
     out[1] = 0x01;
     const char *start = "110"
-                        "00110000"; /* last block, fixed code; literal 0 */
+                        "00110000";      /* last block, fixed code; literal 0 */
     const char *match = "1100010100000"; /* length 258, distance 1 */
     for (const char *c = start; *c != '\0'; c++, bits++)
         out[bits / 8] |= (uint8_t)((*c == '1') << (bits % 8));
@@ -263,7 +264,7 @@ static void test_streams_of_another_size(void **unused) {
 }
 
 /* What was loaded must be fit for work: finite results or E_RANGE, and bytes that load again to the same bytes. */
-static void usable(const toliman_cae *cae) {
+static void usable(const toliman_cae *cae, int32_t encoding) {
     static double frame[kFrame], image[kPixels];
     double latent = 0;
     toliman_cae_info info = {.struct_size = sizeof info};
@@ -278,24 +279,22 @@ static void usable(const toliman_cae *cae) {
     assert_true(status == TOLIMAN_E_RANGE || status == TOLIMAN_OK);
     for (int i = 0; i < kPixels && status == TOLIMAN_OK; i++)
         assert_true(isfinite(image[i]));
-    for (int32_t encoding = 0; encoding < 3; encoding++) {
-        size_t size, size_again;
-        toliman_cae *again = NULL;
-        uint8_t *first = saved_as(cae, encoding, encoding, &size);
-        assert_ok(toliman_cae_load(first, size, &again));
-        uint8_t *second = saved_as(again, encoding, encoding, &size_again);
-        assert_true(size == size_again);
-        assert_memory_equal(first, second, size);
-        free(first), free(second);
-        toliman_cae_destroy(again);
-    }
+    size_t size, size_again;
+    toliman_cae *again = NULL;
+    uint8_t *first = saved_as(cae, encoding, encoding, &size);
+    assert_ok(toliman_cae_load(first, size, &again));
+    uint8_t *second = saved_as(again, encoding, encoding, &size_again);
+    assert_true(size == size_again);
+    assert_memory_equal(first, second, size);
+    free(first), free(second);
+    toliman_cae_destroy(again);
 }
 
-static int loaded_or_refused(const uint8_t *bytes, size_t size) {
+static int loaded_or_refused(const uint8_t *bytes, size_t size, int32_t encoding) {
     toliman_cae *cae = NULL;
     const toliman_status status = toliman_cae_load(bytes, size, &cae);
     if (status == TOLIMAN_OK)
-        usable(cae);
+        usable(cae, encoding);
     else
         refused(bytes, size, "weights blob");
     toliman_cae_destroy(cae);
@@ -310,11 +309,11 @@ static void test_flips_with_the_checksum_repaired(void **unused) {
     for (int32_t encoding = 0; encoding < 3; encoding++) {
         size_t size;
         uint8_t *bytes = small_blob(encoding, &size);
-        for (size_t i = 16; i + 4 < size; i += i < kHeader ? 1 : 11) {
+        for (size_t i = 16; i + 4 < size; i += i < kHeader ? 1 + 2 * (size_t)encoding : 23) {
             const uint8_t kept = bytes[i];
             bytes[i] = (uint8_t)(bytes[i] + 1 + lrand48() % 255);
             seal(bytes, size);
-            loaded += loaded_or_refused(bytes, size);
+            loaded += loaded_or_refused(bytes, size, encoding);
             bytes[i] = kept;
         }
         free(bytes);
@@ -350,7 +349,7 @@ static void test_any_numbers(void **unused) {
         }
         size_t size;
         uint8_t *bytes = with_raw(header, weights, weights_size, planes, planes_size, &size);
-        const int good = loaded_or_refused(bytes, size);
+        const int good = loaded_or_refused(bytes, size, encoding);
         loaded += good;
         unusable += !good;
         free(bytes), free(header);
