@@ -13,9 +13,8 @@ namespace toliman::cae {
 namespace {
 
 constexpr const char *kKind = "weights blob";
-constexpr int kTopExponent = 15; // of the largest fp16
-// Of a block's scale: from the least at which every fp16 is a normal float32 to that of kLargestValue.
-constexpr int kLeastScale = -126 + 24, kLargestScale = 100 - kTopExponent;
+constexpr int kTopExponent = 15;                                                     // of the largest fp16
+constexpr int kLeastScale = -126 - kTopExponent, kLargestScale = 100 - kTopExponent; // as of kLeastValue, kLargestValue
 constexpr size_t kScaleBytes = 2;
 
 constexpr size_t width(Encoding encoding) noexcept {
@@ -52,7 +51,7 @@ int scale_of(const float *values, size_t count) noexcept {
         largest = std::max(largest, std::fabs(static_cast<double>(values[i])));
     if (largest == 0)
         return 0;
-    const int scale = std::max(std::ilogb(largest) - kTopExponent, kLeastScale);
+    const int scale = std::ilogb(largest) - kTopExponent;
     return std::isfinite(kernels::from_fp16(kernels::to_fp16(std::ldexp(largest, -scale)))) ? scale : scale + 1;
 }
 

@@ -189,8 +189,8 @@ static void test_unusable_narrow_numbers(void **unused) {
         {TOLIMAN_ENCODING_BF16, 0, 0x007f, "weights[0] = 1.1"},
         {TOLIMAN_ENCODING_FP16, 2, 0x7c00, "weights[0] = inf"},
         {TOLIMAN_ENCODING_FP16, 2, 0xfc01, "weights[0] = -nan"},
-        {TOLIMAN_ENCODING_FP16, 0, 86, "scale 2^86 of a block: must be 2^-102 to 2^85"},
-        {TOLIMAN_ENCODING_FP16, 0, -103, "scale 2^-103"},
+        {TOLIMAN_ENCODING_FP16, 0, 86, "scale 2^86 of a block: must be 2^-141 to 2^85"},
+        {TOLIMAN_ENCODING_FP16, 0, -142, "scale 2^-142"},
         {TOLIMAN_ENCODING_FP16, 0, 0x8000, "scale 2^-32768"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
