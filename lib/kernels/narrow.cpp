@@ -1,7 +1,6 @@
 #include "kernels/narrow.hpp"
 
 #include <cmath>
-#include <cstring>
 
 namespace toliman::kernels {
 
@@ -27,14 +26,14 @@ float to_float32(double value) noexcept {
 
 uint16_t to_bf16(float value) noexcept {
     uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
+    __builtin_memcpy(&bits, &value, sizeof bits);
     return static_cast<uint16_t>(drop(bits, 16));
 }
 
 float from_bf16(uint16_t bits) noexcept {
     const uint32_t wide = static_cast<uint32_t>(bits) << 16;
     float value;
-    std::memcpy(&value, &wide, sizeof value);
+    __builtin_memcpy(&value, &wide, sizeof value);
     return value;
 }
 
@@ -44,7 +43,7 @@ uint16_t to_fp16(double value) noexcept {
     if (size < kLeastNormal)
         return sign | static_cast<uint16_t>(std::nearbyint(size / kStep));
     uint64_t bits;
-    std::memcpy(&bits, &size, sizeof bits);
+    __builtin_memcpy(&bits, &size, sizeof bits);
     const uint64_t rounded = drop(bits, kDropped) - kBias;
     return sign | (rounded < kInfinity ? static_cast<uint16_t>(rounded) : kInfinity);
 }

@@ -14,9 +14,9 @@ static toliman_sim *scene(void) {
     assert_non_null(file);
     text[fread(text, 1, sizeof text - 1, file)] = '\0';
     assert_int_equal(fclose(file), 0);
-    char *const json = replaced(
-        text, "\"accuracy\"",
-        "\"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}, \"accuracy\"");
+    char *const json =
+        replaced(text, "\"accuracy\"",
+                 "\"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}, \"accuracy\"");
     toliman_sim *const sim = sim_of(json);
     free(json);
     return sim;
