@@ -4,7 +4,7 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps bench-sim install format lint clean help
+.PHONY: all deps demo check check-deps bench-sim bench-weights install format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -21,6 +21,11 @@ bench-sim: check-deps ## measure the simulator's speed against its error (3 minu
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	@python3 tests/bench/bench_sim.py $(BUILD)/bin $(BUILD)/bench-sim.json
+
+bench-weights: check-deps ## measure the weights file's bytes against what they are worth (1 minute)
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
+	@cmake --build $(BUILD) --parallel $(JOBS) --target bench_weights
+	@/usr/bin/python3 tests/bench/bench_weights.py $(BUILD)/bin
 
 install: all ## install below PREFIX, by default /usr/local
 	@cmake --install $(BUILD) --prefix $(PREFIX)

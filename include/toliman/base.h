@@ -53,9 +53,10 @@ TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
  * when size is 0). Returns the length of the whole message without its zero byte. Since 0.1. */
 TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Progress of long work: stage is a short static word ("train"), fraction runs from 0 to 1. Return 0 to go on, anything
- * else to stop: the running call then returns TOLIMAN_E_CANCELLED and its object stays usable. Called on the thread
- * that made the call, with no lock held. Since 0.1. */
+/* Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
+ * 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the
+ * running call then returns TOLIMAN_E_CANCELLED and its object stays usable. Called on the thread that made the call,
+ * with no lock held. Since 0.1. */
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1. */

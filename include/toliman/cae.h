@@ -174,18 +174,38 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toli
                                                                       size_t stride, double *mmse, double *mssim,
                                                                       double *photon_floor) TOLIMAN_NOEXCEPT;
 
-/* Weights blob. With bytes NULL only *needed is set; otherwise capacity must be at least that (TOLIMAN_E_CAPACITY).
- * The same network gives the same bytes. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae, void *bytes, size_t capacity,
-                                                               size_t *needed) TOLIMAN_NOEXCEPT;
+/* How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
+ * bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
+ * has the bytes and what each costs in accuracy. Since 0.1. */
+#define TOLIMAN_ENCODING_FLOAT32 0
+#define TOLIMAN_ENCODING_BF16 1
+#define TOLIMAN_ENCODING_FP16 2
+typedef struct toliman_cae_save_options {
+    uint32_t struct_size;
+    int32_t weights_encoding; /* TOLIMAN_ENCODING_... */
+    int32_t planes_encoding;  /* of variance, target and nuisance images */
+    uint32_t training;        /* 1: also where the last training stands, for toliman_cae_train to go on with */
+} toliman_cae_save_options;
+
+/* Fills *options with the defaults: float32. Since 0.1. */
+TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options) TOLIMAN_NOEXCEPT;
+
+/* Weights blob; options NULL = the defaults. With bytes NULL only *needed is set; otherwise capacity must be at least
+ * that (TOLIMAN_E_CAPACITY). The same network gives the same bytes, and so does the network loaded from them.
+ * TOLIMAN_E_RANGE for numbers above 2^100, which no blob holds. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
+                                                               const toliman_cae_save_options *options, void *bytes,
+                                                               size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
- * for non-finite weights; nothing larger than the layout implies is allocated. The caller destroys *out. Since 0.1. */
+ * for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated. The
+ * caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 /* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const toliman_cae *cae,
+                                                                    const toliman_cae_save_options *options,
                                                                     const char *path) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
                                                                     toliman_cae **out) TOLIMAN_NOEXCEPT;

@@ -19,27 +19,16 @@
 using namespace toliman;
 using namespace toliman::api;
 
-namespace {
-
-// An unsupervised training that can go on.
-struct Unfinished {
-    double learning_rate;
-    uint32_t batch;
-    size_t frames, validation;
-    cae::Epochs state;
-};
-
-} // namespace
-
 struct toliman_cae {
     cae::Network network;
-    std::optional<Unfinished> unfinished;
+    std::optional<cae::Training> training; // the last one, to go on with
 };
 
 namespace {
 
 constexpr size_t kOldestOptions = sizeof(toliman_cae_options);
 constexpr size_t kOldestTrainOptions = sizeof(toliman_cae_train_options);
+constexpr size_t kOldestSaveOptions = sizeof(toliman_cae_save_options);
 constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
 constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
 constexpr uint64_t kMostFrames = 1u << 20; // 256 GiB of input
@@ -85,18 +74,26 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
     return options;
 }
 
+// The training to go on with, if it is the one asked for.
+cae::Training &take_up(toliman_cae &cae, const cae::Course &course, uint32_t until) {
+    if (!cae.training || !(cae.training->course == course) || cae.training->done > until) {
+        cae.training.emplace();
+        cae.training->course = course;
+    }
+    return *cae.training;
+}
+
 toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_options &options) {
-    cae::TrainOptions known;
+    cae::TiedOptions known;
     known.steps = or_default(options.steps, known.steps);
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.progress = {options.progress, options.progress_data};
-    cae::Training training = {};
-    cae.network = cae::train_tied(cae.network, known, training);
-    cae.unfinished.reset();
+    cae::Training &state = take_up(cae, known.course(), known.steps);
+    cae.network = cae::train_tied(cae.network, known, state);
     toliman_cae_training report = {};
     report.steps = known.steps;
-    report.loss = training.loss;
-    report.cosine = training.cosine;
+    report.loss = state.loss;
+    report.cosine = cae.network.cosine();
     return report;
 }
 
@@ -130,19 +127,10 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
     return known;
 }
 
-// The training to go on with, if it is the one asked for.
-Unfinished &take_up(toliman_cae &cae, const cae::UnsupervisedOptions &options) {
-    std::optional<Unfinished> &last = cae.unfinished;
-    if (!last || last->learning_rate != options.learning_rate || last->batch != options.batch ||
-        last->frames != options.frames || last->validation != options.validation || last->state.done > options.epochs)
-        last = Unfinished{options.learning_rate, options.batch, options.frames, options.validation, {}};
-    return *last;
-}
-
 toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_train_options &options) {
     const cae::UnsupervisedOptions known = unsupervised_options(options);
     const cae::FrameSource frames = frame_source(options);
-    cae::Epochs &state = take_up(cae, known).state;
+    cae::Training &state = take_up(cae, known.course(), known.epochs);
     cae::train_unsupervised(cae.network, known, frames, state);
     cae::Network trained = cae::trained_network(cae.network, state);
     const cae::Quality quality = cae::validate(trained, known, frames);
@@ -158,6 +146,30 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
     return report;
 }
 
+cae::Encoding known_encoding(int32_t code, const char *name) {
+    if (code < 0 || code >= static_cast<int32_t>(cae::kEncodings))
+        fail(Status::argument, "options->%s = %d: must be 0 (float32), 1 (bf16) or 2 (fp16)", name, code);
+    return static_cast<cae::Encoding>(code);
+}
+
+toliman_cae_save_options default_save_options() noexcept {
+    toliman_cae_save_options options = {};
+    options.struct_size = sizeof options;
+    return options;
+}
+
+std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
+    const cae::Network &network = required(cae, "cae").network;
+    const toliman_cae_save_options options = accept(given, default_save_options(), "options", kOldestSaveOptions);
+    if (options.training > 1)
+        fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
+    const bool with_training = options.training != 0 && cae->training;
+    return cae::to_blob(network,
+                        {known_encoding(options.weights_encoding, "weights_encoding"),
+                         known_encoding(options.planes_encoding, "planes_encoding")},
+                        with_training ? &*cae->training : nullptr);
+}
+
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
     const cae::Preprocess &preprocess = network.preprocess();
     return {required_image(counts, stride, preprocess.cols, "counts"), preprocess.rows, preprocess.cols, stride};
@@ -168,8 +180,8 @@ void give_image(const Buffer<double> &from, double *image, size_t stride) {
         std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
 }
 
-void give(cae::Network &&network, toliman_cae **out) {
-    *out = std::make_unique<toliman_cae>(toliman_cae{std::move(network), std::nullopt}).release();
+void give(cae::Blob &&blob, toliman_cae **out) {
+    *out = std::make_unique<toliman_cae>(toliman_cae{std::move(blob.network), std::move(blob.training)}).release();
 }
 
 } // namespace
@@ -188,8 +200,9 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const toliman_cae_options known = accept(options, default_options(), "options", kOldestOptions);
         const cae::Layout &layout = layout_of(known.layout);
         required(out, "out");
-        give(cae::untrained_network(layout, cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)),
-                                    seed),
+        give({cae::untrained_network(layout,
+                                     cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)), seed),
+              std::nullopt},
              out);
     });
 }
@@ -297,8 +310,14 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
     });
 }
 
-toliman_status toliman_cae_save(const toliman_cae *cae, void *bytes, size_t capacity, size_t *needed) noexcept {
-    return guard([&] { deliver_bytes(cae::to_blob(required(cae, "cae").network), bytes, capacity, needed); });
+void toliman_cae_save_options_init(toliman_cae_save_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_save_options();
+}
+
+toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_options *options, void *bytes,
+                                size_t capacity, size_t *needed) noexcept {
+    return guard([&] { deliver_bytes(blob_of(cae, options), bytes, capacity, needed); });
 }
 
 toliman_status toliman_cae_load(const void *bytes, size_t size, toliman_cae **out) noexcept {
@@ -309,9 +328,10 @@ toliman_status toliman_cae_load(const void *bytes, size_t size, toliman_cae **ou
     });
 }
 
-toliman_status toliman_cae_save_file(const toliman_cae *cae, const char *path) noexcept {
+toliman_status toliman_cae_save_file(const toliman_cae *cae, const toliman_cae_save_options *options,
+                                     const char *path) noexcept {
     return guard([&] {
-        const std::vector<uint8_t> bytes = cae::to_blob(required(cae, "cae").network);
+        const std::vector<uint8_t> bytes = blob_of(cae, options);
         file::replace(&required(path, "path"), bytes.data(), bytes.size());
     });
 }

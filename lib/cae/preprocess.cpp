@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "cae/layout.hpp"
+#include "kernels/narrow.hpp"
 #include "kernels/project.hpp"
 #include "kernels/residual.hpp"
 
@@ -45,14 +46,14 @@ Buffer<double> crop(const FrameModel &model, const Buffer<double> &image, const 
 
 void round_to_float(Buffer<double> &plane) {
     for (double &value : plane)
-        value = static_cast<double>(static_cast<float>(value));
+        value = static_cast<double>(kernels::to_float32(value));
 }
 
 // float32 alone would be 60 counts off at 1e9, two thousandths of a sigma; the sum of two is off by 4e-6 counts.
 void round_to_two_floats(Buffer<double> &plane) {
     for (double &value : plane) {
-        const double high = static_cast<double>(static_cast<float>(value));
-        value = high + static_cast<double>(static_cast<float>(value - high));
+        const double high = static_cast<double>(kernels::to_float32(value));
+        value = high + static_cast<double>(kernels::to_float32(value - high));
     }
 }
 

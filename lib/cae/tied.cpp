@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "base/error.hpp"
@@ -135,35 +136,43 @@ void turn(const Channels &layout, const float *momentum, double angle, float *we
     scale(weights, values * channels, before / length(weights, values * channels));
 }
 
-// Turns the linear decoder's image into the target's direction; returns the loss.
-double fit(Parameters &parameters, const Buffer<double> &target, const TrainOptions &options) {
-    Buffer<double> unit = target;
+// The target's direction. Status::state where it has none.
+Buffer<double> unit_of(const Buffer<double> &target) {
     const double size = norm(target);
     if (!(size > 0))
         fail(Status::state, "cae: the scene's derivative image is zero: there is nothing to train on");
+    Buffer<double> unit = target;
     for (double &value : unit)
         value /= size;
+    return unit;
+}
 
+// Turns the linear decoder's image into the target's direction.
+void fit(const Buffer<double> &target, const TiedOptions &options, Training &state) {
+    const Buffer<double> unit = unit_of(target);
     Images forward, backward;
-    Parameters gradient, momentum;
+    Parameters gradient;
     Buffer<float> error(kPixels);
-    paint(parameters, forward);
-    double loss = distance(painted(forward), unit, error);
-    for (uint32_t step = 0; step < options.steps; step++) {
+    paint(state.weights, forward);
+    state.loss = distance(painted(forward), unit, error);
+    while (state.done < options.steps) {
         put_inside(error.data(), kSide, kSide, 1, backward[0]);
-        backward_pass(parameters, forward, backward, gradient);
+        backward_pass(state.weights, forward, backward, gradient);
         for (size_t i = 0; i < kTrained; i++)
-            momentum.values[i] = kInertia * momentum.values[i] + gradient.values[i];
-        const double left = 1 - static_cast<double>(step) / options.steps;
+            state.first.values[i] = kInertia * state.first.values[i] + gradient.values[i];
+        const double left = 1 - static_cast<double>(state.done) / options.steps;
         for (size_t s = 0; s <= kStages; s++) {
             const Channels layout = channels_of(s);
-            turn(layout, momentum[layout.tensor], options.learning_rate * left, parameters[layout.tensor]);
+            turn(layout, state.first[layout.tensor], options.learning_rate * left, state.weights[layout.tensor]);
         }
-        paint(parameters, forward);
-        loss = distance(painted(forward), unit, error);
-        options.progress.report("train", static_cast<double>(step + 1) / options.steps);
+        paint(state.weights, forward);
+        state.loss = distance(painted(forward), unit, error);
+        state.steps = ++state.done;
+        char stage[96];
+        std::snprintf(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
+                      state.loss, std::sqrt(std::max(0.0, 1 - state.loss)));
+        options.progress.report(stage, static_cast<double>(state.done) / options.steps);
     }
-    return loss;
 }
 
 // 1/value, or 1 where that has no use.
@@ -226,17 +235,19 @@ Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t 
     return Network(layout, std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
-Network train_tied(const Network &network, const TrainOptions &options, Training &report) {
+Network train_tied(const Network &network, const TiedOptions &options, Training &state) {
     if (network.layout().max_pool || network.preprocess().input != Input::whitened)
         fail(Status::unsupported, "cae: tied training takes layout %s and whitened input, this network has layout %s",
              kFlight.name, network.layout().name);
-    Parameters parameters = random_parameters(network.seed());
-    report.loss = fit(parameters, network.preprocess().target, options);
-    report.cosine = scale_to_pixels(parameters, network.preprocess());
+    if (state.done == 0)
+        state.weights = random_parameters(network.seed());
+    fit(network.preprocess().target, options, state);
+    Parameters parameters = state.weights;
+    const double cosine = scale_to_pixels(parameters, network.preprocess());
     if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
         fail(Status::range, "cae: input scale %g: the weights that it takes are not finite",
              network.preprocess().input_scale);
-    return Network(kFlight, network.preprocess(), std::move(parameters), network.seed(), true, report.cosine);
+    return Network(kFlight, network.preprocess(), std::move(parameters), network.seed(), true, cosine);
 }
 
 } // namespace toliman::cae

@@ -94,7 +94,7 @@ class Trainer {
     }
 
     // One batch: gradient, step of Adam.
-    double step(Epochs &state, const size_t *images, size_t count) {
+    double step(Training &state, const size_t *images, size_t count) {
         const Operators operators(layout_, state.weights);
         const double loss = run(state.weights, operators, images, count, true);
         if (!std::isfinite(loss))
@@ -103,7 +103,7 @@ class Trainer {
         total_.get(gradient_);
         state.steps++;
         kernels::adam(state.steps, options_.learning_rate, gradient_.values.data(), kParameters,
-                      state.mean.values.data(), state.square.values.data(), state.weights.values.data());
+                      state.first.values.data(), state.second.values.data(), state.weights.values.data());
         return loss;
     }
 
@@ -171,7 +171,7 @@ Parameters initial_weights(uint64_t seed) {
 }
 
 void train_unsupervised(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames,
-                        Epochs &state) {
+                        Training &state) {
     if (state.done == 0)
         state.weights = initial_weights(network.seed());
     const Split split = cae::split(network.seed(), options.frames, options.validation);
@@ -179,7 +179,7 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
     Trainer trainer(network, options, inputs);
     const size_t images = split.training.size();
     while (state.done < options.epochs) {
-        Epochs next = state;
+        Training next = state;
         const Buffer<size_t> turn = shuffled(images, network.seed(), state.done + 1);
         Buffer<size_t> order(images);
         std::transform(turn.begin(), turn.end(), order.begin(), [&](size_t i) { return split.training[i]; });
@@ -203,7 +203,7 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
     }
 }
 
-Network trained_network(const Network &network, const Epochs &state) {
+Network trained_network(const Network &network, const Training &state) {
     return Network(network.layout(), unscaled(network.preprocess()), state.weights, network.seed(), true, 0);
 }
 

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "base/progress.hpp"
-#include "cae/forward.hpp"
 #include "cae/network.hpp"
+#include "cae/training.hpp"
 
 namespace toliman::cae {
 
@@ -20,14 +20,7 @@ struct UnsupervisedOptions {
     double learning_rate = 1e-3;
     size_t frames = 0, validation = 0; // of all frames; kept back from training
     Progress progress;
-};
-
-// Where training stands after whole epochs: all that the next one depends on, but for the frames and the options.
-struct Epochs {
-    uint32_t done = 0;
-    uint64_t steps = 0;
-    Parameters weights, mean, square; // the latter two of Adam
-    double loss = 0, validation_loss = 0;
+    Course course() const noexcept { return {Mode::unsupervised, learning_rate, 0, frames, validation, batch}; }
 };
 
 // Random weights of a network before unsupervised training: normal, of variance 1/inputs; no biases.
@@ -36,10 +29,10 @@ Parameters initial_weights(uint64_t seed);
 // Epochs from state on until options.epochs are done; state is that of the last whole epoch, also on failure, and
 // counts 0 done at first. Status::cancelled, Status::range when training diverges.
 void train_unsupervised(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames,
-                        Epochs &state);
+                        Training &state);
 
 // The network with the weights of state.
-Network trained_network(const Network &network, const Epochs &state);
+Network trained_network(const Network &network, const Training &state);
 
 // Means over the frames kept back.
 Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames);

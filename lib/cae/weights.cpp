@@ -15,45 +15,48 @@ namespace {
 
 constexpr char kMagic[] = "TLMW";
 constexpr const char *kKind = "weights blob";
-constexpr uint32_t kVersion = 1;
-constexpr uint32_t kTrainedFlag = 1;
-constexpr uint32_t kFloat32 = 0;
+constexpr uint32_t kVersion = 2;
+constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8;
 constexpr uint32_t kLargestFrame = 4096; // rows and columns
-constexpr float kLargestValue = 1e30f;
-constexpr size_t kHeaderSize = 104, kChecksumSize = 4;
-constexpr size_t kFixedPlanes = 4; // reference high and low, variance, target
+constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
+constexpr size_t kHeaderSize = 104, kTrainingHeaderSize = 72, kChecksumSize = 4;
+enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
 
 struct Header {
+    const Layout *layout;
+    Encoding weights, planes;
     Preprocess preprocess; // without its planes
     uint64_t seed;
-    bool trained;
+    bool trained, with_training;
     double cosine;
     size_t packed_weights, packed_planes;
 };
 
-// Byte k of every float before byte k + 1 of any: exponents stand together and compress.
-std::vector<uint8_t> pack(const Buffer<float> &values) {
-    std::vector<uint8_t> shuffled(4 * values.size());
-    for (size_t i = 0; i < values.size(); i++) {
-        uint32_t bits;
-        std::memcpy(&bits, &values[i], 4);
-        for (size_t k = 0; k < 4; k++)
-            shuffled[k * values.size() + i] = static_cast<uint8_t>(bits >> (8 * k));
-    }
-    return zip::deflate(shuffled.data(), shuffled.size());
+// The layout that a header names.
+const Layout &layout_of(uint32_t id, uint64_t hash) {
+    const Layout *layout = find_layout(id);
+    if (layout == nullptr || hash != layout_hash(*layout))
+        fail(Status::format,
+             "%s: layout %u with hash %016llx: this library knows %u (%s) with %016llx and %u (%s) with %016llx", kKind,
+             id, static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
+             static_cast<unsigned long long>(layout_hash(kFlight)), kPaper.id, kPaper.name,
+             static_cast<unsigned long long>(layout_hash(kPaper)));
+    return *layout;
 }
 
-Buffer<float> unpack(const uint8_t *packed, size_t packed_size, size_t count) {
-    std::vector<uint8_t> shuffled(4 * count);
-    zip::inflate(packed, packed_size, shuffled.data(), shuffled.size(), kKind);
-    Buffer<float> values(count);
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits = 0;
-        for (size_t k = 0; k < 4; k++)
-            bits |= static_cast<uint32_t>(shuffled[k * count + i]) << (8 * k);
-        std::memcpy(&values[i], &bits, 4);
-    }
-    return values;
+std::vector<Block> weight_blocks(Encoding encoding) {
+    std::vector<Block> blocks;
+    for (const Tensor &tensor : kTensorTable)
+        blocks.push_back({tensor.count(), encoding});
+    return blocks;
+}
+
+// The reference is always two float32: what it is off stands in every latent.
+std::vector<Block> plane_blocks(size_t projected, Encoding encoding) {
+    std::vector<Block> blocks(kFixedPlanes + projected, {kPixels, encoding});
+    blocks[kReferenceHigh].encoding = blocks[kReferenceLow].encoding = Encoding::float32;
+    blocks[kVariance].positive = true;
+    return blocks;
 }
 
 Buffer<float> planes_of(const Preprocess &preprocess) {
@@ -72,22 +75,14 @@ Buffer<float> planes_of(const Preprocess &preprocess) {
     return planes;
 }
 
-void check_values(const Buffer<float> &values, const char *what) {
-    for (size_t i = 0; i < values.size(); i++)
-        if (!(std::fabs(values[i]) <= kLargestValue))
-            fail(Status::format, "%s: %s[%zu] = %g: must be finite and at most %g", kKind, what, i,
-                 static_cast<double>(values[i]), static_cast<double>(kLargestValue));
-}
-
 void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
-    check_values(planes, "planes");
     const auto at = [&](size_t plane) { return planes.begin() + static_cast<std::ptrdiff_t>(plane * kPixels); };
-    preprocess.reference.assign(at(0), at(1));
-    std::transform(at(1), at(2), preprocess.reference.begin(), preprocess.reference.begin(),
+    preprocess.reference.assign(at(kReferenceHigh), at(kReferenceLow));
+    std::transform(at(kReferenceLow), at(kVariance), preprocess.reference.begin(), preprocess.reference.begin(),
                    [](float low, double high) { return high + static_cast<double>(low); });
-    preprocess.variance.assign(at(2), at(3));
-    preprocess.target.assign(at(3), at(4));
-    preprocess.units.assign(at(4), planes.end());
+    preprocess.variance.assign(at(kVariance), at(kTarget));
+    preprocess.target.assign(at(kTarget), at(kFixedPlanes));
+    preprocess.units.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
         if (!(preprocess.variance[i] > 0))
             fail(Status::format, "%s: variance[%zu] = %g: must be positive", kKind, i, preprocess.variance[i]);
@@ -114,6 +109,13 @@ void check_envelope(const void *bytes, size_t size) {
         fail(Status::format, "%s: the checksum does not fit: the bytes are damaged", kKind);
 }
 
+Encoding read_encoding(ByteReader &reader, const char *what) {
+    const uint16_t code = reader.u16();
+    if (code >= kEncodings)
+        fail(Status::format, "%s: encoding %u of the %s: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, code, what);
+    return static_cast<Encoding>(code);
+}
+
 // The rest of the header; sizes are checked against what layout and frame imply before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
@@ -121,13 +123,13 @@ Header read_header(ByteReader &reader, size_t size) {
     reader.raw(16);
     const uint32_t id = reader.u32(), flags = reader.u32();
     const uint64_t hash = reader.u64();
-    if (id != kFlight.id || hash != layout_hash(kFlight))
-        fail(Status::format, "%s: layout %u with hash %016llx: this library knows %u (%s) with hash %016llx", kKind, id,
-             static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
-             static_cast<unsigned long long>(layout_hash(kFlight)));
-    if ((flags & ~kTrainedFlag) != 0)
-        fail(Status::format, "%s: flags = 0x%x: only bit 0 has a meaning", kKind, flags);
-    header.trained = flags != 0;
+    header.layout = &layout_of(id, hash);
+    const uint32_t input = flags >> kInputShift & kInputMask;
+    if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag)) != 0 || input > kLastInput)
+        fail(Status::format, "%s: flags = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind, flags);
+    header.trained = (flags & kTrainedFlag) != 0;
+    header.with_training = (flags & kTrainingFlag) != 0;
+    preprocess.input = static_cast<Input>(input);
     preprocess.scene_digest = reader.u64();
     header.seed = reader.u64();
     preprocess.rows = reader.u32();
@@ -142,45 +144,114 @@ Header read_header(ByteReader &reader, size_t size) {
         fail(Status::format, "%s: crop at %zu, %zu: must lie in a frame of %zu x %zu", kKind, preprocess.crop_row,
              preprocess.crop_col, preprocess.rows, preprocess.cols);
     preprocess.projected = reader.u32();
+    if (preprocess.projected > 0 && preprocess.input != Input::whitened)
+        fail(Status::format, "%s: %zu nuisance planes: input that is not whitened has none", kKind,
+             preprocess.projected);
     if (preprocess.projected > kMaxProjected)
         fail(Status::format, "%s: %zu nuisance planes: at most %zu", kKind, preprocess.projected, kMaxProjected);
-    const uint32_t encoding = reader.u32();
-    if (encoding != kFloat32)
-        fail(Status::format, "%s: payload encoding %u: only %u (float32) is known", kKind, encoding, kFloat32);
+    header.weights = read_encoding(reader, "weights");
+    header.planes = read_encoding(reader, "planes");
     preprocess.input_scale = reader.f64();
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
-    if (!(preprocess.input_scale > 0 && preprocess.input_scale <= kLargestValue))
-        fail(Status::format, "%s: input scale %g: must be positive", kKind, preprocess.input_scale);
-    if (!(preprocess.crb_px >= 0) || !(header.cosine >= 0 && header.cosine <= 1))
-        fail(Status::format, "%s: bound of %g px and cosine %g: must be at least 0 and within [0, 1]", kKind,
-             preprocess.crb_px, header.cosine);
+    if (!(preprocess.input_scale >= kLeastValue && preprocess.input_scale <= kLargestValue))
+        fail(Status::format, "%s: input scale %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale, kLeastValue,
+             kLargestValue);
+    if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kLargestValue) || !(header.cosine >= 0 && header.cosine <= 1))
+        fail(Status::format, "%s: bound of %g px and cosine %g: must be in [0, %.3g] and [0, 1]", kKind,
+             preprocess.crb_px, header.cosine, kLargestValue);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
-    if (kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize != size)
+    const size_t known = kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize;
+    if (header.with_training ? size < known + kTrainingHeaderSize : size != known)
         fail(Status::format, "%s: payloads of %zu and %zu bytes do not fill its %zu bytes", kKind,
              header.packed_weights, header.packed_planes, size);
     return header;
 }
 
+// Weights and both moments of a training.
+std::vector<Block> training_blocks() {
+    std::vector<Block> blocks;
+    for (int i = 0; i < 3; i++)
+        for (const Tensor &tensor : kTensorTable)
+            blocks.push_back({tensor.count(), Encoding::float32});
+    return blocks;
+}
+
+void write_training(const Training &training, const std::vector<uint8_t> &packed, ByteWriter &writer) {
+    writer.u32(static_cast<uint32_t>(training.course.mode));
+    writer.u32(training.done);
+    for (const uint64_t value :
+         {training.steps, training.course.total, training.course.frames, training.course.validation})
+        writer.u64(value);
+    writer.u32(training.course.batch);
+    writer.u32(static_cast<uint32_t>(packed.size()));
+    for (const double value : {training.course.learning_rate, training.loss, training.validation_loss})
+        writer.f64(value);
+    writer.raw(packed.data(), packed.size());
+}
+
+std::vector<uint8_t> pack_training(const Training &training) {
+    Buffer<float> values;
+    for (const Parameters *part : {&training.weights, &training.first, &training.second})
+        values.insert(values.end(), part->values.begin(), part->values.end());
+    return pack(values, training_blocks(), "training");
+}
+
+Training read_training(ByteReader &reader, size_t size) {
+    Training training;
+    const uint32_t mode = reader.u32();
+    if (mode > static_cast<uint32_t>(Mode::unsupervised))
+        fail(Status::format, "%s: training of mode %u: must be 0 or 1", kKind, mode);
+    training.course.mode = static_cast<Mode>(mode);
+    training.done = reader.u32();
+    for (uint64_t *value :
+         {&training.steps, &training.course.total, &training.course.frames, &training.course.validation})
+        *value = reader.u64();
+    training.course.batch = reader.u32();
+    const uint32_t packed = reader.u32();
+    if (packed != size - kTrainingHeaderSize)
+        fail(Status::format, "%s: a training of %u bytes in the %zu that are left", kKind, packed,
+             size - kTrainingHeaderSize);
+    for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss}) {
+        *value = reader.f64();
+        if (!(*value >= 0 && *value <= kLargestValue))
+            fail(Status::format, "%s: training with %g: rates and losses must be in [0, %.3g]", kKind, *value,
+                 kLargestValue);
+    }
+    const Buffer<float> values = unpack(reader.raw(packed), packed, training_blocks(), "training");
+    auto from = values.begin();
+    for (Parameters *part : {&training.weights, &training.first, &training.second}) {
+        std::copy_n(from, kParameters, part->values.begin());
+        from += kParameters;
+    }
+    return training;
+}
+
 } // namespace
 
-std::vector<uint8_t> to_blob(const Network &network) {
+std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings, const Training *training) {
     const Preprocess &preprocess = network.preprocess();
-    const std::vector<uint8_t> weights = pack(network.parameters().values), planes = pack(planes_of(preprocess));
+    const std::vector<uint8_t> weights = pack(network.parameters().values, weight_blocks(encodings.weights), "weights");
+    const std::vector<uint8_t> planes =
+        pack(planes_of(preprocess), plane_blocks(preprocess.projected, encodings.planes), "planes");
+    const std::vector<uint8_t> state = training != nullptr ? pack_training(*training) : std::vector<uint8_t>();
     ByteWriter writer;
     writer.raw(kMagic, 4);
     writer.u32(kVersion);
-    writer.u64(kHeaderSize + weights.size() + planes.size() + kChecksumSize);
-    writer.u32(kFlight.id);
-    writer.u32(network.trained() ? kTrainedFlag : 0);
-    writer.u64(layout_hash(kFlight));
+    writer.u64(kHeaderSize + weights.size() + planes.size() +
+               (training != nullptr ? kTrainingHeaderSize + state.size() : 0) + kChecksumSize);
+    writer.u32(network.layout().id);
+    writer.u32((network.trained() ? kTrainedFlag : 0) | static_cast<uint32_t>(preprocess.input) << kInputShift |
+               (training != nullptr ? kTrainingFlag : 0));
+    writer.u64(layout_hash(network.layout()));
     writer.u64(preprocess.scene_digest);
     writer.u64(network.seed());
     for (const size_t value :
          {preprocess.rows, preprocess.cols, preprocess.crop_row, preprocess.crop_col, preprocess.projected})
         writer.u32(static_cast<uint32_t>(value));
-    writer.u32(kFloat32);
+    writer.u16(static_cast<uint16_t>(encodings.weights));
+    writer.u16(static_cast<uint16_t>(encodings.planes));
     writer.f64(preprocess.input_scale);
     writer.f64(preprocess.crb_px);
     writer.f64(network.cosine());
@@ -188,21 +259,29 @@ std::vector<uint8_t> to_blob(const Network &network) {
     writer.u32(static_cast<uint32_t>(planes.size()));
     writer.raw(weights.data(), weights.size());
     writer.raw(planes.data(), planes.size());
+    if (training != nullptr)
+        write_training(*training, state, writer);
     writer.u32(zip::crc32(writer.bytes().data(), writer.bytes().size()));
     return writer.take();
 }
 
-Network from_blob(const void *bytes, size_t size) {
+Blob from_blob(const void *bytes, size_t size) {
     check_envelope(bytes, size);
     ByteReader reader(bytes, size, kKind);
     Header header = read_header(reader, size);
     Parameters parameters;
-    parameters.values = unpack(reader.raw(header.packed_weights), header.packed_weights, kParameters);
-    check_values(parameters.values, "weights");
-    const size_t planes = (kFixedPlanes + header.preprocess.projected) * kPixels;
-    set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes, planes), header.preprocess);
-    return Network(kFlight, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
-                   header.cosine);
+    parameters.values =
+        unpack(reader.raw(header.packed_weights), header.packed_weights, weight_blocks(header.weights), "weights");
+    set_planes(unpack(reader.raw(header.packed_planes), header.packed_planes,
+                      plane_blocks(header.preprocess.projected, header.planes), "planes"),
+               header.preprocess);
+    std::optional<Training> training;
+    if (header.with_training)
+        training =
+            read_training(reader, size - kHeaderSize - header.packed_weights - header.packed_planes - kChecksumSize);
+    return {Network(*header.layout, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
+                    header.cosine),
+            std::move(training)};
 }
 
 } // namespace toliman::cae

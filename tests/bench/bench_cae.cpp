@@ -221,9 +221,9 @@ struct Scene {
         const std::vector<double> still(kFrames, 0.0);
         check(toliman_sim_frame_many(sim, 1, 0, kFrames, still.data(), 1, frames.data()));
         size_t size;
-        check(toliman_cae_save(cae, nullptr, 0, &size));
+        check(toliman_cae_save(cae, nullptr, nullptr, 0, &size));
         blob.resize(size);
-        check(toliman_cae_save(cae, blob.data(), size, &size));
+        check(toliman_cae_save(cae, nullptr, blob.data(), size, &size));
     }
     toliman_sim *sim = nullptr;
     toliman_cae *cae = nullptr;
@@ -233,7 +233,7 @@ struct Scene {
 };
 
 void measure_encode(const Scene &scene, const Layout &layout, double peak, const std::vector<double> &reference) {
-    const Network trained = from_blob(scene.blob.data(), scene.blob.size());
+    const Network trained = from_blob(scene.blob.data(), scene.blob.size()).network;
     // The trained weights fit either layout; what they are worth is not asked here.
     const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};

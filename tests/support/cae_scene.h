@@ -66,12 +66,22 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
     return latent;
 }
 
-static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
-    assert_ok(toliman_cae_save(cae, NULL, 0, size));
-    uint8_t *bytes = malloc(*size);
+static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options);
+    options.weights_encoding = weights;
+    options.planes_encoding = planes;
+    const size_t capacity = 4u << 20; /* above what any blob can need */
+    uint8_t *bytes = malloc(capacity);
     assert_non_null(bytes);
-    assert_ok(toliman_cae_save(cae, bytes, *size, size));
+    assert_ok(toliman_cae_save(cae, &options, bytes, capacity, size));
+    bytes = realloc(bytes, *size);
+    assert_non_null(bytes);
     return bytes;
+}
+
+static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
+    return saved_as(cae, TOLIMAN_ENCODING_FLOAT32, TOLIMAN_ENCODING_FLOAT32, size);
 }
 
 #endif

@@ -370,8 +370,8 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
     assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
     assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
-    assert_fails(toliman_cae_save(trained, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
-    assert_fails(toliman_cae_save(trained, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
+    assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
+    assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
     toliman_cae_train_options_init(&options);
     options.learning_rate = NAN;
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");

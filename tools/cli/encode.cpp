@@ -1,4 +1,4 @@
-// toliman train, toliman encode: weights from a scene, latents from frames.
+// toliman encode: latents from frames.
 #include <cstdio>
 #include <utility>
 
@@ -6,31 +6,15 @@
 #include "failure.hpp"
 #include "frames_in.hpp"
 #include "output.hpp"
-#include "scene.hpp"
-#include "seed.hpp"
 
 namespace cli {
 
 namespace {
 
-struct TrainOptions {
-    std::string scene, out;
-    uint64_t seed = 1;
-    uint32_t steps = 0;
-};
-
 struct EncodeOptions {
     std::string weights, dtype, shape;
     std::vector<std::string> files;
 };
-
-constexpr char kTrainDescription[] = R"(Train the autoencoder for a scene and write its weights.
-
-Example:
-  toliman train examples/scenes/chapter.json --out chapter.tlmw
-
-Frames must have 256x256 pixels or more. The weights hold all that `encode` needs: layout, preprocessing and reference
-images. The cosine that is printed is the share of the photon limit that the encoder reaches.)";
 
 constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdout, file,frame,latent_px.
 
@@ -39,29 +23,6 @@ Examples:
   toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
 
 Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included.)";
-
-void train(const TrainOptions &options, Progress &progress) {
-    OutputFile out(options.out); // an unwritable place is found before the work, not after it
-    const Scene scene(options.scene, progress);
-    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, nullptr);
-    toliman_cae_train_options how;
-    toliman_cae_train_options_init(&how);
-    how.steps = options.steps;
-    how.progress = Progress::callback;
-    how.progress_data = &progress;
-    toliman_cae_training report = {};
-    report.struct_size = sizeof report;
-    toliman::check(toliman_cae_train(cae.get(), &how, &report));
-    size_t size = 0;
-    toliman::check(toliman_cae_save(cae.get(), nullptr, 0, &size));
-    std::vector<unsigned char> blob(size);
-    toliman::check(toliman_cae_save(cae.get(), blob.data(), size, &size));
-    out.write(blob.data(), size);
-    out.commit();
-    progress.clear();
-    std::fprintf(stderr, "%s: %u steps, loss %.4f, cosine %.4f, Cramer-Rao bound %.4g px\n", options.out.c_str(),
-                 report.steps, report.loss, report.cosine, scene.info.crb_projected_px);
-}
 
 void shape_of(const std::string &text, size_t &rows, size_t &cols) {
     rows = cols = 0;
@@ -105,21 +66,6 @@ void encode(const EncodeOptions &options, Progress &progress) {
 }
 
 } // namespace
-
-void add_train(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("train", kTrainDescription);
-    auto options = std::make_shared<TrainOptions>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
-    command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
-    add_seed(*command, options->seed, "seed of the initial weights, default 1");
-    command->add_option("--steps", options->steps, "training steps, default 300")->check(CLI::Range(1u, 1000000u));
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            train(*options, progress);
-        };
-    });
-}
 
 void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("encode", kEncodeDescription);

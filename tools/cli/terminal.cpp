@@ -88,7 +88,9 @@ void Progress::warn(const std::string &text) {
 }
 
 int32_t Progress::callback(const char *stage, double fraction, void *user_data) {
-    static_cast<Progress *>(user_data)->show(stage, fraction);
+    // What follows a colon is a remark on how the stage goes.
+    const std::string text = stage, name = text.substr(0, text.find(": "));
+    static_cast<Progress *>(user_data)->show(name.c_str(), fraction, name == text ? "" : text.substr(name.size() + 2));
     return asked != 0 ? 1 : 0;
 }
 

@@ -1,0 +1,147 @@
+#include "cae/payload.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "backend/zip.hpp"
+#include "base/error.hpp"
+#include "kernels/narrow.hpp"
+
+namespace toliman::cae {
+
+namespace {
+
+constexpr const char *kKind = "weights blob";
+constexpr int kTopExponent = 15;                                                     // of the largest fp16
+constexpr int kLeastScale = -126 - kTopExponent, kLargestScale = 100 - kTopExponent; // as of kLeastValue, kLargestValue
+constexpr size_t kScaleBytes = 2;
+
+constexpr size_t width(Encoding encoding) noexcept {
+    return encoding == Encoding::float32 ? 4 : 2;
+}
+
+size_t raw_size(const std::vector<Block> &blocks) noexcept {
+    size_t size = 0;
+    for (const Block &block : blocks)
+        size += (block.encoding == Encoding::fp16 ? kScaleBytes : 0) + width(block.encoding) * block.count;
+    return size;
+}
+
+size_t count_of(const std::vector<Block> &blocks) noexcept {
+    size_t count = 0;
+    for (const Block &block : blocks)
+        count += block.count;
+    return count;
+}
+
+void check_values(const Buffer<float> &values, Status status, const char *what) {
+    for (size_t i = 0; i < values.size(); i++) {
+        const double size = std::fabs(static_cast<double>(values[i]));
+        if (!(size <= kLargestValue) || (size > 0 && size < kLeastValue))
+            fail(status, "%s: %s[%zu] = %g: must be finite and 0 or %.3g to %.3g in size", kKind, what, i,
+                 static_cast<double>(values[i]), kLeastValue, kLargestValue);
+    }
+}
+
+// Power of two that brings the largest value to 2^15 ... 65504. What the values become has the same one.
+int scale_of(const float *values, size_t count) noexcept {
+    double largest = 0;
+    for (size_t i = 0; i < count; i++)
+        largest = std::max(largest, std::fabs(static_cast<double>(values[i])));
+    if (largest == 0)
+        return 0;
+    const int scale = std::ilogb(largest) - kTopExponent;
+    return std::isfinite(kernels::from_fp16(kernels::to_fp16(std::ldexp(largest, -scale)))) ? scale : scale + 1;
+}
+
+uint32_t bits_of(float value, const Block &block, int scale) noexcept {
+    if (block.encoding == Encoding::bf16)
+        return kernels::to_bf16(value);
+    if (block.encoding == Encoding::fp16) {
+        const uint32_t bits = kernels::to_fp16(std::ldexp(static_cast<double>(value), -scale));
+        return block.positive ? std::max(bits, 1u) : bits;
+    }
+    uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+float value_of(uint32_t bits, const Block &block, int scale) noexcept {
+    if (block.encoding == Encoding::bf16)
+        return kernels::from_bf16(static_cast<uint16_t>(bits));
+    if (block.encoding == Encoding::fp16)
+        return static_cast<float>(std::ldexp(kernels::from_fp16(static_cast<uint16_t>(bits)), scale));
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+// Byte k of every number before byte k + 1 of any: exponents stand together and compress.
+uint8_t *write_block(const float *values, const Block &block, uint8_t *out) noexcept {
+    int scale = 0;
+    if (block.encoding == Encoding::fp16) {
+        scale = scale_of(values, block.count);
+        *out++ = static_cast<uint8_t>(scale);
+        *out++ = static_cast<uint8_t>(scale >> 8);
+    }
+    const size_t bytes = width(block.encoding);
+    for (size_t i = 0; i < block.count; i++) {
+        const uint32_t bits = bits_of(values[i], block, scale);
+        for (size_t k = 0; k < bytes; k++)
+            out[k * block.count + i] = static_cast<uint8_t>(bits >> (8 * k));
+    }
+    return out + bytes * block.count;
+}
+
+const uint8_t *read_block(const uint8_t *raw, const Block &block, float *values) {
+    int scale = 0;
+    if (block.encoding == Encoding::fp16) {
+        scale = static_cast<int16_t>(raw[0] | raw[1] << 8);
+        raw += kScaleBytes;
+        if (scale < kLeastScale || scale > kLargestScale)
+            fail(Status::format, "%s: scale 2^%d of a block: must be 2^%d to 2^%d", kKind, scale, kLeastScale,
+                 kLargestScale);
+    }
+    const size_t bytes = width(block.encoding);
+    for (size_t i = 0; i < block.count; i++) {
+        uint32_t bits = 0;
+        for (size_t k = 0; k < bytes; k++)
+            bits |= static_cast<uint32_t>(raw[k * block.count + i]) << (8 * k);
+        values[i] = value_of(bits, block, scale);
+    }
+    return raw + bytes * block.count;
+}
+
+} // namespace
+
+std::vector<uint8_t> pack(const Buffer<float> &values, const std::vector<Block> &blocks, const char *what) {
+    Buffer<float> normal(values.size());
+    std::transform(values.begin(), values.end(), normal.begin(),
+                   [](float value) { return kernels::to_float32(static_cast<double>(value)); });
+    check_values(normal, Status::range, what);
+    std::vector<uint8_t> raw(raw_size(blocks));
+    const float *from = normal.data();
+    uint8_t *next = raw.data();
+    for (const Block &block : blocks) {
+        next = write_block(from, block, next);
+        from += block.count;
+    }
+    return zip::deflate(raw.data(), raw.size());
+}
+
+Buffer<float> unpack(const uint8_t *packed, size_t packed_size, const std::vector<Block> &blocks, const char *what) {
+    std::vector<uint8_t> raw(raw_size(blocks));
+    zip::inflate(packed, packed_size, raw.data(), raw.size(), kKind);
+    Buffer<float> values(count_of(blocks));
+    const uint8_t *next = raw.data();
+    float *to = values.data();
+    for (const Block &block : blocks) {
+        next = read_block(next, block, to);
+        to += block.count;
+    }
+    check_values(values, Status::format, what);
+    return values;
+}
+
+} // namespace toliman::cae

@@ -1,0 +1,103 @@
+/* Weights blobs of every encoding: their bytes, into the folder given, and what a network loaded from them is worth,
+ * one JSON object a line. bench_weights.py runs it and lays out the table. */
+#include "cae_scene.h"
+#include "scene_text.h"
+
+enum { FRAMES = 2000, BATCH = 40, COMBINATIONS = 9 };
+
+static const char *const names[] = {"float32", "bf16", "fp16"};
+
+/* The chapter's scene, blind to four nuisances. */
+static toliman_sim *scene(void) {
+    char text[8192];
+    FILE *const file = fopen("examples/scenes/chapter.json", "r");
+    assert_non_null(file);
+    text[fread(text, 1, sizeof text - 1, file)] = '\0';
+    assert_int_equal(fclose(file), 0);
+    char *const json =
+        replaced(text, "\"accuracy\"",
+                 "\"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}, \"accuracy\"");
+    toliman_sim *const sim = sim_of(json);
+    free(json);
+    return sim;
+}
+
+/* Saved into the folder and loaded from there. */
+static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes) {
+    char path[4096];
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options);
+    options.weights_encoding = weights;
+    options.planes_encoding = planes;
+    snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights], names[planes]);
+    assert_ok(toliman_cae_save_file(cae, &options, path));
+    toliman_cae *loaded = NULL;
+    assert_ok(toliman_cae_load_file(path, &loaded));
+    return loaded;
+}
+
+static double latent_of(const toliman_cae *cae, const double *frame) {
+    double latent = 0;
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    return latent;
+}
+
+/* Frames of the scene without displacement, those after the cadence's own; latents[network][frame]. */
+static void encode_frames(const toliman_sim *sim, toliman_cae *const *networks, double latents[][FRAMES]) {
+    static const double zero[BATCH];
+    double *const frames = new_image(BATCH * (size_t)kPixels);
+    for (int first = 0; first < FRAMES; first += BATCH) {
+        assert_ok(toliman_sim_frame_many(sim, 1, 1095 + first, BATCH, zero, 0, frames));
+        for (int k = 0; k < COMBINATIONS; k++)
+            assert_ok(toliman_cae_encode_many(networks[k], frames, BATCH, 0, &latents[k][first]));
+    }
+    free(frames);
+}
+
+static double deviation(const double *values, const double *from) {
+    double sum = 0, squares = 0;
+    for (int i = 0; i < FRAMES; i++)
+        sum += values[i] - (from != NULL ? from[i] : 0);
+    for (int i = 0; i < FRAMES; i++)
+        squares += pow(values[i] - (from != NULL ? from[i] : 0) - sum / FRAMES, 2);
+    return sqrt(squares / (FRAMES - 1));
+}
+
+int main(int count, char **arguments) {
+    static double latents[COMBINATIONS][FRAMES];
+    assert_int_equal(count, 2);
+    toliman_sim *const sim = scene();
+    toliman_sim_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_sim_get_info(sim, &info));
+    toliman_cae *const trained = make_cae(sim, 1, 600, NULL);
+    toliman_cae *networks[COMBINATIONS];
+    for (int32_t k = 0; k < COMBINATIONS; k++)
+        networks[k] = by_file(trained, arguments[1], k / 3, k % 3);
+    encode_frames(sim, networks, latents);
+
+    double *const still = new_image(kPixels), *const brighter = new_image(kPixels), *const shifted = new_image(kPixels);
+    assert_ok(toliman_sim_expect(sim, 0, still, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_STAR_A, brighter, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_SHIFT_X, shifted, kSide));
+    for (int i = 0; i < kPixels; i++) {
+        brighter[i] = still[i] + 1e-3 * brighter[i];
+        shifted[i] = still[i] + 1e-4 * shifted[i];
+    }
+    const double sigma = deviation(latents[0], NULL);
+    for (int k = 0; k < COMBINATIONS; k++) {
+        const toliman_cae *const cae = networks[k];
+        const double slope = (encode_expected(cae, sim, 1e-5) - encode_expected(cae, sim, -1e-5)) / 2e-5;
+        printf("{\"weights\": \"%s\", \"planes\": \"%s\", \"slope\": %.9g, \"bias\": %.3g, \"change\": %.3g, "
+               "\"flux\": %.3g, \"shift\": %.3g, \"efficiency\": %.6g}\n",
+               names[k / 3], names[k % 3], slope, (latent_of(cae, still) - latent_of(trained, still)) / sigma,
+               deviation(latents[k], latents[0]) / sigma,
+               (latent_of(cae, brighter) - latent_of(trained, brighter)) / sigma,
+               (latent_of(cae, shifted) - latent_of(trained, shifted)) / sigma,
+               info.crb_projected_px * slope / deviation(latents[k], NULL));
+        toliman_cae_destroy(networks[k]);
+    }
+    free(still), free(brighter), free(shifted);
+    toliman_cae_destroy(trained);
+    toliman_sim_destroy(sim);
+    return 0;
+}

@@ -1,0 +1,372 @@
+/* Weights blobs that are damaged or made to do harm: refused, or loaded to numbers that can be worked with. */
+#include <sys/resource.h>
+
+#include "tlmw.h"
+
+enum { kFrame = kSide * 260, kFloats = 5 * kPixels }; /* reference high and low, variance, target, one nuisance */
+
+static toliman_sim *sim;
+static uint8_t *blob, *small; /* of a trained network, and one of few bytes */
+static size_t blob_size, small_size;
+
+/* Weights that are 0 and planes that are 1 make a blob of a few kilobytes, of which every byte can be tried. */
+static uint8_t *small_blob(int32_t encoding, size_t *size) {
+    static float weights[kParameters], planes[kFloats];
+    for (int i = 0; i < kFloats; i++)
+        planes[i] = 1;
+    toliman_cae *cae = NULL;
+    uint8_t *bytes = with_payloads(blob, weights, planes, 5, size);
+    assert_ok(toliman_cae_load(bytes, *size, &cae));
+    free(bytes);
+    bytes = saved_as(cae, encoding, encoding, size);
+    toliman_cae_destroy(cae);
+    assert_true(*size < 20000);
+    return bytes;
+}
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = make_sim(kSide, 260, 0, "\"flux_a\"");
+    toliman_cae *trained = make_cae(sim, 3, 15, NULL);
+    blob = saved(trained, &blob_size);
+    toliman_cae_destroy(trained);
+    small = small_blob(TOLIMAN_ENCODING_FLOAT32, &small_size);
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    free(blob), free(small);
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+/* Every length of the small blob but the right one, in memory of just that length: a byte too far would be seen. */
+static void test_every_truncation(void **unused) {
+    (void)unused;
+    for (size_t size = 0; size < blob_size; size += size < 1000 ? 1 : 97)
+        refused(blob, size, size < 4 ? "weights blob: truncated" : "truncated");
+    for (size_t size = 0; size < small_size; size++) {
+        uint8_t *bytes = malloc(size + 1);
+        memcpy(bytes + 1, small, size);
+        refused(bytes + 1, size, "truncated");
+        if (size >= 16) { /* a header that agrees with the length */
+            put(bytes + 1 + kAtSize, size, 8);
+            if (size >= 20)
+                seal(bytes + 1, size);
+            refused(bytes + 1, size, "weights blob");
+        }
+        free(bytes);
+    }
+    uint8_t *longer = calloc(blob_size + 1, 1);
+    memcpy(longer, blob, blob_size);
+    refused(longer, blob_size + 1, "something behind it");
+    put(longer + kAtSize, blob_size + 1, 8);
+    seal(longer, blob_size + 1);
+    refused(longer, blob_size + 1, "do not fill");
+    free(longer);
+}
+
+static void test_every_flipped_bit(void **unused) {
+    (void)unused;
+    for (size_t i = 0; i < small_size; i++)
+        for (int bit = 0; bit < 8; bit++) {
+            small[i] ^= (uint8_t)(1 << bit);
+            refused(small, small_size,
+                    i < 4    ? "does not start with \"TLMW\""
+                    : i < 8  ? "this library reads version 2"
+                    : i < 16 ? "its header says"
+                             : "checksum does not fit");
+            small[i] ^= (uint8_t)(1 << bit);
+        }
+    for (size_t i = 0; i < blob_size; i += 40009) {
+        blob[i] ^= 0x10;
+        refused(blob, blob_size, "weights blob");
+        blob[i] ^= 0x10;
+    }
+}
+
+/* Header fields changed with the checksum made right again. */
+static void test_impossible_headers(void **unused) {
+    (void)unused;
+    const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u;
+    const struct {
+        int offset, bytes;
+        uint64_t value;
+        const char *text;
+    } cases[] = {
+        {kAtVersion, 4, 1, "version 1: this library reads version 2"},
+        {kAtVersion, 4, 3, "version 3: this library reads version 2"},
+        {kAtSize, 8, 5, "its header says 5"},
+        {16, 4, 77, "layout 77"},
+        {20, 4, 0x80000000u, "flags = 0x80000000"},
+        {24, 8, 1, "hash 0000000000000001"},
+        {48, 4, 255, "255 x 260"},
+        {48, 4, 4097, "4097 x 260"},
+        {52, 4, 0, "256 x 0"},
+        {52, 4, 0xffffffffu, "256 x 4294967295"},
+        {56, 4, 1, "crop at 1, "},
+        {60, 4, 5, "crop at 0, 5"},
+        {64, 4, 9, "9 nuisance planes: at most 8"},
+        {64, 4, 2, "compressed payload"},
+        {64, 4, 0, "compressed payload"},
+        {kAtWeightsEncoding, 2, 1, "compressed payload"},
+        {kAtWeightsEncoding, 2, 3, "encoding 3 of the weights: must be 0 (float32), 1 (bf16) or 2 (fp16)"},
+        {kAtPlanesEncoding, 2, 2, "compressed payload"},
+        {kAtPlanesEncoding, 2, 0xffff, "encoding 65535 of the planes"},
+        {72, 8, 0, "input scale 0"},
+        {72, 8, 1, "input scale 4.94066e-324"},
+        {72, 8, nan_bits, "input scale nan"},
+        {80, 8, nan_bits, "bound of nan"},
+        {80, 8, infinite, "bound of inf"},
+        {88, 8, two, "cosine 2"},
+        {kAtWeights, 4, 0, "do not fill"},
+        {kAtWeights, 4, 0xffffffffu, "do not fill"},
+        {kAtPlanes, 4, 0xffffffffu, "do not fill"},
+    };
+    uint8_t *bytes = malloc(blob_size);
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        memcpy(bytes, blob, blob_size);
+        put(bytes + cases[k].offset, cases[k].value, cases[k].bytes);
+        seal(bytes, blob_size);
+        refused(bytes, blob_size, cases[k].text);
+    }
+    /* One byte of the compressed weights belongs to the planes now. */
+    memcpy(bytes, blob, blob_size);
+    put(bytes + kAtWeights, get(blob + kAtWeights, 4) - 1, 4);
+    put(bytes + kAtPlanes, get(blob + kAtPlanes, 4) + 1, 4);
+    seal(bytes, blob_size);
+    refused(bytes, blob_size, "compressed payload");
+    free(bytes);
+}
+
+static void test_unusable_numbers(void **unused) {
+    (void)unused;
+    static float weights[kParameters], planes[kFloats];
+    const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, -2e30f, 1e-38f, -1e-45f};
+    size_t size;
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+        memset(weights, 0, sizeof weights);
+        weights[1234] = bad[k];
+        uint8_t *bytes = with_payloads(blob, weights, NULL, 0, &size);
+        refused(bytes, size, "weights[1234]");
+        free(bytes);
+    }
+    for (int i = 0; i < kFloats; i++)
+        planes[i] = 1;
+    const struct {
+        int at;
+        float value;
+        const char *text;
+    } cases[] = {
+        {2 * kPixels + 17, 0, "variance[17] = 0: must be positive"},
+        {2 * kPixels + 17, -3, "variance[17] = -3: must be positive"},
+        {4 * kPixels, NAN, "planes[262144] = nan: must be finite and 0 or 1.18e-38 to 1.27e+30 in size"},
+        {0, INFINITY, "planes[0] = inf"},
+        {kPixels + 1, 1e-40f, "planes[65537] = 9.99995e-41"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        planes[cases[k].at] = cases[k].value;
+        uint8_t *bytes = with_payloads(blob, NULL, planes, 5, &size);
+        refused(bytes, size, cases[k].text);
+        free(bytes);
+        planes[cases[k].at] = 1;
+    }
+}
+
+/* Numbers of 16 bits that stand for infinity or NaN, and scales that would make them so. */
+static void test_unusable_narrow_numbers(void **unused) {
+    (void)unused;
+    static uint8_t raw[2 * kParameters + 2 * kTensors];
+    const struct {
+        int32_t encoding;
+        int at, value;
+        const char *text;
+    } cases[] = {
+        {TOLIMAN_ENCODING_BF16, 0, 0x7f80, "weights[0] = inf"},
+        {TOLIMAN_ENCODING_BF16, 0, 0xffc0, "weights[0] = -nan"},
+        {TOLIMAN_ENCODING_BF16, 0, 0x7201, "weights[0] = 2.55"},
+        {TOLIMAN_ENCODING_BF16, 0, 0x007f, "weights[0] = 1.1"},
+        {TOLIMAN_ENCODING_FP16, 2, 0x7c00, "weights[0] = inf"},
+        {TOLIMAN_ENCODING_FP16, 2, 0xfc01, "weights[0] = -nan"},
+        {TOLIMAN_ENCODING_FP16, 0, 86, "scale 2^86 of a block: must be 2^-141 to 2^85"},
+        {TOLIMAN_ENCODING_FP16, 0, -142, "scale 2^-142"},
+        {TOLIMAN_ENCODING_FP16, 0, 0x8000, "scale 2^-32768"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        const int narrow = cases[k].encoding == TOLIMAN_ENCODING_FP16, scale = narrow && cases[k].at == 0;
+        memset(raw, 0, sizeof raw);
+        raw[cases[k].at] = (uint8_t)cases[k].value; /* the first tensor has 72 numbers, low bytes first */
+        raw[cases[k].at + (scale ? 1 : 72)] = (uint8_t)(cases[k].value >> 8);
+        uint8_t *header = malloc(blob_size);
+        memcpy(header, blob, blob_size);
+        put(header + kAtWeightsEncoding, (uint64_t)cases[k].encoding, 2);
+        size_t size;
+        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (narrow ? 2 * kTensors : 0), NULL, 0, &size);
+        refused(bytes, size, cases[k].text);
+        free(bytes), free(header);
+    }
+}
+
+/* A stream of one literal 0 and then matches of 258 bytes, in the fixed Huffman code: 159 to 1. */
+static size_t bomb(size_t bytes, uint8_t *out) {
+    size_t bits = 16;
+    memset(out, 0, bytes / 150 + 100);
+    out[0] = 0x78;
+    out[1] = 0x01;
+    const char *start = "110"
+                        "00110000";      /* last block, fixed code; literal 0 */
+    const char *match = "1100010100000"; /* length 258, distance 1 */
+    for (const char *c = start; *c != '\0'; c++, bits++)
+        out[bits / 8] |= (uint8_t)((*c == '1') << (bits % 8));
+    for (size_t done = 1; done < bytes; done += 258)
+        for (const char *c = match; *c != '\0'; c++, bits++)
+            out[bits / 8] |= (uint8_t)((*c == '1') << (bits % 8));
+    return bits / 8 + 1;
+}
+
+static long peak_kib(void) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+}
+
+static void test_streams_of_another_size(void **unused) {
+    (void)unused;
+    const size_t planes_size = get(blob + kAtPlanes, 4), right = 4 * kParameters;
+    const uint8_t *planes = blob + kHeader + get(blob + kAtWeights, 4);
+    uint8_t *stream = malloc(4u << 20), *raw = calloc(right + 10, 1);
+    size_t size;
+    toliman_cae *cae = NULL;
+    uint8_t *bytes = assemble(blob, stream, store(raw, right, stream), planes, planes_size, &size);
+    assert_ok(toliman_cae_load(bytes, size, &cae));
+    toliman_cae_destroy(cae);
+    free(bytes);
+    const size_t wrong[] = {0, 1, right - 1, right + 1, right + 10};
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+        bytes = assemble(blob, stream, store(raw, wrong[k], stream), planes, planes_size, &size);
+        refused(bytes, size, "compressed payload is damaged or not of the stated size");
+        free(bytes);
+    }
+    const size_t whole = store(raw, right, stream);
+    for (int change = 0; change < 3; change++) { /* junk behind it, no checksum, a wrong one */
+        store(raw, right, stream);
+        stream[change == 0 ? whole : whole - 1] ^= change == 1 ? 0 : 5;
+        bytes = assemble(blob, stream, whole + (change == 0) - (change == 1), planes, planes_size, &size);
+        refused(bytes, size, "compressed payload");
+        free(bytes);
+    }
+    const long before = peak_kib();
+    bytes = assemble(blob, stream, bomb(512u << 20, stream), planes, planes_size, &size);
+    refused(bytes, size, "compressed payload");
+    assert_true(peak_kib() - before < 32 * 1024);
+    free(bytes), free(stream), free(raw);
+}
+
+/* What was loaded must be fit for work: finite results or E_RANGE, and bytes that load again to the same bytes. */
+static void usable(const toliman_cae *cae, int32_t encoding) {
+    static double frame[kFrame], image[kPixels];
+    double latent = 0;
+    toliman_cae_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_cae_get_info(cae, &info));
+    assert_true(isfinite(info.crb_px) && isfinite(info.cosine) && isfinite(info.input_scale));
+    if (info.rows == kSide && info.cols == 260) {
+        assert_ok(toliman_sim_expect(sim, 1e-3, frame, 260));
+        const toliman_status status = toliman_cae_encode(cae, frame, 260, &latent);
+        assert_true(status == TOLIMAN_E_RANGE || (status == TOLIMAN_OK && isfinite(latent)));
+    }
+    const toliman_status status = toliman_cae_decode(cae, 1e-3, image, kSide);
+    assert_true(status == TOLIMAN_E_RANGE || status == TOLIMAN_OK);
+    for (int i = 0; i < kPixels && status == TOLIMAN_OK; i++)
+        assert_true(isfinite(image[i]));
+    size_t size, size_again;
+    toliman_cae *again = NULL;
+    uint8_t *first = saved_as(cae, encoding, encoding, &size);
+    assert_ok(toliman_cae_load(first, size, &again));
+    uint8_t *second = saved_as(again, encoding, encoding, &size_again);
+    assert_true(size == size_again);
+    assert_memory_equal(first, second, size);
+    free(first), free(second);
+    toliman_cae_destroy(again);
+}
+
+static int loaded_or_refused(const uint8_t *bytes, size_t size, int32_t encoding) {
+    toliman_cae *cae = NULL;
+    const toliman_status status = toliman_cae_load(bytes, size, &cae);
+    if (status == TOLIMAN_OK)
+        usable(cae, encoding);
+    else
+        refused(bytes, size, "weights blob");
+    toliman_cae_destroy(cae);
+    return status == TOLIMAN_OK;
+}
+
+/* Bytes of the blob changed at random, with the checksum made right again. */
+static void test_flips_with_the_checksum_repaired(void **unused) {
+    (void)unused;
+    srand48(7);
+    int loaded = 0;
+    for (int32_t encoding = 0; encoding < 3; encoding++) {
+        size_t size;
+        uint8_t *bytes = small_blob(encoding, &size);
+        for (size_t i = 16; i + 4 < size; i += i < kHeader ? 1 + 2 * (size_t)encoding : 23) {
+            const uint8_t kept = bytes[i];
+            bytes[i] = (uint8_t)(bytes[i] + 1 + lrand48() % 255);
+            seal(bytes, size);
+            loaded += loaded_or_refused(bytes, size, encoding);
+            bytes[i] = kept;
+        }
+        free(bytes);
+    }
+    assert_true(loaded > 20);
+}
+
+/* Bytes of the numbers themselves changed at random, beneath zlib. */
+static void test_any_numbers(void **unused) {
+    (void)unused;
+    static uint8_t weights[4 * kParameters], planes[4 * kFloats];
+    srand48(8);
+    int loaded = 0, unusable = 0;
+    for (int k = 0; k < 24; k++) {
+        const int32_t encoding = k % 3;
+        uint8_t *header = malloc(blob_size);
+        memcpy(header, blob, blob_size);
+        put(header + kAtWeightsEncoding, (uint64_t)encoding, 2);
+        put(header + kAtPlanesEncoding, (uint64_t)encoding, 2);
+        for (size_t i = 0; i < sizeof weights; i++)
+            weights[i] = 0;
+        for (size_t i = 0; i < sizeof planes; i++)
+            planes[i] = 0x3c; /* a positive number whatever the encoding */
+        const size_t scales = encoding == TOLIMAN_ENCODING_FP16 ? 2 : 0, wide = encoding == 0 ? 4 : 2;
+        const size_t weights_size = wide * kParameters + scales * kTensors;
+        const size_t planes_size = 8 * kPixels + 3 * (wide * kPixels + scales);
+        if (scales != 0) /* of 2^0 */
+            for (size_t plane = 0; plane < 3; plane++)
+                put(planes + 8 * kPixels + plane * (2 * kPixels + 2), 0, 2);
+        for (int changes = 1 << k / 3; changes > 0; changes--) {
+            weights[(size_t)lrand48() % weights_size] = (uint8_t)lrand48();
+            planes[(size_t)lrand48() % planes_size] = (uint8_t)lrand48();
+        }
+        size_t size;
+        uint8_t *bytes = with_raw(header, weights, weights_size, planes, planes_size, &size);
+        const int good = loaded_or_refused(bytes, size, encoding);
+        loaded += good;
+        unusable += !good;
+        free(bytes), free(header);
+    }
+    assert_true(loaded >= 4 && unusable >= 4);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_truncation),
+        cmocka_unit_test(test_every_flipped_bit),
+        cmocka_unit_test(test_impossible_headers),
+        cmocka_unit_test(test_unusable_numbers),
+        cmocka_unit_test(test_unusable_narrow_numbers),
+        cmocka_unit_test(test_streams_of_another_size),
+        cmocka_unit_test(test_flips_with_the_checksum_repaired),
+        cmocka_unit_test(test_any_numbers),
+    };
+    return cmocka_run_group_tests_name("cae_damage", tests, set_up, tear_down);
+}

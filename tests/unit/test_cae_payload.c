@@ -1,0 +1,242 @@
+/* Weights blobs of 16-bit numbers: what they hold, what the network keeps of its figures, what they refuse. */
+#include "tlmw.h"
+
+static toliman_sim *sim;
+static toliman_cae *trained, *rounded[3][3]; /* by encoding of weights and planes */
+static uint8_t *blobs[3][3];
+static size_t sizes[3][3];
+static const int32_t float32 = TOLIMAN_ENCODING_FLOAT32, bf16 = TOLIMAN_ENCODING_BF16, fp16 = TOLIMAN_ENCODING_FP16;
+
+static toliman_cae *loaded_from(const uint8_t *bytes, size_t size) {
+    toliman_cae *out = NULL;
+    assert_ok(toliman_cae_load(bytes, size, &out));
+    return out;
+}
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
+    trained = make_cae(sim, 3, 100, NULL);
+    for (int32_t weights = 0; weights < 3; weights++)
+        for (int32_t planes = 0; planes < 3; planes++) {
+            size_t *size = &sizes[weights][planes];
+            blobs[weights][planes] = saved_as(trained, weights, planes, size);
+            rounded[weights][planes] = loaded_from(blobs[weights][planes], *size);
+        }
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    for (int k = 0; k < 9; k++) {
+        free(blobs[k / 3][k % 3]);
+        toliman_cae_destroy(rounded[k / 3][k % 3]);
+    }
+    toliman_cae_destroy(trained);
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+static void assert_blob(const toliman_cae *cae, int32_t weights, int32_t planes) {
+    size_t size;
+    uint8_t *bytes = saved_as(cae, weights, planes, &size);
+    assert_true(size == sizes[weights][planes]);
+    assert_memory_equal(bytes, blobs[weights][planes], size);
+    free(bytes);
+}
+
+static void test_same_bytes_after_loading(void **unused) {
+    (void)unused;
+    for (int32_t weights = 0; weights < 3; weights++)
+        for (int32_t planes = 0; planes < 3; planes++) {
+            assert_int_equal(get(blobs[weights][planes] + kAtWeightsEncoding, 2), weights);
+            assert_int_equal(get(blobs[weights][planes] + kAtPlanesEncoding, 2), planes);
+            assert_blob(rounded[weights][planes], weights, planes);
+        }
+    for (int32_t encoding = bf16; encoding <= fp16; encoding++) { /* float32 holds every narrow number */
+        size_t size;
+        uint8_t *bytes = saved_as(rounded[encoding][encoding], float32, float32, &size);
+        toliman_cae *wide = loaded_from(bytes, size);
+        assert_blob(wide, encoding, encoding);
+        toliman_cae_destroy(wide);
+        free(bytes);
+    }
+    const size_t whole = sizes[float32][float32];
+    assert_true(sizes[bf16][float32] < whole - kParameters && sizes[fp16][float32] < whole - kParameters);
+    assert_true(sizes[float32][bf16] < whole - 3 * kPixels && sizes[float32][fp16] < whole - 3 * kPixels);
+}
+
+/* The bit patterns of 0.625 from the formats' definitions, one tensor's in fp16 as 5 times 2^-3. */
+static void test_blobs_written_from_the_page(void **unused) {
+    (void)unused;
+    static uint8_t raw[2 * kParameters + 2 * kTensors];
+    static double frame[kPixels];
+    size_t size;
+    uint8_t *header = blobs[float32][float32];
+    for (int32_t encoding = bf16; encoding <= fp16; encoding++) {
+        memset(raw, 0, sizeof raw);
+        if (encoding == bf16)
+            put(raw + 2 * kLatentBias, 0x3f20, 2);
+        else {
+            put(raw + 2 * kLatentBias + 2 * 9, 0xfffd, 2); /* scales of nine tensors stand before that of latent.bias */
+            put(raw + 2 * kLatentBias + 2 * 9 + 2, 0x4500, 2);
+        }
+        put(header + kAtWeightsEncoding, (uint64_t)encoding, 2);
+        double latent = 0;
+        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (encoding == fp16 ? 2 * kTensors : 0), NULL, 0, &size);
+        toliman_cae *cae = loaded_from(bytes, size);
+        free(bytes);
+        assert_ok(toliman_sim_frame(sim, 0, 1, 0, frame, kSide));
+        assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+        assert_true(latent == 0.625);
+        toliman_cae_destroy(cae);
+    }
+    put(header + kAtWeightsEncoding, float32, 2);
+}
+
+/* The derivative image is a plane that can be read: 8 bits of it, or 11 down to 2^-30 of its largest. */
+static void test_rounding_of_planes(void **unused) {
+    (void)unused;
+    static double exact[kPixels], target[kPixels];
+    assert_ok(toliman_cae_get_target(trained, exact, kSide));
+    double largest = 0;
+    for (int i = 0; i < kPixels; i++)
+        largest = fmax(largest, fabs(exact[i]));
+    for (int32_t encoding = bf16; encoding <= fp16; encoding++) {
+        const double precision = encoding == bf16 ? 0x1p-8 : 0x1p-11;
+        assert_ok(toliman_cae_get_target(rounded[float32][encoding], target, kSide));
+        double worst = 0;
+        for (int i = 0; i < kPixels; i++) {
+            assert_close(target[i], exact[i], precision, largest * 0x1p-39);
+            worst = fmax(worst, fabs(target[i] / exact[i] - 1));
+        }
+        assert_true(worst > precision / 2);
+    }
+}
+
+/* The reference reaches 1e9 counts and stays exact: without noise and displacement the latent is that of float32. */
+static void test_no_bias(void **unused) {
+    (void)unused;
+    const double zero = encode_expected(trained, sim, 0);
+    for (int k = 0; k < 9; k++)
+        assert_close(encode_expected(rounded[k / 3][k % 3], sim, 0), zero, 0, 1e-11);
+}
+
+static void test_latents_keep_their_slope_and_scatter(void **unused) {
+    (void)unused;
+    enum { kFrames = 40 };
+    static double frame[kPixels], latents[9][kFrames];
+    for (int i = 0; i < kFrames; i++) {
+        assert_ok(toliman_sim_frame(sim, 0, 1, i, frame, kSide));
+        for (int k = 0; k < 9; k++)
+            assert_ok(toliman_cae_encode(rounded[k / 3][k % 3], frame, kSide, &latents[k][i]));
+    }
+    for (int k = 0; k < 9; k++) {
+        const toliman_cae *cae = rounded[k / 3][k % 3];
+        const double slope = (encode_expected(cae, sim, 1e-5) - encode_expected(cae, sim, -1e-5)) / 2e-5;
+        double change = 0, scatter = 0;
+        for (int i = 0; i < kFrames; i++) {
+            change += pow(latents[k][i] - latents[0][i], 2);
+            scatter += pow(latents[0][i], 2);
+        }
+        const int coarse = k / 3 == bf16 || k % 3 == bf16;
+        assert_close(slope, 1, coarse ? 2e-3 : 3e-4, 0);
+        assert_true(sqrt(change / scatter) < (k == 0 ? 1e-300 : coarse ? 2e-2 : 3e-3));
+    }
+}
+
+/* Numbers from the smallest to the largest that a blob holds, all just below powers of two. No variance becomes 0 in
+ * fp16, whose range is shorter, and no largest number infinity. */
+static void test_numbers_of_any_size(void **unused) {
+    (void)unused;
+    enum { kFloats = 5 * kPixels };
+    static float planes[kFloats];
+    static double frame[kPixels];
+    for (int reach = 226; reach > 0; reach -= 75)
+        for (int top = 100; top >= reach - 125; top -= 75) {
+            for (int i = 0; i < kFloats; i++)
+                planes[i] = i / kPixels < 2 ? 0 : ldexpf(1 - 0x1p-24f, top - i % reach);
+            size_t size, size_again;
+            uint8_t *bytes = with_payloads(blobs[float32][float32], NULL, planes, 5, &size);
+            toliman_cae *cae = loaded_from(bytes, size);
+            free(bytes);
+            bytes = saved_as(cae, fp16, fp16, &size);
+            toliman_cae *again = loaded_from(bytes, size);
+            uint8_t *bytes_again = saved_as(again, fp16, fp16, &size_again);
+            assert_true(size == size_again);
+            assert_memory_equal(bytes, bytes_again, size);
+            double latent = 0;
+            const toliman_status status = toliman_cae_encode(again, frame, kSide, &latent);
+            assert_true(status == TOLIMAN_E_RANGE || (status == TOLIMAN_OK && isfinite(latent)));
+            toliman_cae_destroy(again), toliman_cae_destroy(cae);
+            free(bytes), free(bytes_again);
+        }
+}
+
+/* Training on an absurdly small or large derivative and input makes weights beyond float32 at either end: they are
+ * refused or loaded again, never a blob that cannot be read. */
+static void test_weights_out_of_range(void **unused) {
+    (void)unused;
+    enum { kFloats = 5 * kPixels };
+    static float planes[kFloats];
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options);
+    options.steps = 1;
+    int refusals = 0;
+    const int target_exponents[] = {-80, 0, 60, 60}, input_exponents[] = {-26, 0, 62, 70};
+    for (int k = 0; k < 4; k++) {
+        size_t size;
+        for (int i = 0; i < kFloats; i++)
+            planes[i] = i / kPixels == 2 ? 1 : i / kPixels == 3 ? ldexpf(1 + (float)(i % 7), target_exponents[k]) : 0;
+        uint8_t *bytes = with_payloads(blobs[float32][float32], NULL, planes, 5, &size);
+        const double input_scale = ldexp(1, input_exponents[k]);
+        memcpy(bytes + 72, &input_scale, sizeof input_scale);
+        seal(bytes, size);
+        toliman_cae *cae = loaded_from(bytes, size);
+        free(bytes);
+        assert_ok(toliman_cae_train(cae, &options, NULL));
+        if (toliman_cae_save(cae, NULL, NULL, 0, &size) == TOLIMAN_OK) {
+            bytes = saved(cae, &size);
+            toliman_cae_destroy(loaded_from(bytes, size));
+            free(bytes);
+        } else {
+            assert_fails(toliman_cae_save(cae, NULL, NULL, 0, &size), TOLIMAN_E_RANGE, "weights[");
+            refusals++;
+        }
+        toliman_cae_destroy(cae);
+    }
+    assert_int_equal(refusals, 1);
+}
+
+static void test_options(void **unused) {
+    (void)unused;
+    size_t needed = 7;
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(NULL);
+    toliman_cae_save_options_init(&options);
+    assert_true(options.struct_size == sizeof options && options.weights_encoding == 0 && options.planes_encoding == 0);
+    options.weights_encoding = 3;
+    assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT,
+                 "options->weights_encoding = 3: must be 0 (float32), 1 (bf16) or 2 (fp16)");
+    options.weights_encoding = 0;
+    options.planes_encoding = -1;
+    assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT, "planes_encoding = -1");
+    options.planes_encoding = 0;
+    options.struct_size = 3;
+    assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_true(needed == 7);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bytes_after_loading),
+        cmocka_unit_test(test_blobs_written_from_the_page),
+        cmocka_unit_test(test_rounding_of_planes),
+        cmocka_unit_test(test_no_bias),
+        cmocka_unit_test(test_latents_keep_their_slope_and_scatter),
+        cmocka_unit_test(test_numbers_of_any_size),
+        cmocka_unit_test(test_weights_out_of_range),
+        cmocka_unit_test(test_options),
+    };
+    return cmocka_run_group_tests_name("cae_payload", tests, set_up, tear_down);
+}
