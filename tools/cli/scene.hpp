@@ -11,6 +11,8 @@ namespace cli {
 
 struct Scene {
     Scene(const std::string &file, Progress &progress);
+    // A variant of the scene file: its files start where those of the file do; without progress and remarks.
+    Scene(const std::string &file, const std::string &json);
 
     std::string path;
     toliman::simulator sim;

@@ -1,63 +1,20 @@
-#include "experiment.hpp"
+#include "pipeline.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "failure.hpp"
+#include "frame_loop.hpp"
+#include "stopwatch.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr size_t kFramesAtOnce = 48;
 constexpr size_t kControlFrames = 2000;   // efficiency is known to 1/sqrt(2 * 2000) = 1.6 %
-constexpr double kLeastShare = 0.9;       // of the counted variance, for an efficiency that means something
 constexpr size_t kValidationFrames = 110; // as many as the chapter's validation set
 
 using toliman::check;
-
-class Stopwatch {
-  public:
-    explicit Stopwatch(double &sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
-    ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    Stopwatch(const Stopwatch &) = delete;
-    Stopwatch &operator=(const Stopwatch &) = delete;
-
-  private:
-    double &sum_;
-    std::chrono::steady_clock::time_point start_;
-};
-
-double deviation(const std::vector<double> &values) {
-    double mean = 0, square = 0;
-    for (double value : values)
-        mean += value / static_cast<double>(values.size());
-    for (double value : values)
-        square += (value - mean) * (value - mean);
-    return std::sqrt(square / static_cast<double>(values.size() - 1));
-}
-
-// Variance of the frames over the one that the Cramer-Rao bound counts, mean over pixels; 0 without noise, below 1
-// where a scene draws no photon noise.
-double noise_share(const Scene &scene, uint64_t seed) {
-    constexpr size_t frames = 16, pairs = frames / 2;
-    const size_t pixels = scene.pixels();
-    const std::vector<double> still(frames, 0.0);
-    std::vector<double> images(frames * pixels), variance(pixels);
-    check(toliman_sim_frame_many(scene.sim.get(), seed, 0, frames, still.data(), 0, images.data()));
-    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, variance.data(),
-                                static_cast<size_t>(scene.info.cols)));
-    double found = 0, counted = 0;
-    for (size_t i = 0; i < pixels; i++) {
-        counted += variance[i] * pairs;
-        for (size_t k = 0; k < pairs; k++) {
-            const double gap = images[2 * k * pixels + i] - images[(2 * k + 1) * pixels + i];
-            found += gap * gap / 2;
-        }
-    }
-    return found / counted;
-}
 
 // Estimators of one scene and the frames they are tried on.
 class Bench {
@@ -68,7 +25,7 @@ class Bench {
           untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed)),
           linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get())) {}
 
-    void train(Experiment &result) {
+    void train(Pipeline &result) {
         const Stopwatch watch(result.timings.train);
         toliman_cae_train_options options;
         toliman_cae_train_options_init(&options);
@@ -79,7 +36,7 @@ class Bench {
     }
 
     // (decode(z) - decode(0))/z against what it should be; a dead decoder also reaches the photon floor.
-    void inspect_decoder(Experiment &result) const {
+    void inspect_decoder(Pipeline &result) const {
         constexpr size_t side = 256;
         const double z = scene_.info.crb_px;
         std::vector<double> target(side * side), at_z(target.size()), at_0(target.size());
@@ -97,80 +54,68 @@ class Bench {
         result.decoder_gain = product / target_square;
     }
 
-    void signal_frames(const Cadence &cadence, Experiment &result, std::vector<double> &untrained) const {
+    void signal_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &untrained) const {
         const size_t total = cadence.times.size();
         result.latents.resize(total);
         result.estimates.resize(total);
         untrained.resize(total);
         result.validation_frames = std::min(total, kValidationFrames);
-        for_frames("frames", 0, total, nullptr, result.timings.simulate, [&](size_t at, size_t count) {
+        const auto work = [&](size_t at, size_t count, const double *images) {
             {
                 const Stopwatch watch(result.timings.encode);
-                check(toliman_cae_encode_many(cae_.get(), images_.data(), count, 0, &result.latents[at]));
+                check(toliman_cae_encode_many(cae_.get(), images, count, 0, &result.latents[at]));
             }
             const Stopwatch watch(result.timings.controls);
-            check(toliman_cae_encode_many(untrained_.get(), images_.data(), count, 0, &untrained[at]));
-            estimate(count, &result.estimates[at]);
+            check(toliman_cae_encode_many(untrained_.get(), images, count, 0, &untrained[at]));
+            estimate(images, count, &result.estimates[at]);
             for (size_t i = 0; i < count && at + i < result.validation_frames; i++)
-                reconstruct(i, result);
-        });
+                reconstruct(images + i * scene_.pixels(), result);
+            show("frames", at + count, total);
+        };
+        for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
     }
 
     // Frames without signal, numbered on from the cadence's last.
-    void control_frames(const Cadence &cadence, Experiment &result, std::vector<double> &latents,
+    void control_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &latents,
                         std::vector<double> &estimates, std::vector<double> &untrained) const {
         const Stopwatch watch(result.timings.controls);
         const size_t total = result.control_frames = std::max(kControlFrames, cadence.times.size());
         latents.resize(total);
         estimates.resize(total);
         untrained.resize(std::min(total, cadence.times.size()));
-        const std::vector<double> still(kFramesAtOnce, 0.0);
-        double seconds = 0;
-        for_frames("controls", cadence.times.size(), total, still.data(), seconds, [&](size_t at, size_t count) {
-            check(toliman_cae_encode_many(cae_.get(), images_.data(), count, 0, &latents[at]));
-            estimate(count, &estimates[at]);
+        const std::vector<double> still(total, 0.0);
+        const auto work = [&](size_t at, size_t count, const double *images) {
+            check(toliman_cae_encode_many(cae_.get(), images, count, 0, &latents[at]));
+            estimate(images, count, &estimates[at]);
             if (at < untrained.size())
-                check(toliman_cae_encode_many(untrained_.get(), images_.data(), std::min(count, untrained.size() - at),
-                                              0, &untrained[at]));
-        });
+                check(toliman_cae_encode_many(untrained_.get(), images, std::min(count, untrained.size() - at), 0,
+                                              &untrained[at]));
+            show("controls", at + count, total);
+        };
+        for_frames(scene_, seed_, static_cast<int64_t>(cadence.times.size()), total, still.data(), work);
     }
 
   private:
-    template <class Work>
-    void for_frames(const char *stage, size_t first, size_t total, const double *displacements, double &seconds,
-                    Work work) const {
-        images_.resize(std::min(total, kFramesAtOnce) * scene_.pixels());
-        for (size_t done = 0; done < total;) {
-            const size_t count = std::min(kFramesAtOnce, total - done);
-            {
-                const Stopwatch watch(seconds);
-                check(toliman_sim_frame_many(scene_.sim.get(), seed_, static_cast<int64_t>(first + done), count,
-                                             displacements, 0, images_.data()));
-            }
-            work(done, count);
-            done += count;
-            progress_.show(stage, static_cast<double>(done) / static_cast<double>(total));
-            stop_if_asked();
-        }
+    void show(const char *stage, size_t done, size_t total) const {
+        progress_.show(stage, static_cast<double>(done) / static_cast<double>(total));
     }
 
-    void estimate(size_t count, double *values) const {
+    void estimate(const double *images, size_t count, double *values) const {
         for (size_t i = 0; i < count; i++)
-            check(toliman_linear_encode(linear_.get(), image(i), cols(), &values[i]));
+            check(toliman_linear_encode(linear_.get(), images + i * scene_.pixels(), cols(), &values[i]));
     }
 
-    void reconstruct(size_t i, Experiment &result) const {
+    void reconstruct(const double *image, Pipeline &result) const {
         constexpr size_t side = 256;
         std::vector<double> painted(side * side);
         double mmse, mssim, floor;
-        check(toliman_cae_reconstruct(cae_.get(), image(i), cols(), painted.data(), side, &mmse, &mssim, &floor));
+        check(toliman_cae_reconstruct(cae_.get(), image, cols(), painted.data(), side, &mmse, &mssim, &floor));
         const auto share = 1 / static_cast<double>(result.validation_frames);
         result.mmse += mmse * share;
         result.mssim += mssim * share;
         result.photon_floor += floor * share;
     }
 
-    const double *image(size_t i) const { return images_.data() + i * scene_.pixels(); }
     size_t cols() const { return static_cast<size_t>(scene_.info.cols); }
 
     const Scene &scene_;
@@ -178,14 +123,13 @@ class Bench {
     Progress &progress_;
     toliman::autoencoder cae_, untrained_;
     toliman::linear_estimator linear_;
-    mutable std::vector<double> images_; // one chunk of frames
 };
 
 } // namespace
 
-Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
-                          Progress &progress) {
-    Experiment result;
+Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
+                      Progress &progress) {
+    Pipeline result;
     result.timings.setup = result.timings.total = setup_seconds;
     const Stopwatch total(result.timings.total);
     result.seed = seed;
