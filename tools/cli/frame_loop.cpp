@@ -50,12 +50,18 @@ double noise_share(const Scene &scene, uint64_t seed) {
     return found / counted;
 }
 
+double mean(const std::vector<double> &values) {
+    double sum = 0;
+    for (const double value : values)
+        sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
 double deviation(const std::vector<double> &values) {
-    double mean = 0, square = 0;
-    for (double value : values)
-        mean += value / static_cast<double>(values.size());
-    for (double value : values)
-        square += (value - mean) * (value - mean);
+    const double centre = mean(values);
+    double square = 0;
+    for (const double value : values)
+        square += (value - centre) * (value - centre);
     return std::sqrt(square / static_cast<double>(values.size() - 1));
 }
 

@@ -19,6 +19,7 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
 double noise_share(const Scene &scene, uint64_t seed);
 constexpr double kLeastShare = 0.9; // of it, for an efficiency that means something
 
+double mean(const std::vector<double> &values);
 double deviation(const std::vector<double> &values);
 
 } // namespace cli

@@ -30,15 +30,7 @@ Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes 
 series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
 
-constexpr double kSignificant = -2;                        // log10 FAP
-constexpr int64_t kFewestFrames = 5, kMostFrames = 400000; // of a periodogram on the default grid
-
-void check_cadence(const Scene &scene) {
-    const int64_t frames = scene.info.frames;
-    if (frames < kFewestFrames || frames > kMostFrames)
-        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": run takes " +
-                                      std::to_string(kFewestFrames) + " to " + std::to_string(kMostFrames) + " frames");
-}
+constexpr double kSignificant = -2; // log10 FAP
 
 void remark(const Pipeline &pipeline, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
@@ -130,7 +122,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
 void run(const Options &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
     const Scene scene(options.scene, progress);
-    check_cadence(scene);
+    check_cadence(scene, "run");
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;

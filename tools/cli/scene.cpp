@@ -49,6 +49,14 @@ Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.fram
     toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));
 }
 
+void check_cadence(const Scene &scene, const std::string &command) {
+    constexpr int64_t fewest = 5, most = 400000;
+    const int64_t frames = scene.info.frames;
+    if (frames < fewest || frames > most)
+        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": " + command +
+                                      " takes " + std::to_string(fewest) + " to " + std::to_string(most) + " frames");
+}
+
 FrameRange::FrameRange(const std::string &text, int64_t frames) {
     const size_t colon = text.find(':');
     first = bound_of(text.substr(0, colon), 0, text);

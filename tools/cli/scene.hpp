@@ -26,6 +26,9 @@ struct Cadence {
     std::vector<double> times, displacements;
 };
 
+// A Failure for a scene of more or fewer frames than a periodogram on the default grid takes.
+void check_cadence(const Scene &scene, const std::string &command);
+
 // "10:20" is frames 10 ... 19, "10" that one, ":" or "" all; within [0, frames].
 struct FrameRange {
     FrameRange(const std::string &text, int64_t frames);

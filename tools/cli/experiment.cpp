@@ -1,0 +1,164 @@
+// toliman experiment: which method finds which amplitude.
+#include <algorithm>
+#include <charconv>
+#include <csignal>
+
+#include "command.hpp"
+#include "experiment_report.hpp"
+#include "failure.hpp"
+#include "output.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kDescription[] =
+    R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
+
+Examples:
+  toliman experiment examples/scenes/chapter.json --quick --out quick     a minute or two
+  toliman experiment examples/scenes/chapter.json --out table             the whole table: half an hour on two cores
+  toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
+
+The scene's signal is given each amplitude in turn; each amplitude and seed has fresh noise that no training has seen and
+all methods look at the same frames. For each: the period, its relative error, log10 FAP, the slope of the values over
+the truth and the efficiency, which is the Cramer-Rao bound over the scatter about that line. Methods:
+
+  cae         the autoencoder, trained once for each seed of weights, on the scene and no frame
+  template    least squares on the scene's derivative image: the yardstick
+  untrained   the autoencoder with random weights: what it finds needs no training
+
+Tables: `real` is the scene as it is, `equal` the same with both stars as bright, `robust` frames with jitter, with and
+without projecting it out, and frames of scenes that differ from the one the methods were made for. Beside them stand
+--blind series without signal, on which the FAP should be uniform, and what theory expects of a method at the bound.
+
+Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for each method and series) and
+experiment.md; see lib/FORMATS.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the
+same command goes on where it was. Other arguments need another folder.)";
+
+const std::vector<std::string> kTables = {"real", "equal", "robust"};
+constexpr uint64_t kMostSeeds = 100000, kMostBlind = 10000000;
+constexpr double kMostAmplitude = 0.1; // px, of the series in the displacement
+
+struct Options {
+    std::string scene, folder;
+    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, kTables, 20, 200};
+    bool as_json = false;
+};
+
+// What --quick stands for where nothing else is said.
+const CampaignOptions kQuick = {{}, {}, {"real"}, 3, 30};
+
+std::vector<double> amplitudes_of(const std::vector<std::string> &words) {
+    std::vector<double> amplitudes;
+    for (const std::string &word : words) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        const bool number = error == std::errc() && end == word.data() + word.size();
+        if (!number || !(value > 0 && value <= kMostAmplitude))
+            throw CLI::ValidationError("--amplitudes", word + ": must be above 0, at most 0.1 px");
+        if (std::count(amplitudes.begin(), amplitudes.end(), value) != 0)
+            throw CLI::ValidationError("--amplitudes", word + ": stands there twice");
+        amplitudes.push_back(value);
+    }
+    return amplitudes;
+}
+
+void check_names(const char *option, const std::vector<std::string> &names) {
+    for (const std::string &name : names)
+        if (std::count(names.begin(), names.end(), name) != 1)
+            throw CLI::ValidationError(option, name + ": stands there twice");
+}
+
+void write(OutputFile &out, const std::string &text) {
+    out.write(text.data(), text.size());
+}
+
+void write_results(const std::string &csv, const std::string &markdown, const std::string &json,
+                   const OutputFolder &folder) {
+    OutputFile rows(folder.file("experiment.csv")), tables(folder.file("experiment.md"));
+    OutputFile result(folder.file("experiment.json"));
+    write(rows, csv);
+    write(tables, markdown);
+    write(result, json);
+    rows.commit();
+    tables.commit();
+    result.commit(); // last: whoever finds it finds all
+}
+
+void try_all(const Campaign &campaign, Journal &journal, Progress &progress) {
+    try {
+        campaign.run(journal, progress);
+    } catch (...) {
+        if (stop_signal() != 0) {
+            progress.clear();
+            throw Failure(stop_signal() == SIGTERM ? kExitTerminated : kExitInterrupted,
+                          "stopped by a signal; the same command goes on where it was");
+        }
+        throw;
+    }
+}
+
+void experiment(const Options &options, Progress &progress) {
+    for (const std::string &name : options.campaign.methods)
+        method_kind(name);
+    const auto scene = std::make_shared<const Scene>(options.scene, progress);
+    check_cadence(*scene, "experiment");
+    const Campaign campaign(scene, options.campaign);
+    OutputFolder folder(options.folder);
+    Journal journal(folder.file("journal.jsonl"), campaign.arguments());
+    try_all(campaign, journal, progress);
+    const std::vector<TableSummary> summaries = summarise(campaign, journal);
+    const std::string json = report_json(campaign, summaries), markdown = report_markdown(campaign, summaries);
+    write_results(report_csv(campaign, journal), markdown, json, folder);
+    folder.keep();
+    progress.clear();
+    print_stdout(options.as_json ? json : markdown);
+}
+
+} // namespace
+
+void add_experiment(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("experiment", kDescription);
+    auto options = std::make_shared<Options>();
+    CampaignOptions &asked = options->campaign;
+    for (const MethodKind &kind : method_kinds())
+        asked.methods.emplace_back(kind.name);
+    auto amplitudes = std::make_shared<std::vector<std::string>>();
+    auto quick = std::make_shared<bool>(false);
+    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    command->add_option("--out", options->folder, "folder for the results")->required();
+    CLI::Option *ladder = command->add_option("--amplitudes", *amplitudes, "of the signal in px, default 1e-2 to 1e-6")
+                              ->delimiter(',')
+                              ->type_name("PX,...");
+    command->add_option("--methods", asked.methods, "default all")->delimiter(',')->type_name("NAME,...");
+    CLI::Option *tables = command->add_option("--tables", asked.tables, "default real,equal,robust")
+                              ->delimiter(',')
+                              ->type_name("NAME,...")
+                              ->check(CLI::IsMember(kTables));
+    CLI::Option *seeds = command->add_option("--seeds", asked.seeds, "of weights and noise: 1 to N, default 20")
+                             ->check(CLI::Range(uint64_t{1}, kMostSeeds));
+    CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal a table, default 200")
+                             ->check(CLI::Range(uint64_t{0}, kMostBlind));
+    command->add_flag("--quick", *quick, "3 seeds, 30 series without signal, table real, unless given");
+    command->add_flag("--json", options->as_json, "experiment.json on stdout instead of the tables");
+    command->callback([&context, options, amplitudes, quick, ladder, tables, seeds, blind] {
+        CampaignOptions &campaign = options->campaign;
+        if (ladder->count() > 0)
+            campaign.amplitudes = amplitudes_of(*amplitudes);
+        check_names("--methods", campaign.methods);
+        check_names("--tables", campaign.tables);
+        if (*quick && tables->count() == 0)
+            campaign.tables = kQuick.tables;
+        if (*quick && seeds->count() == 0)
+            campaign.seeds = kQuick.seeds;
+        if (*quick && blind->count() == 0)
+            campaign.blind = kQuick.blind;
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            experiment(*options, progress);
+        };
+    });
+}
+
+} // namespace cli
