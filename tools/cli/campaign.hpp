@@ -26,10 +26,11 @@ struct CampaignOptions {
 // Frames of one scene, before methods that were made for it or for another.
 struct Table {
     std::string name, what;
-    bool ladder; // over all amplitudes; else the scene's own, and of the series without signal only a few
+    bool ladder; // over all amplitudes and seeds; else the scene's own amplitude and a few seeds
     std::shared_ptr<const Scene> frames, methods;
     std::vector<double> amplitudes;
-    std::vector<uint64_t> blind; // series without signal of each seed
+    std::vector<uint64_t> blind;   // series without signal of each seed
+    std::vector<double> reference; // added to every frame; empty for nothing
 };
 
 class Campaign {
@@ -59,8 +60,9 @@ class Campaign {
     std::vector<Work> left(const Journal &journal) const;
     void try_out(Work &work, Workshop &workshop, const std::function<void(double)> &show) const;
     void make_tables();
-    void add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
-                   std::shared_ptr<const Scene> methods);
+    Table &add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
+                     std::shared_ptr<const Scene> methods);
+    void add_mismatch(const std::string &name, const std::string &what, const std::string &json);
 
     std::shared_ptr<const Scene> scene_;
     CampaignOptions options_;

@@ -29,7 +29,8 @@ the truth and the efficiency, which is the Cramer-Rao bound over the scatter abo
   untrained   the autoencoder with random weights: what it finds needs no training
 
 Tables: `real` is the scene as it is, `equal` the same with both stars as bright, `robust` frames with jitter, with and
-without projecting it out, and frames of scenes that differ from the one the methods were made for. Beside them stand
+without projecting it out, and frames of scenes that differ from the one the methods were made for (the scene's own
+signal, 5 seeds at most), as they are and about their own mean. Beside them stand
 --blind series without signal, on which the FAP should be uniform, and what theory expects of a method at the bound.
 
 Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for each method and series) and

@@ -72,8 +72,10 @@ void print_ladder(std::string &out, const Campaign &campaign, const TableSummary
         if (amplitude != last)
             out += text("| %s | at the bound | | | %.1f | 1 | 1 |\n", amplitude.c_str(), rung.expected_log10_fap);
         last = amplitude;
-        out += text("| %s | %s | %zu of %zu | %.2g | %.1f | %.3g | %.3g |\n", amplitude.c_str(), rung.method.c_str(),
-                    rung.found, rung.seeds, 100 * rung.period_error, rung.log10_fap, rung.slope, rung.efficiency);
+        out += text("| %s | %s | %zu of %zu | %.2g | %.1f |", amplitude.c_str(), rung.method.c_str(), rung.found,
+                    rung.seeds, 100 * rung.period_error, rung.log10_fap);
+        const bool seen = 2 * rung.found > rung.seeds; // else the slope is one of noise
+        out += seen ? text(" %.3g | %.3g |\n", rung.slope, rung.efficiency) : " | |\n";
     }
     if (summary.controls.empty())
         return;
@@ -109,10 +111,11 @@ void print_robust(std::string &out, const Campaign &campaign, const std::vector<
     }
     if (lines.empty())
         return;
-    out +=
-        text("\n## Frames of other scenes, methods of this one\n\nThe scene's own signal of %g px. Bias, sigma, slope "
-             "and efficiency over frames without signal.\n\n",
-             campaign.scene().info.amplitude_px);
+    out += text(
+        "\n## Table robust: frames of other scenes, methods of this one\n\nThe scene's own signal of %g px, at most "
+        "%zu seeds. Bias, sigma and efficiency over frames without signal, slope\non expected images. Frames about "
+        "their own mean stand on the reference of the methods' scene.\n\n",
+        campaign.scene().info.amplitude_px, summaries.back().table->blind.size());
     out += "| frames | method | bound, px | bias, px | sigma, px | slope | efficiency | found | log10 FAP |\n"
            "|---|---|---|---|---|---|---|---|---|\n" +
            lines;

@@ -8,9 +8,9 @@
 namespace cli {
 
 // Frames first ... first + total - 1 of (scene, seed): with displacements (`total` of them) or, where null, as the
-// cadence has them. `work` takes `count` images, the first of which is frame first + at. A signal stops it between two
-// chunks. What making the frames took is added to *seconds.
-using FrameWork = std::function<void(size_t at, size_t count, const double *images)>;
+// cadence has them. `work` takes `count` images, the first of which is frame first + at, and may change them. A signal
+// stops it between two chunks. What making the frames took is added to *seconds.
+using FrameWork = std::function<void(size_t at, size_t count, double *images)>;
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
                 const FrameWork &work, double *seconds = nullptr);
 

@@ -1,5 +1,6 @@
 // What an experiment has found so far, in a file that grows by whole lines: a stopped experiment goes on from it.
 #pragma once
+#include <chrono>
 #include <map>
 #include <string>
 #include <vector>
@@ -31,7 +32,7 @@ class Journal {
     Journal &operator=(const Journal &) = delete;
 
     bool holds(const Row &row) const { return place_.count(key_of(row)) != 0; }
-    // On the disk when it returns.
+    // Outlives the process when it returns, a failure of the machine within a second.
     void add(const Row &row);
     const std::vector<Row> &rows() const noexcept { return rows_; }
 
@@ -44,6 +45,7 @@ class Journal {
 
     std::string path_;
     int file_;
+    std::chrono::steady_clock::time_point synced_;
     std::vector<Row> rows_;
     std::map<std::string, size_t> place_;
 };

@@ -18,7 +18,7 @@ double variance_of(const std::vector<double> &values) {
 }
 
 toliman::periodogram periodogram_of(const std::vector<double> &times, const std::vector<double> &shape,
-                                   const FrequencyGrid &grid) {
+                                    const FrequencyGrid &grid) {
     toliman_period_options options;
     toliman_period_options_init(&options);
     options.time_offset = *std::min_element(times.begin(), times.end());

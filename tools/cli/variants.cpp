@@ -69,14 +69,19 @@ std::string SceneVariants::defocused(double waves_rms) const {
 
 std::string SceneVariants::moved(double separation_px, double shift_px, double scale) const {
     JsonTree scene = copy_of(json_.get());
-    const double *a = offsets_px_, *b = offsets_px_ + 2;
-    const double distance = std::hypot(b[0] - a[0], b[1] - a[1]), half = separation_px / 2 / distance;
-    const double x = (b[0] - a[0]) * half, y = (b[1] - a[1]) * half;
-    const double a_px[] = {(a[0] - x) / scale + shift_px, (a[1] - y) / scale};
-    const double b_px[] = {(b[0] + x) / scale + shift_px, (b[1] + y) / scale};
+    double places[4];
+    for (size_t i = 0; i < 4; i++)
+        places[i] = offsets_px_[i] / scale + (i % 2 == 0 ? shift_px : 0);
+    const cJSON *star = item_of(item_of(scene.get(), "signal"), "star");
+    const bool b_moves = star != nullptr && std::string(star->valuestring) == "B";
+    double *still = b_moves ? places : places + 2;
+    const double *moving = b_moves ? places + 2 : places;
+    const double x = still[0] - moving[0], y = still[1] - moving[1], distance = std::hypot(x, y);
+    still[0] += x / distance * separation_px;
+    still[1] += y / distance * separation_px;
     JsonTree binary(cJSON_CreateObject()), offsets(cJSON_CreateObject());
-    put(offsets.get(), "A", JsonTree(cJSON_CreateDoubleArray(a_px, 2)));
-    put(offsets.get(), "B", JsonTree(cJSON_CreateDoubleArray(b_px, 2)));
+    put(offsets.get(), "A", JsonTree(cJSON_CreateDoubleArray(places, 2)));
+    put(offsets.get(), "B", JsonTree(cJSON_CreateDoubleArray(places + 2, 2)));
     put(binary.get(), "offsets_px", std::move(offsets));
     const cJSON *distance_pc = item_of(item_of(scene.get(), "binary"), "distance_pc");
     if (distance_pc != nullptr)

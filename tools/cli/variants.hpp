@@ -18,7 +18,8 @@ class SceneVariants {
     std::string disturbed(bool projected) const;
     std::string projected() const;
     std::string defocused(double waves_rms) const; // of the middle wavelength
-    // Stars elsewhere: farther from each other, both shifted along the rows, on pixels that see the sky larger.
+    // Stars elsewhere: the one without signal farther off, both shifted along the rows, pixels that see more of the
+    // sky.
     std::string moved(double separation_px, double shift_px, double scale) const;
 
   private:
