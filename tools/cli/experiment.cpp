@@ -12,7 +12,7 @@ namespace cli {
 
 namespace {
 
-constexpr char kDescription[] =
+constexpr char kBeforeMethods[] =
     R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
 
 Examples:
@@ -24,10 +24,8 @@ The scene's signal is given each amplitude in turn; each amplitude and seed has 
 all methods look at the same frames. For each: the period, its relative error, log10 FAP, the slope of the values over
 the truth and the efficiency, which is the Cramer-Rao bound over the scatter about that line. Methods:
 
-  cae         the autoencoder, trained once for each seed of weights, on the scene and no frame
-  template    least squares on the scene's derivative image: the yardstick
-  untrained   the autoencoder with random weights: what it finds needs no training
-
+)";
+constexpr char kAfterMethods[] = R"(
 Tables: `real` is the scene as it is, `equal` the same with both stars as bright, `robust` frames with jitter, with and
 without projecting it out, and frames of scenes that differ from the one the methods were made for (the scene's own
 signal, 5 seeds at most), as they are and about their own mean. Beside them stand
@@ -37,18 +35,22 @@ Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for 
 experiment.md; see lib/FORMATS.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the
 same command goes on where it was. Other arguments need another folder.)";
 
-const std::vector<std::string> kTables = {"real", "equal", "robust"};
+constexpr const char *kTables[] = {"real", "equal", "robust"};
 constexpr uint64_t kMostSeeds = 100000, kMostBlind = 10000000;
 constexpr double kMostAmplitude = 0.1; // px, of the series in the displacement
 
+std::string description() {
+    std::string methods;
+    for (const MethodKind &kind : method_kinds())
+        methods += "  " + std::string(kind.name) + ": " + kind.what + "\n";
+    return kBeforeMethods + methods + kAfterMethods;
+}
+
 struct Options {
     std::string scene, folder;
-    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, kTables, 20, 200};
+    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, {std::begin(kTables), std::end(kTables)}, 20, 200};
     bool as_json = false;
 };
-
-// What --quick stands for where nothing else is said.
-const CampaignOptions kQuick = {{}, {}, {"real"}, 3, 30};
 
 std::vector<double> amplitudes_of(const std::vector<std::string> &words) {
     std::vector<double> amplitudes;
@@ -120,7 +122,7 @@ void experiment(const Options &options, Progress &progress) {
 } // namespace
 
 void add_experiment(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("experiment", kDescription);
+    CLI::App *command = app.add_subcommand("experiment", description());
     auto options = std::make_shared<Options>();
     CampaignOptions &asked = options->campaign;
     for (const MethodKind &kind : method_kinds())
@@ -131,12 +133,17 @@ void add_experiment(CLI::App &app, Context &context) {
     command->add_option("--out", options->folder, "folder for the results")->required();
     CLI::Option *ladder = command->add_option("--amplitudes", *amplitudes, "of the signal in px, default 1e-2 to 1e-6")
                               ->delimiter(',')
+                              ->allow_extra_args(false)
                               ->type_name("PX,...");
-    command->add_option("--methods", asked.methods, "default all")->delimiter(',')->type_name("NAME,...");
+    command->add_option("--methods", asked.methods, "default all")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("NAME,...");
     CLI::Option *tables = command->add_option("--tables", asked.tables, "default real,equal,robust")
                               ->delimiter(',')
+                              ->allow_extra_args(false)
                               ->type_name("NAME,...")
-                              ->check(CLI::IsMember(kTables));
+                              ->check(CLI::IsMember(std::vector<std::string>(std::begin(kTables), std::end(kTables))));
     CLI::Option *seeds = command->add_option("--seeds", asked.seeds, "of weights and noise: 1 to N, default 20")
                              ->check(CLI::Range(uint64_t{1}, kMostSeeds));
     CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal a table, default 200")
@@ -150,11 +157,11 @@ void add_experiment(CLI::App &app, Context &context) {
         check_names("--methods", campaign.methods);
         check_names("--tables", campaign.tables);
         if (*quick && tables->count() == 0)
-            campaign.tables = kQuick.tables;
+            campaign.tables = {"real"};
         if (*quick && seeds->count() == 0)
-            campaign.seeds = kQuick.seeds;
+            campaign.seeds = 3;
         if (*quick && blind->count() == 0)
-            campaign.blind = kQuick.blind;
+            campaign.blind = 30;
         context.action = [&context, options] {
             Progress progress(context.style());
             experiment(*options, progress);

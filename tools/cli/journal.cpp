@@ -31,7 +31,7 @@ std::string read_all(int file, const std::string &path) {
 
 std::string line_of(const cJSON *item) {
     char *printed = cJSON_PrintUnformatted(item);
-    const std::string text = printed != nullptr ? printed : "nothing";
+    std::string text = printed != nullptr ? printed : "nothing";
     cJSON_free(printed);
     return text;
 }

@@ -1,5 +1,7 @@
 #include "methods.hpp"
 
+#include <utility>
+
 #include "failure.hpp"
 
 namespace cli {
@@ -18,7 +20,7 @@ class FrameByFrame : public Method {
         encode(images, count, &values_[values_.size() - count]);
     }
 
-    std::vector<double> series() override { return std::move(values_); }
+    std::vector<double> series() override { return std::exchange(values_, {}); }
 
   protected:
     virtual void encode(const double *images, size_t count, double *values) const = 0;
@@ -67,15 +69,15 @@ class NetworkMethod : public FrameByFrame {
 
 const std::vector<MethodKind> &method_kinds() {
     static const std::vector<MethodKind> kinds = {
-        {"cae", "the autoencoder, tied training on the scene", false,
+        {"cae", "the autoencoder, trained once for each seed of weights, on the scene and no frame", false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
              return std::make_unique<NetworkMethod>(scene, seed, true);
          }},
-        {"template", "least squares on the scene's derivative image", false,
+        {"template", "least squares on the scene's derivative image: the yardstick", false,
          [](const Scene &scene, uint64_t) -> std::unique_ptr<Method> {
              return std::make_unique<TemplateMethod>(scene);
          }},
-        {"untrained", "the autoencoder with random weights", false,
+        {"untrained", "the autoencoder with random weights: what it finds needs no training", false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
              return std::make_unique<NetworkMethod>(scene, seed, false);
          }},
