@@ -12,6 +12,7 @@ constexpr double kClose = 0.05; // relative, of a period that is the signal's
 
 template <class Value> std::vector<double> values_of(const std::vector<Row> &rows, Value value) {
     std::vector<double> values;
+    values.reserve(rows.size());
     for (const Row &row : rows)
         values.push_back(value(row));
     return values;
@@ -38,6 +39,7 @@ std::vector<double> pooled_sigmas(const std::vector<Row> &rows) {
     for (const Row &row : rows)
         squares[row.seed].push_back(row.sigma * row.sigma / (row.slope * row.slope));
     std::vector<double> sigmas;
+    sigmas.reserve(squares.size());
     for (const auto &[seed, of_seed] : squares)
         sigmas.push_back(std::sqrt(mean(of_seed)));
     return sigmas;
