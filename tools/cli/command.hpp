@@ -19,6 +19,7 @@ struct Context {
 };
 
 void add_run(CLI::App &app, Context &context);
+void add_experiment(CLI::App &app, Context &context);
 void add_psf(CLI::App &app, Context &context);
 void add_simulate(CLI::App &app, Context &context);
 void add_train(CLI::App &app, Context &context);

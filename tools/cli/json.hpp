@@ -25,6 +25,7 @@ class Json {
     Json &set(const char *name, Json &&value); // nested
     Json &set(const char *name, JsonTree &&value);
     std::string text() const { return text_of(object_); }
+    JsonTree release() { return std::move(object_); }
 
   private:
     JsonTree object_;

@@ -17,6 +17,7 @@ constexpr char kDescription[] = R"(Period of a planet from frames of the TOLIMAN
 
 Examples:
   toliman run chapter.json                    simulate, train, encode fresh noise, find the period
+  toliman experiment chapter.json --out table  which method finds which amplitude
   toliman period rv.csv                       period of a series t,y[,sigma]
   toliman psf chapter.json --out psf.npy      the expected image
   toliman train chapter.json --out w.tlmw     weights for `encode`
@@ -70,6 +71,7 @@ int parse_and_run(int argc, char **argv) {
     app.formatter(std::make_shared<HelpFormatter>());
     app.fallthrough();
     add_run(app, context);
+    add_experiment(app, context);
     add_psf(app, context);
     add_simulate(app, context);
     add_train(app, context);

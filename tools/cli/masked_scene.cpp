@@ -2,41 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <vector>
 
-#include "failure.hpp"
+#include "scene_json.hpp"
 
 namespace cli {
 
 namespace {
 
 constexpr double kSketchSteps = 5; // of the band
-
-cJSON *item_of(const cJSON *object, const char *name) {
-    return cJSON_GetObjectItemCaseSensitive(object, name);
-}
-
-void put(cJSON *object, const char *name, JsonTree value) {
-    cJSON_DeleteItemFromObjectCaseSensitive(object, name);
-    cJSON_AddItemToObject(object, name, value.release());
-}
-
-void put(cJSON *object, const char *name, double value) {
-    put(object, name, JsonTree(cJSON_CreateNumber(value)));
-}
-
-JsonTree read_json(const std::string &path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    JsonTree tree(file ? cJSON_ParseWithLength(text.data(), text.size()) : nullptr);
-    if (!tree)
-        throw Failure(kExitInput, path + ": cannot be read again");
-    return tree;
-}
 
 toliman_sim_info info_of(const toliman_sim *sim) {
     toliman_sim_info info = {};
@@ -66,9 +41,7 @@ Score score_of(const toliman_sim *sim) {
 }
 
 MaskedScene::MaskedScene(const std::string &path, const toliman_sim *sim)
-    : scene_(read_json(path)), folder_(std::filesystem::path(path).parent_path().string()) {
-    if (folder_.empty())
-        folder_ = ".";
+    : scene_(read_scene_json(path)), folder_(folder_of(path)) {
     for (const char *name : {"opd_nm", "height_nm"}) {
         const cJSON *step = item_of(own_mask(), name);
         if (step == nullptr)

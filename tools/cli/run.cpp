@@ -4,10 +4,10 @@
 #include <cstdio>
 
 #include "command.hpp"
-#include "experiment.hpp"
 #include "failure.hpp"
 #include "json.hpp"
 #include "output.hpp"
+#include "pipeline.hpp"
 #include "seed.hpp"
 
 namespace cli {
@@ -30,98 +30,89 @@ Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes 
 series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
 
-constexpr double kSignificant = -2;                        // log10 FAP
-constexpr int64_t kFewestFrames = 5, kMostFrames = 400000; // of a periodogram on the default grid
+constexpr double kSignificant = -2; // log10 FAP
 
-void check_cadence(const Scene &scene) {
-    const int64_t frames = scene.info.frames;
-    if (frames < kFewestFrames || frames > kMostFrames)
-        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": run takes " +
-                                      std::to_string(kFewestFrames) + " to " + std::to_string(kMostFrames) + " frames");
-}
-
-void remark(const Experiment &experiment, Progress &progress) {
-    if ((experiment.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
+void remark(const Pipeline &pipeline, Progress &progress) {
+    if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak stands at the edge of the grid and the period may lie beyond");
-    if (std::isnan(experiment.efficiency))
+    if (std::isnan(pipeline.efficiency))
         progress.warn("the Cramer-Rao bound counts photon noise, which these frames do not have: no efficiency");
 }
 
-Json result_json(const Scene &scene, const Experiment &experiment) {
+Json result_json(const Scene &scene, const Pipeline &pipeline) {
     const toliman_sim_info &info = scene.info;
-    const toliman_period_peak &peak = experiment.latent.peak;
+    const toliman_period_peak &peak = pipeline.latent.peak;
     Json json, of_template, no_signal, untrained, grid, timings, decoder;
-    of_template.set("sigma_px", experiment.estimate.sigma_px).set("period_days", experiment.estimate.peak.period);
-    of_template.set("log10_fap", experiment.estimate.peak.log10_fap);
-    no_signal.set("log10_fap", experiment.no_signal.peak.log10_fap);
-    no_signal.set("frames", static_cast<double>(experiment.control_frames));
-    untrained.set("log10_fap", experiment.untrained.peak.log10_fap).set("sigma_px", experiment.untrained.sigma_px);
-    decoder.set("cosine", experiment.decoder_cosine).set("gain", experiment.decoder_gain);
-    grid.set("f0", experiment.grid.f0).set("df", experiment.grid.df).set("nf", static_cast<double>(experiment.grid.nf));
-    const Timings &spent = experiment.timings;
+    of_template.set("sigma_px", pipeline.estimate.sigma_px).set("period_days", pipeline.estimate.peak.period);
+    of_template.set("log10_fap", pipeline.estimate.peak.log10_fap);
+    no_signal.set("log10_fap", pipeline.no_signal.peak.log10_fap);
+    no_signal.set("frames", static_cast<double>(pipeline.control_frames));
+    untrained.set("log10_fap", pipeline.untrained.peak.log10_fap).set("sigma_px", pipeline.untrained.sigma_px);
+    decoder.set("cosine", pipeline.decoder_cosine).set("gain", pipeline.decoder_gain);
+    grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", static_cast<double>(pipeline.grid.nf));
+    const Timings &spent = pipeline.timings;
     timings.set("setup_s", spent.setup).set("simulate_s", spent.simulate).set("train_s", spent.train);
     timings.set("encode_s", spent.encode).set("period_s", spent.period).set("controls_s", spent.controls);
     timings.set("total_s", spent.total);
 
     json.set("schema", "toliman-run/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", experiment.seed);
+    json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", pipeline.seed);
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
     json.set("crb_flux_shift_px", info.crb_flux_shift_px)
         .set("crb_marginal_px", info.crb_marginal_px)
         .set("crb_projected_px", info.crb_projected_px);
-    json.set("latent_sigma_px", experiment.latent.sigma_px);
-    json.set("efficiency", experiment.efficiency);
-    json.set("efficiency_error", experiment.efficiency / std::sqrt(2 * static_cast<double>(experiment.control_frames)));
-    json.set("cosine", experiment.training.cosine).set("period_days", peak.period);
+    json.set("latent_sigma_px", pipeline.latent.sigma_px);
+    json.set("efficiency", pipeline.efficiency);
+    json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
+    json.set("cosine", pipeline.training.cosine).set("period_days", peak.period);
     json.set("period_half_width_days", peak.half_width_error).set("period_fwhm_days", peak.fwhm_error);
     json.set("period_error_days", peak.frequency_error * peak.period * peak.period);
     json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
-    json.set("mmse", experiment.mmse).set("photon_floor", experiment.photon_floor).set("mssim", experiment.mssim);
+    json.set("mmse", pipeline.mmse).set("photon_floor", pipeline.photon_floor).set("mssim", pipeline.mssim);
     json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
     json.set("no_signal", std::move(no_signal)).set("untrained", std::move(untrained));
     json.set("grid", std::move(grid)).set("timings", std::move(timings));
     return json;
 }
 
-void write_series(OutputFile &out, const Cadence &cadence, const Experiment &experiment) {
+void write_series(OutputFile &out, const Cadence &cadence, const Pipeline &pipeline) {
     out.print("# separation series: t in days, the rest in pixels\nframe,t,true,latent,template\n");
     for (size_t k = 0; k < cadence.times.size(); k++)
-        out.print("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k], experiment.latents[k],
-                  experiment.estimates[k]);
+        out.print("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k], pipeline.latents[k],
+                  pipeline.estimates[k]);
 }
 
-void write_periodogram(OutputFile &out, const Experiment &experiment) {
+void write_periodogram(OutputFile &out, const Pipeline &pipeline) {
     out.print("# Lomb-Scargle power of the latents: frequency in 1/day\nfrequency,power\n");
-    for (size_t k = 0; k < experiment.power.size(); k++)
-        out.print("%.17g,%.17g\n", experiment.grid.f0 + experiment.grid.df * static_cast<double>(k),
-                  experiment.power[k]);
+    for (size_t k = 0; k < pipeline.power.size(); k++)
+        out.print("%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k), pipeline.power[k]);
 }
 
-void print_summary(const Scene &scene, const Experiment &experiment, const std::string &folder) {
+void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
-    const toliman_period_peak &peak = experiment.latent.peak;
+    const toliman_period_peak &peak = pipeline.latent.peak;
     const bool found = peak.log10_fap <= kSignificant;
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
-                static_cast<long long>(info.cols), static_cast<unsigned long long>(experiment.seed));
+                static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
     std::printf("%s  %.2f +- %.2f days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak", peak.period,
                 peak.frequency_error * peak.period * peak.period, peak.log10_fap,
                 found ? "" : ": no significant period");
-    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", experiment.latent.sigma_px,
+    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", pipeline.latent.sigma_px,
                 info.crb_projected_px);
-    std::printf(std::isnan(experiment.efficiency) ? "not defined\n" : "%.3f\n", experiment.efficiency);
-    std::printf("template      sigma %.3g px, period %.2f days, log10 FAP %.1f\n", experiment.estimate.sigma_px,
-                experiment.estimate.peak.period, experiment.estimate.peak.log10_fap);
-    std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", experiment.untrained.peak.log10_fap,
-                experiment.no_signal.peak.log10_fap);
-    std::printf("pictures      MMSE %.4g (photon floor %.4g), 1 - MSSIM %.2g\n", experiment.mmse,
-                experiment.photon_floor, 1 - experiment.mssim);
-    const Timings &spent = experiment.timings;
+    std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
+    std::printf("template      sigma %.3g px, period %.2f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
+                pipeline.estimate.peak.period, pipeline.estimate.peak.log10_fap);
+    std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
+                pipeline.no_signal.peak.log10_fap);
+    std::printf("pictures      MMSE %.4g (photon floor %.4g), 1 - MSSIM %.2g\n", pipeline.mmse, pipeline.photon_floor,
+                1 - pipeline.mssim);
+    const Timings &spent = pipeline.timings;
     std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
                 spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);
     std::printf("results       %s/result.json, series.csv, periodogram.csv\n", folder.c_str());
@@ -131,7 +122,7 @@ void print_summary(const Scene &scene, const Experiment &experiment, const std::
 void run(const Options &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
     const Scene scene(options.scene, progress);
-    check_cadence(scene);
+    check_cadence(scene, "run");
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
@@ -139,22 +130,22 @@ void run(const Options &options, Progress &progress) {
     OutputFile result(folder.file("result.json")), series(folder.file("series.csv"));
     OutputFile periodogram(folder.file("periodogram.csv"));
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const Experiment experiment =
-        run_experiment(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
-    const std::string json = result_json(scene, experiment).text();
+    const Pipeline pipeline =
+        run_pipeline(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
+    const std::string json = result_json(scene, pipeline).text();
     result.write(json.data(), json.size());
-    write_series(series, cadence, experiment);
-    write_periodogram(periodogram, experiment);
+    write_series(series, cadence, pipeline);
+    write_periodogram(periodogram, pipeline);
     series.commit();
     periodogram.commit();
     result.commit(); // last: whoever finds a result.json finds all of it
     folder.keep();
     progress.clear();
-    remark(experiment, progress);
+    remark(pipeline, progress);
     if (options.as_json)
         print_stdout(json);
     else
-        print_summary(scene, experiment, path);
+        print_summary(scene, pipeline, path);
 }
 
 } // namespace

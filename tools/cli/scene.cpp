@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "failure.hpp"
+#include "scene_json.hpp"
 
 namespace cli {
 
@@ -17,6 +18,13 @@ toliman::simulator open_scene(const std::string &path, Progress &progress) {
     return toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options);
 }
 
+toliman_sim_info info_of(const toliman::simulator &sim) {
+    toliman_sim_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_sim_get_info(sim.get(), &info));
+    return info;
+}
+
 int64_t bound_of(const std::string &text, int64_t absent, const std::string &whole) {
     if (text.empty())
         return absent;
@@ -29,13 +37,24 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
 
 } // namespace
 
-Scene::Scene(const std::string &file, Progress &progress) : path(file), sim(open_scene(file, progress)) {
-    info.struct_size = sizeof info;
-    toliman::check(toliman_sim_get_info(sim.get(), &info));
-}
+Scene::Scene(const std::string &file, Progress &progress)
+    : path(file), sim(open_scene(file, progress)), info(info_of(sim)) {}
+
+Scene::Scene(const std::string &file, const std::string &json)
+    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
+                                                        folder_of(file).c_str(), nullptr)),
+      info(info_of(sim)) {}
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
     toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));
+}
+
+void check_cadence(const Scene &scene, const std::string &command) {
+    constexpr int64_t fewest = 5, most = 400000;
+    const int64_t frames = scene.info.frames;
+    if (frames < fewest || frames > most)
+        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": " + command +
+                                      " takes " + std::to_string(fewest) + " to " + std::to_string(most) + " frames");
 }
 
 FrameRange::FrameRange(const std::string &text, int64_t frames) {

@@ -11,6 +11,8 @@ namespace cli {
 
 struct Scene {
     Scene(const std::string &file, Progress &progress);
+    // A variant of the scene file: its files start where those of the file do; without progress and remarks.
+    Scene(const std::string &file, const std::string &json);
 
     std::string path;
     toliman::simulator sim;
@@ -23,6 +25,9 @@ struct Cadence {
     explicit Cadence(const Scene &scene);
     std::vector<double> times, displacements;
 };
+
+// A Failure for a scene of more or fewer frames than a periodogram on the default grid takes.
+void check_cadence(const Scene &scene, const std::string &command);
 
 // "10:20" is frames 10 ... 19, "10" that one, ":" or "" all; within [0, frames].
 struct FrameRange {

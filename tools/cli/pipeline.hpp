@@ -1,4 +1,4 @@
-// The chapter's experiment, end to end: scene -> frames -> latent -> period, with every control beside it.
+// The whole job of `run`: scene -> frames -> latent -> period, with every control beside it.
 #pragma once
 #include <string>
 #include <vector>
@@ -19,7 +19,7 @@ struct Timings {
     double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, total = 0;
 };
 
-struct Experiment {
+struct Pipeline {
     uint64_t seed = 0;
     FrequencyGrid grid = {};
     toliman_cae_training training = {};
@@ -34,7 +34,7 @@ struct Experiment {
 };
 
 // Everything is fresh: training sees no frame at all, and the control frames have numbers beyond the cadence.
-Experiment run_experiment(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
-                          Progress &progress);
+Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
+                      Progress &progress);
 
 } // namespace cli

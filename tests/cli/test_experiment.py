@@ -1,0 +1,309 @@
+"""toliman experiment: its numbers against numpy and astropy on the same frames, and that a stopped one goes on."""
+import csv
+import fcntl
+import json
+import signal
+import subprocess
+import time
+import unittest
+
+import numpy
+from astropy.timeseries import LombScargle
+from program import PROGRAM, SCENES, ProgramTest
+
+PLACES = {"A": [-4.0, -6.0], "B": [8.0, 10.0]}
+ALONG = numpy.array([-12.0, -16.0]) / 20  # of star A, where it lengthens the separation
+
+
+def tiny_scene():
+    """64 x 64 px, two wavelengths, a bound of 1e-4 px."""
+    star = {"spectrum": {"kind": "lines", "wavelength_nm": [570, 580], "weight": [1, 2]}}
+    return {
+        "schema": "toliman-scene/1",
+        "name": "tiny",
+        "telescope": {
+            "aperture_m": 0.125,
+            "pupil_samples": 64,
+            "mask": {"kind": "spiral", "opd_nm": 288, "terms": [{"a": 1, "f": 2, "m": 3}, {"a": 0.5, "f": 5, "p": 1}]},
+        },
+        "stars": {"A": {**star, "photons_per_s": 2e7}, "B": {**star, "photons_per_s": 1e7}},
+        "binary": {"offsets_px": PLACES},
+        "signal": {"kind": "sinusoid", "star": "A", "amplitude_px": 3e-3, "period_days": 20, "phase_rad": 0.4},
+        "cadence": {"frames": 60, "interval_days": 1, "exposure_s": 10},
+        "detector": {"shape": [64, 64], "pixel_scale_arcsec": 0.2},
+        "noise": {"photon": True, "seed": 7},
+    }
+
+
+class Experiment(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write(tiny_scene())
+
+    def write(self, scene, name="tiny.json"):
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def experiment(self, *arguments, scene="tiny.json"):
+        return json.loads(self.succeed("experiment", scene, *arguments, "--json"))
+
+    def rows(self, folder):
+        with open(self.folder / folder / "experiment.csv") as file:
+            return list(csv.DictReader(line for line in file if line[0] != "#"))
+
+
+class Numbers(Experiment):
+    """The template method, worked out again."""
+
+    ARGUMENTS = ("--methods", "template", "--tables", "real", "--amplitudes", "3e-3,1e-5", "--seeds", 2,
+                 "--blind", 100, "--out", "x")
+
+    def frames(self, seed, scene="tiny.json"):
+        self.succeed("simulate", scene, "--seed", seed, "--out", "f.npy")
+        return numpy.load(self.folder / "f.npy")
+
+    def image(self, step=0.0):
+        scene = tiny_scene()
+        scene["binary"] = {"offsets_px": {**PLACES, "A": list(numpy.array(PLACES["A"]) + step * ALONG)}}
+        self.write(scene, "moved.json")
+        self.succeed("psf", "moved.json", "--out", "p.npy")
+        return numpy.load(self.folder / "p.npy")
+
+    def estimates(self, frames):
+        reference = self.image()
+        derivative = (self.image(1e-3) - self.image(-1e-3)) / 2e-3
+        weights = derivative / reference
+        return ((frames - reference) * weights).sum(axis=(1, 2)) / (derivative * weights).sum()
+
+    def search(self, values, grid):
+        """Period and log10 FAP of the highest peak, by astropy on a grid 200 times as fine about the grid's highest."""
+        periodogram = LombScargle(numpy.arange(60.0), values)
+        frequency = grid["f0"] + grid["df"] * numpy.arange(grid["nf"])
+        top = frequency[periodogram.power(frequency, method="slow").argmax()]
+        fine = numpy.clip(top + grid["df"] * numpy.linspace(-1, 1, 401), frequency[0], frequency[-1])
+        power = periodogram.power(fine, method="slow")
+        fap = periodogram.false_alarm_probability(power.max(), method="baluev", maximum_frequency=frequency[-1])
+        return 1 / fine[power.argmax()], numpy.log10(fap)
+
+    def test_against_numpy_and_astropy(self):
+        result = self.experiment(*self.ARGUMENTS)
+        rows = self.rows("x")
+        self.assertEqual(len(rows), 2 * 2 + 100)
+        bound = result["tables"][0]["crb_projected_px"]
+        derivative = (self.image(1e-3) - self.image(-1e-3)) / 2e-3
+        self.assertAlmostEqual(bound * numpy.sqrt((derivative**2 / self.image()).sum()), 1, delta=1e-6)
+        truth = 3e-3 * numpy.sin(2 * numpy.pi * numpy.arange(60) / 20 + 0.4)
+        for seed in (1, 2):
+            (row,) = [r for r in rows if float(r["amplitude_px"]) == 3e-3 and r["seed"] == str(seed)]
+            values = self.estimates(self.frames(seed))
+            period, log10_fap = self.search(values, result["grid"])
+            slope, level = numpy.polyfit(truth, values, 1)
+            sigma = numpy.sqrt(((values - level - slope * truth) ** 2).sum() / 58)
+            for key, expected, share in (
+                ("period_days", period, 1e-3), ("log10_fap", log10_fap, 1e-3), ("slope", slope, 1e-4),
+                ("sigma", sigma, 1e-3), ("efficiency", bound * slope / sigma, 1e-3),
+                ("period_error", abs(period / 20 - 1), 0.2),
+            ):
+                self.assertAlmostEqual(float(row[key]) / expected, 1, delta=share, msg=key)
+            self.assertEqual(row["found"], "1")
+
+    def test_without_signal(self):
+        result = self.experiment(*self.ARGUMENTS)
+        scene = tiny_scene()
+        scene["signal"] = {"kind": "none"}
+        self.write(scene, "still.json")
+        blind = [r for r in self.rows("x") if float(r["amplitude_px"]) == 0]
+        for seed, series in ((1, 0), (2, 3)):
+            (row,) = [r for r in blind if (r["seed"], r["series"]) == (str(seed), str(series))]
+            values = self.estimates(self.frames(seed + 2**32 * (2 + series), "still.json"))
+            period, log10_fap = self.search(values, result["grid"])
+            self.assertAlmostEqual(float(row["period_days"]) / period, 1, delta=0.02)
+            self.assertAlmostEqual(float(row["log10_fap"]), log10_fap, delta=0.02)
+            self.assertAlmostEqual(float(row["sigma"]) / values.std(ddof=1), 1, delta=1e-4)
+            self.assertAlmostEqual(float(row["slope"]), 1, delta=1e-4)
+        (control,) = result["tables"][0]["controls"]
+        self.assertEqual((control["series"], control["frames"]), (100, 6000))
+        self.assertAlmostEqual(control["efficiency"], 1, delta=4 / numpy.sqrt(2 * 6000))
+        faps = numpy.sort([10 ** float(r["log10_fap"]) for r in blind])
+        self.assertEqual(control["alarms"], (faps < 1e-3).sum())
+        steps = numpy.arange(100) / 100
+        gap = lambda x: numpy.maximum(x - steps, steps + 0.01 - x).max(axis=-1)
+        drawn = numpy.sort(numpy.random.default_rng(1).random((40000, 100)))
+        self.assertAlmostEqual(control["ks_p"], (gap(drawn) >= gap(faps)).mean(), delta=0.015)
+
+    def test_theory(self):
+        result = self.experiment(*self.ARGUMENTS)
+        table, grid = result["tables"][0], result["grid"]
+        shape = numpy.sin(2 * numpy.pi * numpy.arange(60) / 20 + 0.4)
+        highest = grid["f0"] + grid["df"] * (grid["nf"] - 1)
+        periodogram = LombScargle(numpy.arange(60.0), shape)
+
+        def log10_fap(amplitude):
+            power = amplitude**2 * shape.var() / (table["crb_px"] ** 2 + amplitude**2 * shape.var())
+            return numpy.log10(
+                periodogram.false_alarm_probability(power, method="baluev", maximum_frequency=highest)
+            )
+
+        self.assertAlmostEqual(log10_fap(table["threshold_px"]), -3, delta=1e-3)
+        self.assertAlmostEqual(table["pca_threshold_px"] / table["crb_px"], (4 * 4096 / 60) ** 0.25, delta=1e-3)
+        for rung in table["ladder"]:
+            self.assertAlmostEqual(rung["expected_log10_fap"], log10_fap(rung["amplitude_px"]), delta=1e-3)
+        strong, weak = table["ladder"]
+        self.assertEqual((strong["found"], weak["found"]), (2, 0))
+        self.assertLess(abs(strong["log10_fap"] / strong["expected_log10_fap"] - 1), 0.15)
+
+
+class Networks(Experiment):
+    def test_every_table(self):
+        """One wavelength, one seed: slow is the training alone."""
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["cadence"].update(frames=60)
+        scene["signal"].update(period_days=20, amplitude_px=5e-6)
+        scene["band"] = {"wavelength_nm": 580}
+        for star in scene["stars"].values():
+            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        self.write(scene, "s.json")
+        result = self.experiment("--amplitudes", "1e-4,1e-8", "--seeds", 1, "--blind", 2, "--out", "x", scene="s.json")
+        mismatches = ["defocus", "separation", "scale", "pointing-0.1", "pointing-0.5"]
+        tables = {table["table"]: table for table in result["tables"]}
+        self.assertEqual(
+            list(tables),
+            ["real", "equal", "matched", "jitter", "projected"] + [m + end for m in mismatches for end in ("", "-mean")],
+        )
+        self.assertAlmostEqual(tables["real"]["flux_ratio"], 3.12, delta=1e-9)
+        self.assertAlmostEqual(tables["equal"]["flux_ratio"], 1, delta=1e-9)
+        for name in ("real", "equal"):
+            found = {(r["method"], r["amplitude_px"]): r["found"] for r in tables[name]["ladder"]}
+            self.assertEqual(found["cae", 1e-4] + found["template", 1e-4], 2)
+            self.assertEqual(found["cae", 1e-8] + found["template", 1e-8] + found["untrained", 1e-8], 0)
+        controls = {(t, c["method"]): c for t in tables for c in tables[t]["controls"]}
+        self.assertEqual(len(controls), 45)
+        self.assertAlmostEqual(controls["real", "cae"]["efficiency"], 0.96, delta=0.2)
+        self.assertLess(controls["real", "untrained"]["efficiency"], 0.1)
+        for method in ("cae", "template"):
+            matched = controls["matched", method]
+            self.assertAlmostEqual(matched["slope"], 1, delta=0.01)
+            self.assertGreater(controls["jitter", method]["sigma_px"], 50 * matched["sigma_px"])
+            self.assertGreater(controls["projected", method]["efficiency"], 0.8)
+            self.assertLess(abs(controls["projected", method]["bias_px"]), 3e-6)
+            for small in mismatches[:4]:
+                share = controls[small + "-mean", method]["efficiency"] / matched["efficiency"]
+                self.assertAlmostEqual(share, 1, delta=0.12, msg=small)
+                self.assertLess(abs(controls[small + "-mean", method]["bias_px"]), 1e-6)
+            share = controls["pointing-0.5-mean", method]["efficiency"] / matched["efficiency"]
+            self.assertAlmostEqual(share, 0.8, delta=0.14)  # sharp fringes of one wavelength
+        self.assertLess(controls["pointing-0.5", "cae"]["efficiency"], 0.5)  # beyond the linear part of its ELUs
+        self.assertGreater(controls["pointing-0.5", "template"]["efficiency"], 0.6)
+        text = (self.folder / "x" / "experiment.md").read_text()
+        for name in ("## Table real: ", "## Table equal: ", "## Table robust: ", "| at the bound |", "| untrained |"):
+            self.assertIn(name, text)
+
+
+class GoingOn(Experiment):
+    ARGUMENTS = ("experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
+                 "--seeds", 2, "--blind", 400)
+
+    def test_stopped_and_resumed(self):
+        whole = self.succeed(*self.ARGUMENTS, "--out", "whole")
+        lines = (self.folder / "whole" / "journal.jsonl").read_bytes().count(b"\n")
+        self.assertEqual(lines, 1 + 2 + 400)
+        journal = self.folder / "parts" / "journal.jsonl"
+        for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            before = journal.read_bytes().count(b"\n") if journal.exists() else 0
+            arguments = [PROGRAM, *map(str, self.ARGUMENTS), "--out", "parts"]
+            with subprocess.Popen(
+                arguments, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            ) as run:
+                while not journal.exists() or journal.read_bytes().count(b"\n") < before + 5:
+                    self.assertIsNone(run.poll())
+                    time.sleep(0.002)
+                run.send_signal(number)
+                out, err = run.communicate(timeout=60)
+            self.assertEqual((run.returncode, out), (code, ""))
+            self.assertEqual(err, "toliman: stopped by a signal; the same command goes on where it was\n")
+            self.assertLess(journal.read_bytes().count(b"\n"), lines)
+            self.assertEqual([p.name for p in journal.parent.iterdir()], ["journal.jsonl"])
+        with open(journal, "ab") as file:
+            file.write(b'{"table":"real","method":"templ')  # as a process leaves it that dies
+        self.assertEqual(self.succeed(*self.ARGUMENTS, "--out", "parts"), whole)
+        for name in ("experiment.json", "experiment.csv", "experiment.md", "journal.jsonl"):
+            self.assertEqual(
+                (self.folder / "parts" / name).read_bytes(), (self.folder / "whole" / name).read_bytes(), name
+            )
+        modified = journal.stat().st_mtime_ns
+        self.assertEqual(self.succeed(*self.ARGUMENTS, "--out", "parts"), whole)  # nothing is left to do
+        self.assertEqual(journal.stat().st_mtime_ns, modified)
+
+    def test_other_arguments_need_another_folder(self):
+        short = ["experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
+                 "--seeds", "1", "--blind", "0", "--out", "x"]
+        self.succeed(*short)
+        kept = (self.folder / "x" / "experiment.json").read_bytes()
+        for option, value, *texts in (
+            ("--amplitudes", "1e-4", "amplitudes_px = [0.001]: this experiment has [0.0001]"),
+            ("--seeds", "2", "seeds = 1: this experiment has 2"),
+            ("--blind", "1", "blind = 0: this experiment has 1"),
+            ("--tables", "equal", 'tables = ["real"]: this experiment has ["equal"]'),
+        ):
+            changed = list(short)
+            changed[changed.index(option) + 1] = value
+            self.refuse(2, "x/journal.jsonl: ", "--out", *texts, arguments=changed)
+        scene = tiny_scene()
+        scene["stars"]["A"]["photons_per_s"] = 1e7
+        self.write(scene)
+        self.refuse(2, "x/journal.jsonl: scene_digest = ", arguments=short)
+        self.assertEqual((self.folder / "x" / "experiment.json").read_bytes(), kept)
+
+    def test_journals_that_cannot_be_used(self):
+        short = ["experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
+                 "--seeds", "1", "--blind", "1", "--out", "x"]
+        self.succeed(*short)
+        journal = self.folder / "x" / "journal.jsonl"
+        good = journal.read_bytes()
+        for damage in (b"nothing\n", b"{}\n", b'{"table":"real"}\n', good.splitlines()[1].replace(b"1", b"[]") + b"\n"):
+            journal.write_bytes(good + damage)
+            self.refuse(3, "x/journal.jsonl:4: is no result of an experiment", arguments=short)
+        journal.write_bytes(b"\x93NUMPY\n" + good)
+        self.refuse(3, "x/journal.jsonl:1: is no journal", arguments=short)
+        journal.write_bytes(good)
+        with open(journal) as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            self.refuse(6, "x/journal.jsonl: another experiment", arguments=short)
+        self.succeed(*short)
+
+
+class Refusals(Experiment):
+    def refused(self, code, *texts, arguments=()):
+        self.refuse(code, *texts, arguments=("experiment", "tiny.json", "--out", "x", *arguments))
+
+    def test_options(self):
+        for word in ("0", "-1e-6", "0.2", "nan", "much", "1e-6x"):
+            self.refused(2, "--amplitudes", word, "above 0, at most 0.1 px", arguments=(f"--amplitudes={word}",))
+        self.refused(2, "1e-6: stands there twice", arguments=("--amplitudes", "1e-6,1e-6"))
+        self.refused(2, "--methods magic: unknown; there are cae, template, untrained", arguments=("--methods", "magic"))
+        self.refused(2, "cae: stands there twice", arguments=("--methods", "cae,cae"))
+        self.refused(2, "--tables", "kitchen", arguments=("--tables", "kitchen"))
+        for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):
+            self.refused(2, option[:7], arguments=(option,))
+        self.refuse(2, "--out is required", arguments=("experiment", "tiny.json"))
+        self.refuse(6, "no/x: cannot be made",
+                    arguments=("experiment", "--tables", "real", "--out", "no/x", "--methods", "template", "tiny.json"))
+        self.refuse(6, "no/x: cannot be made", arguments=("experiment", "tiny.json", "--out", "no/x", "--tables", "real"))
+
+    def test_scenes(self):
+        for change, text in (
+            ({"signal": {"kind": "none"}}, "tiny.json: signal: experiment needs one above 0 px"),
+            ({"noise": {"photon": False, "read_e": 5}}, "tiny.json: noise.photon: must be true"),
+            ({"cadence": {**tiny_scene()["cadence"], "frames": 4}}, "cadence.frames = 4: experiment takes 5 to 400000"),
+            ({"detector": {"shape": [64, 64], "pixel_scale_arcsec": -1}}, "detector.pixel_scale_arcsec = -1"),
+        ):
+            self.write({**tiny_scene(), **change})
+            self.refused(2, text)
+        scene = tiny_scene()
+        del scene["stars"]["B"]
+        scene["binary"]["offsets_px"] = {"A": [0, 0]}
+        self.write(scene)
+        self.refused(2, "tiny.json: stars.B: is missing", "--tables real does not")
+
+
+if __name__ == "__main__":
+    unittest.main()
