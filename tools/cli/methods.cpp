@@ -48,7 +48,8 @@ class TemplateMethod : public FrameByFrame {
 class NetworkMethod : public FrameByFrame {
   public:
     NetworkMethod(const Scene &scene, uint64_t seed, bool trained)
-        : FrameByFrame(scene), cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)) {
+        : FrameByFrame(scene),
+          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)) {
         if (!trained)
             return;
         toliman_cae_train_options options;
