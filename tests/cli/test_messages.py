@@ -8,7 +8,7 @@ import unittest
 import numpy
 from program import PROGRAM, SCENES, ProgramTest
 
-CHAPTER = SCENES / "chapter.json"
+CHAPTER, MISSION = SCENES / "chapter.json", SCENES / "mission.json"
 SCENE = {
     "schema": "toliman-scene/1",
     "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
@@ -121,16 +121,32 @@ class Weights(ProgramTest):
 
 
 class Stopped(ProgramTest):
+    def stop(self, number, *arguments):
+        """Exit code and last two lines of a training that gets a signal as soon as it is under way."""
+        command = [PROGRAM, "--progress=json", "train", CHAPTER, *arguments]
+        child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        while '"progress":"train"' not in child.stderr.readline():
+            pass
+        child.send_signal(number)
+        lines = child.communicate(timeout=60)[1].splitlines()[-2:]
+        return child.returncode, lines
+
     def test_a_signal_during_training(self):
-        command = [PROGRAM, "--progress=json", "train", CHAPTER, "--steps", "100000", "--out", "w"]
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
-            child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
-            while '"progress":"train"' not in child.stderr.readline():
-                pass
-            child.send_signal(number)
-            self.assertEqual(child.communicate(timeout=60)[1].splitlines()[-1], "toliman: stopped by a signal")
-            self.assertEqual(child.returncode, code)
-            self.assertEqual(os.listdir(self.folder), [])
+            returned, lines = self.stop(number, "--steps", "100000", "--out", "w")
+            self.assertEqual(returned, code)
+            self.assertRegex(lines[0], r"^toliman: train: step \d+ of 100000, .*; go on with --resume w$")
+            self.assertEqual(lines[1], "toliman: stopped by a signal")
+
+    def test_a_stopped_training_goes_on(self):
+        tied = ("--steps", "600")
+        self.stop(signal.SIGINT, *tied, "--out", "half")
+        self.succeed("train", CHAPTER, *tied, "--resume", "half", "--out", "resumed")
+        self.succeed("train", CHAPTER, *tied, "--out", "whole")
+        whole = (self.folder / "whole").read_bytes()
+        self.assertEqual((self.folder / "resumed").read_bytes(), whole)
+        self.assertNotEqual((self.folder / "half").read_bytes(), whole)
+        self.refuse(2, "was trained for another scene", arguments=("train", MISSION, "--resume", "half", "--out", "x"))
 
 
 if __name__ == "__main__":

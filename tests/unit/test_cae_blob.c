@@ -168,26 +168,6 @@ static void test_no_target(void **unused) {
     toliman_cae_destroy(cae);
 }
 
-/* An input scale so small that float32 has no weights that make up for it. */
-static void test_scale_out_of_range(void **unused) {
-    (void)unused;
-    const double scale = 1e-300;
-    toliman_cae *cae = NULL;
-    toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
-    options.steps = 1;
-    uint8_t *bytes = malloc(blob_size);
-    memcpy(bytes, blob, blob_size);
-    uint64_t bits;
-    memcpy(&bits, &scale, sizeof bits);
-    put(bytes + 72, bits, 8);
-    put(bytes + blob_size - 4, crc32_of(bytes, blob_size - 4), 4);
-    assert_ok(toliman_cae_load(bytes, blob_size, &cae));
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "input scale 1e-300");
-    free(bytes);
-    toliman_cae_destroy(cae);
-}
-
 static void test_arguments(void **unused) {
     (void)unused;
     toliman_cae *out = NULL;
@@ -205,7 +185,6 @@ int main(void) {
         cmocka_unit_test(test_blob_written_from_the_page),
         cmocka_unit_test(test_weights_that_overflow),
         cmocka_unit_test(test_no_target),
-        cmocka_unit_test(test_scale_out_of_range),
         cmocka_unit_test(test_arguments),
     };
     return cmocka_run_group_tests_name("cae_blob", tests, set_up, tear_down);
