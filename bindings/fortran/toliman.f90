@@ -13,6 +13,8 @@ module toliman
         integer(c_int32_t) :: struct_size
         integer(c_int32_t) :: flags
         real(c_double) :: time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling
+        integer(c_int64_t) :: time_offset_ns
+        real(c_double) :: unit_ns
     end type
 
     type, bind(C), public :: toliman_period_peak

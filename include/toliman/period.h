@@ -37,6 +37,10 @@ typedef struct toliman_period_options {
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above they are wide, 50 bits
      * more for every term: a push takes three times as long, a query of the power some fifteen times. */
     double sigma_ceiling;
+    /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
+     * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
+    int64_t time_offset_ns;
+    double unit_ns;
 } toliman_period_options;
 
 /* Fills *options with the defaults. Since 0.1. */
@@ -64,6 +68,40 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_p
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
 
+/* The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's clock,
+ * (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit. All kinds of times may be mixed. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_pair(toliman_period *period, double t, double t_low,
+                                                                       double y, double sigma) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, double y,
+                                                                     double sigma) TOLIMAN_NOEXCEPT;
+
+/* Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
+ * it, whatever was pushed in between. A window that slides is a push and a retract. Whether the sample was ever pushed
+ * cannot be seen, only that as many are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
+                                                                     double sigma) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_pair(toliman_period *period, double t,
+                                                                          double t_low, double y,
+                                                                          double sigma) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, double y,
+                                                                        double sigma) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(toliman_period *period, const double *t,
+                                                                          const double *y, const double *sigma,
+                                                                          size_t n) TOLIMAN_NOEXCEPT;
+
+/* Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
+ * the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
+ * value, a smaller value_bound or a larger sigma_floor the other's sums are turned to this one's first: power then
+ * within 1e-12 still, but not the same bits. TOLIMAN_E_MISMATCH for other frequencies, kinds of mean or references in
+ * nanoseconds; TOLIMAN_E_RANGE where what the other's options allow is beyond this one's; TOLIMAN_E_ARGUMENT for other
+ * = period. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
+                                                                   const toliman_period *other) TOLIMAN_NOEXCEPT;
+
+/* A periodogram of its own with the same grid, options and samples. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_copy(const toliman_period *period,
+                                                                  toliman_period **out) TOLIMAN_NOEXCEPT;
+
 /* Forgets every sample; grid and options stay. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_reset(toliman_period *period) TOLIMAN_NOEXCEPT;
 
@@ -79,6 +117,8 @@ typedef struct toliman_period_info {
     int64_t count;   /* samples */
     uint64_t digest; /* identity of grid and options; equal digests may be compared sum by sum */
     double sigma_ceiling;
+    int64_t time_offset_ns;
+    double unit_ns;
 } toliman_period_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */

@@ -29,11 +29,52 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.nf = nf;
     grid.fixed_mean = (options.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
     grid.time_offset = options.time_offset;
+    grid.time_offset_ns = options.time_offset_ns;
+    grid.unit_ns = options.unit_ns;
     grid.value_offset = options.value_offset;
     grid.value_bound = options.value_bound;
     grid.sigma_floor = options.sigma_floor;
     grid.sigma_ceiling = options.sigma_ceiling;
     return grid;
+}
+
+void put(period::Stream &stream, const period::Sample &sample) {
+    stream.check(sample, -1);
+    stream.push(sample);
+}
+
+void check_held(const period::Stream &stream, size_t n) {
+    if (n > static_cast<uint64_t>(stream.totals().count))
+        fail(Status::state, "%zu samples to retract: only %lld are in", n,
+             static_cast<long long>(stream.totals().count));
+}
+
+void take_back(period::Stream &stream, const period::Sample &sample) {
+    check_held(stream, 1);
+    stream.check(sample, -1);
+    stream.retract(sample);
+}
+
+// Samples of the caller; sigma may be NULL.
+struct Given {
+    const double *t, *y, *sigma;
+    size_t n;
+};
+
+// Checks all samples before work sees the first.
+template <class Work> void for_all(const period::Stream &stream, const Given &given, Work work) {
+    if (given.n > 0) {
+        required(given.t, "t");
+        required(given.y, "y");
+    }
+    const double unweighted = stream.grid().sigma_floor;
+    const auto sample = [&](size_t i) {
+        return stream.sample(given.t[i], 0, given.y[i], given.sigma != nullptr ? given.sigma[i] : unweighted);
+    };
+    for (size_t i = 0; i < given.n; i++)
+        stream.check(sample(i), static_cast<int64_t>(i));
+    for (size_t i = 0; i < given.n; i++)
+        work(sample(i));
 }
 
 double fap_of(const period::Stream &stream, double log10_residual) noexcept {
@@ -72,6 +113,7 @@ void toliman_period_options_init(toliman_period_options *options) noexcept {
     options->struct_size = sizeof *options;
     options->value_bound = defaults.value_bound;
     options->sigma_floor = defaults.sigma_floor;
+    options->unit_ns = defaults.unit_ns;
 }
 
 toliman_status toliman_period_create(double f0, double df, int64_t nf, const toliman_period_options *options,
@@ -90,10 +132,21 @@ void toliman_period_destroy(toliman_period *period) noexcept {
 }
 
 toliman_status toliman_period_push(toliman_period *period, double t, double y, double sigma) noexcept {
+    return toliman_period_push_pair(period, t, 0, y, sigma);
+}
+
+toliman_status toliman_period_push_pair(toliman_period *period, double t, double t_low, double y,
+                                        double sigma) noexcept {
     return guard([&] {
         period::Stream &stream = required(period, "period").stream;
-        stream.check(t, y, sigma, -1);
-        stream.push(t, y, sigma);
+        put(stream, stream.sample(t, t_low, y, sigma));
+    });
+}
+
+toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        put(stream, stream.sample_ns(t_ns, y, sigma));
     });
 }
 
@@ -101,15 +154,53 @@ toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                         size_t n) noexcept {
     return guard([&] {
         period::Stream &stream = required(period, "period").stream;
-        if (n > 0) {
-            required(t, "t");
-            required(y, "y");
-        }
-        const double unweighted = stream.grid().sigma_floor;
-        for (size_t i = 0; i < n; i++)
-            stream.check(t[i], y[i], sigma != nullptr ? sigma[i] : unweighted, static_cast<int64_t>(i));
-        for (size_t i = 0; i < n; i++)
-            stream.push(t[i], y[i], sigma != nullptr ? sigma[i] : unweighted);
+        for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.push(sample); });
+    });
+}
+
+toliman_status toliman_period_retract(toliman_period *period, double t, double y, double sigma) noexcept {
+    return toliman_period_retract_pair(period, t, 0, y, sigma);
+}
+
+toliman_status toliman_period_retract_pair(toliman_period *period, double t, double t_low, double y,
+                                           double sigma) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        take_back(stream, stream.sample(t, t_low, y, sigma));
+    });
+}
+
+toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        take_back(stream, stream.sample_ns(t_ns, y, sigma));
+    });
+}
+
+toliman_status toliman_period_retract_many(toliman_period *period, const double *t, const double *y,
+                                           const double *sigma, size_t n) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        check_held(stream, n);
+        for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.retract(sample); });
+    });
+}
+
+toliman_status toliman_period_merge(toliman_period *period, const toliman_period *other) noexcept {
+    return guard([&] {
+        period::Stream &stream = required(period, "period").stream;
+        const period::Stream &more = required(other, "other").stream;
+        if (&stream == &more)
+            fail(Status::argument, "other: is the periodogram itself");
+        stream.merge(more);
+    });
+}
+
+toliman_status toliman_period_copy(const toliman_period *period, toliman_period **out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(out, "out");
+        *out = new toliman_period{stream};
     });
 }
 
@@ -135,6 +226,8 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         info.value_bound = grid.value_bound;
         info.sigma_floor = grid.sigma_floor;
         info.sigma_ceiling = grid.sigma_ceiling;
+        info.time_offset_ns = grid.time_offset_ns;
+        info.unit_ns = grid.unit_ns;
         info.count = stream.totals().count;
         info.digest = grid.digest();
         deliver(info, out, "out", sizeof info);

@@ -37,6 +37,21 @@ void ExactSum::add_product_square(double a, double b) noexcept {
     add_product(a, std::fma(b, b, -square));
 }
 
+void ExactSum::add(const ExactSum &other) noexcept {
+    const Places digits = other.canonical();
+    carry();
+    for (size_t i = 0; i < kPlaces; i++)
+        places_[i] += digits[i];
+    carry();
+}
+
+void ExactSum::add_wide(Wide x) noexcept {
+    for (auto part = static_cast<double>(x); std::fabs(part) > 1e-290; part = static_cast<double>(x)) {
+        add(part);
+        x -= static_cast<Wide>(part);
+    }
+}
+
 void ExactSum::carry() noexcept {
     for (size_t i = 0; i + 1 < kPlaces; i++) {
         places_[i + 1] += places_[i] >> 32;

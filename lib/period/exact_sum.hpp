@@ -19,6 +19,10 @@ class ExactSum {
     // Adds a b or a b^2 exactly (as an exact expansion in doubles; no product may overflow or fall below 1e-290).
     void add_product(double a, double b) noexcept;
     void add_product_square(double a, double b) noexcept;
+    // Adds another sum exactly.
+    void add(const ExactSum &other) noexcept;
+    // Adds a number of 113 bits exactly, but for what of it is below 1e-290.
+    void add_wide(Wide x) noexcept;
     // The sum, up to an error of 2 ulp of Wide.
     Wide value() const noexcept;
     // Canonical digits: all in [0, 2^32) but the last, which carries the sign. Equal sums have equal digits.

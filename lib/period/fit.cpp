@@ -255,8 +255,9 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
         fail(Status::argument, "n = %zu samples, but %lld were pushed", samples.count,
              static_cast<long long>(stream.totals().count));
     for (size_t i = 0; i < samples.count; i++)
-        stream.check(samples.t[i], samples.y[i],
-                     samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor, static_cast<int64_t>(i));
+        stream.check(stream.sample(samples.t[i], 0, samples.y[i],
+                                   samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor),
+                     static_cast<int64_t>(i));
     const Sinusoid sinusoid(samples, stream.grid().fixed_mean);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
     // One step either side of the parabola, but not out of the grid: there are powers that were never compared.

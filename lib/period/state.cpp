@@ -10,7 +10,7 @@ namespace toliman::period {
 namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'P'};
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 constexpr uint32_t kFixedMean = 1;
 constexpr char kKind[] = "periodogram state";
 constexpr size_t kExactSize = size_t{ExactSum::kPlaces} * 8;
@@ -73,6 +73,8 @@ Grid load_header(ByteReader &in) {
     for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
                           &grid.sigma_floor, &grid.sigma_ceiling})
         *value = in.f64();
+    grid.time_offset_ns = in.i64();
+    grid.unit_ns = in.f64();
     try {
         grid.check();
     } catch (const Error &error) {
@@ -104,6 +106,8 @@ std::vector<uint8_t> Stream::save() const {
     for (double value : {grid_.f0, grid_.df, grid_.time_offset, grid_.value_offset, grid_.value_bound,
                          grid_.sigma_floor, grid_.sigma_ceiling})
         out.f64(value);
+    out.i64(grid_.time_offset_ns);
+    out.f64(grid_.unit_ns);
     out.u64(grid_.digest());
     out.i64(totals_.count);
     save_pair(out, totals_.weight, totals_.weight_high);

@@ -49,6 +49,8 @@ void Grid::check() const {
              static_cast<long long>(kMaxFrequencies));
     if (!std::isfinite(last()))
         fail(Status::argument, "f0 + (nf - 1) df overflows");
+    if (!(unit_ns >= 1 && unit_ns <= 1e30))
+        fail(Status::argument, "unit_ns = %g: must be in [1, 1e30]", unit_ns);
     if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
         fail(Status::argument, "time_offset = %g, value_offset = %g: must be finite", time_offset, value_offset);
     if (!(value_bound >= 1e-100 && value_bound <= 1e100))
@@ -69,6 +71,8 @@ uint64_t Grid::digest() const {
     ByteWriter identity;
     for (double value : {f0, df, time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling})
         identity.f64(value);
+    identity.i64(time_offset_ns);
+    identity.f64(unit_ns);
     identity.i64(nf);
     identity.u8(fixed_mean);
     return fnv1a(reinterpret_cast<const char *>(identity.bytes().data()), identity.bytes().size());
@@ -84,20 +88,38 @@ Stream::Stream(const Grid &grid) : grid_(grid) {
     anchors_.resize(2 * blocks_);
 }
 
-void Stream::check(double t, double y, double sigma, int64_t index) const {
+Sample Stream::sample(double t, double low, double y, double sigma) const noexcept {
+    Sample sample = {t, 0, 0, y, sigma};
+    double rest;
+    difference(t, grid_.time_offset, sample.t_high, rest);
+    difference(sample.t_high, -(rest + low), sample.t_high, sample.t_low);
+    return sample;
+}
+
+Sample Stream::sample_ns(int64_t t_ns, double y, double sigma) const noexcept {
+    const __int128 elapsed = static_cast<__int128>(t_ns) - grid_.time_offset_ns;
+    const auto high = static_cast<double>(elapsed);
+    const auto low = static_cast<double>(elapsed - static_cast<__int128>(high));
+    Sample sample = {static_cast<double>(t_ns), high / grid_.unit_ns, 0, y, sigma};
+    sample.t_low = (std::fma(-sample.t_high, grid_.unit_ns, high) + low) / grid_.unit_ns;
+    return sample;
+}
+
+void Stream::check(const Sample &sample, int64_t index) const {
+    const double t = sample.t, y = sample.y, sigma = sample.sigma, elapsed = std::fabs(sample.t_high);
     char where[32] = "";
     if (index >= 0)
         std::snprintf(where, sizeof where, "sample %lld: ", static_cast<long long>(index));
-    if (!std::isfinite(t))
+    if (!std::isfinite(t) || std::isnan(elapsed + sample.t_low))
         fail(Status::argument, "%st = %g: must be finite", where, t);
     if (!std::isfinite(y))
         fail(Status::argument, "%sy = %g: must be finite", where, y);
     if (!(std::isfinite(sigma) && sigma > 0))
         fail(Status::argument, "%ssigma = %g: must be finite and above 0", where, sigma);
-    if (!(std::fabs(t - grid_.time_offset) <= kMostTime))
+    if (!(elapsed <= kMostTime))
         fail(Status::range, "%st = %g: further than %g from time_offset = %g", where, t, kMostTime, grid_.time_offset);
-    if (!(std::fabs(t - grid_.time_offset) * grid_.last() <= kMaxCycles))
-        fail(Status::range, "%st = %g: more than 2^50 cycles from time_offset = %g", where, t, grid_.time_offset);
+    if (!(elapsed * grid_.last() <= kMaxCycles))
+        fail(Status::range, "%st = %g: more than 2^50 cycles from the time offset", where, t);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
         fail(Status::range, "%sy = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",
              where, y, grid_.value_bound, grid_.value_offset);
@@ -111,13 +133,16 @@ void Stream::check(double t, double y, double sigma, int64_t index) const {
         fail(Status::range, "%smore than %lld samples", where, static_cast<long long>(kMostSamples));
 }
 
-void Stream::push(double t, double y, double sigma) noexcept {
-    const double ratio = grid_.sigma_floor / sigma;
+// Every term is odd in the weight, and so is its rounding: a sample of negative weight takes back exactly what it
+// brought.
+void Stream::add(const Sample &given, double sign) noexcept {
+    const double ratio = grid_.sigma_floor / given.sigma;
     kernels::PushSample sample = {};
-    difference(t, grid_.time_offset, sample.t_high, sample.t_low);
-    sample.weight = ratio * ratio;
+    sample.t_high = given.t_high;
+    sample.t_low = given.t_low;
+    sample.weight = sign * ratio * ratio;
     double y_high, y_low;
-    difference(y, grid_.value_offset, y_high, y_low);
+    difference(given.y, grid_.value_offset, y_high, y_low);
     sample.value_high = y_high / grid_.value_bound;
     // The remainder of the division, exact by FMA, joins the remainder of the difference.
     sample.value_low = (std::fma(-sample.value_high, grid_.value_bound, y_high) + y_low) / grid_.value_bound;
@@ -142,7 +167,7 @@ void Stream::push(double t, double y, double sigma) noexcept {
     totals_.wyy.add_product(2 * w * sample.value_low, sample.value_high);
     totals_.wt.add_product(w, sample.t_high);
     totals_.wtt.add_product_square(w, sample.t_high);
-    totals_.count++;
+    totals_.count += sign > 0 ? 1 : -1;
     if (++pending_ == kernels::kFoldEvery)
         fold();
 }
@@ -160,6 +185,38 @@ void Stream::reset() noexcept {
     std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
     totals_ = Totals();
     pending_ = 0;
+}
+
+void Stream::merge(const Stream &other) {
+    if (other.totals_.count > kMostSamples - totals_.count)
+        fail(Status::range, "merge: more than %lld samples together", static_cast<long long>(kMostSamples));
+    if (other.grid_.digest() == grid_.digest())
+        merge_equal(other);
+    else
+        merge_turned(other);
+    totals_.count += other.totals_.count;
+    fold();
+}
+
+void Stream::merge_equal(const Stream &other) noexcept {
+    fold();
+    for (size_t i = 0; i < lo_.size(); i++) { // the other's low part is below 2^62 even when not folded
+        lo_[i] += other.lo_[i];
+        hi_[i] += other.hi_[i];
+    }
+    Totals &sums = totals_;
+    const Totals &more = other.totals_;
+    sums.weight += more.weight;
+    sums.weight_high += more.weight_high;
+    sums.value += more.value;
+    sums.value_high += more.value_high;
+    sums.value_low += more.value_low;
+    sums.value_low_high += more.value_low_high;
+    sums.w.add(more.w);
+    sums.wy.add(more.wy);
+    sums.wyy.add(more.wyy);
+    sums.wt.add(more.wt);
+    sums.wtt.add(more.wtt);
 }
 
 template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
@@ -193,12 +250,14 @@ Wide Stream::weight() const noexcept {
                         : joined<Wide>(totals_.weight, totals_.weight_high) * static_cast<Wide>(kUnit);
 }
 
+Wide Stream::mean_sum() const noexcept {
+    return grid_.wide() ? totals_.wy.value()
+                        : joined<Wide>(totals_.value, totals_.value_high) * static_cast<Wide>(kUnit) +
+                              joined<Wide>(totals_.value_low, totals_.value_low_high) * static_cast<Wide>(kLowUnit);
+}
+
 Wide Stream::mean() const noexcept {
-    const Wide sum = grid_.wide()
-                         ? totals_.wy.value()
-                         : joined<Wide>(totals_.value, totals_.value_high) * static_cast<Wide>(kUnit) +
-                               joined<Wide>(totals_.value_low, totals_.value_low_high) * static_cast<Wide>(kLowUnit);
-    return sum / weight();
+    return mean_sum() / weight();
 }
 
 // E[x^2] - E[x]^2, or 0 where it is no more than the rounding of 113-bit numbers.

@@ -20,6 +20,8 @@ struct Grid {
     int64_t nf = 0;
     bool fixed_mean = false;
     double time_offset = 0, value_offset = 0;
+    int64_t time_offset_ns = 0; // of times in nanoseconds, and how many of those a unit of time has
+    double unit_ns = 1e9;
     double value_bound = 0x1p20;
     double sigma_floor = 1;
     double sigma_ceiling = 0; // 0 becomes the largest that narrow sums carry
@@ -44,22 +46,39 @@ struct Totals {
     ExactSum w, wy, wyy, wt, wtt;              // exact: w, w y, w y^2, w t, w t^2 (offsets subtracted)
 };
 
+// A sample, its time already counted from the grid's reference, as an unevaluated sum; t is what messages call it.
+struct Sample {
+    double t, t_high, t_low, y, sigma;
+};
+
 class Stream {
   public:
     explicit Stream(const Grid &grid);
 
+    // Samples with the time t, t + low, or in nanoseconds.
+    Sample sample(double t, double low, double y, double sigma) const noexcept;
+    Sample sample_ns(int64_t t_ns, double y, double sigma) const noexcept;
+
     // Fails with the sample's number (when index >= 0) unless it can be pushed.
-    void check(double t, double y, double sigma, int64_t index) const;
+    void check(const Sample &sample, int64_t index) const;
     // Takes a checked sample. Allocates nothing.
-    void push(double t, double y, double sigma) noexcept;
+    void push(const Sample &sample) noexcept { add(sample, 1); }
+    // Takes a checked sample back that was pushed: all sums are then as if it had not been.
+    void retract(const Sample &sample) noexcept { add(sample, -1); }
     void reset() noexcept;
+
+    // Adds all samples of another stream: exactly where the grids are equal, else turned to this one's references, with
+    // errors of 2^-50 a sum (2^-100, 2^-150 where there are more limbs) and of 1e-19 of it. Status::mismatch for other
+    // frequencies or kinds of mean, Status::range where the other's values or weights might not fit.
+    void merge(const Stream &other);
 
     const Grid &grid() const noexcept { return grid_; }
     const Totals &totals() const noexcept { return totals_; }
     // long double holds narrow sums; wide ones cancel in more digits than it has.
     template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;
-    Wide weight() const noexcept; // W
-    Wide mean() const noexcept;   // Wy/W, in units of value_bound
+    Wide weight() const noexcept;   // W
+    Wide mean_sum() const noexcept; // Wy, in units of value_bound
+    Wide mean() const noexcept;     // Wy/W
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
     long double spread() const noexcept;
     long double time_variance() const noexcept;
@@ -70,9 +89,12 @@ class Stream {
     size_t saved_size() const noexcept;
     // The size that state bytes must have which begin with these, kHeaderSize or more.
     static size_t saved_size(const void *header, size_t size);
-    static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 8 * 8 + 8;
+    static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 10 * 8 + 8;
 
   private:
+    void add(const Sample &sample, double sign) noexcept;
+    void merge_equal(const Stream &other) noexcept;
+    void merge_turned(const Stream &other);
     size_t padded() const noexcept { return blocks_ * kernels::kBlock; }
     void fold() noexcept;
 

@@ -27,8 +27,8 @@ extern "C" int shim_residual(int isa, const double *counts, const double *refere
     return table(isa).residual(counts, reference, inverse_sigma, count, out) ? 1 : 0;
 }
 
-extern "C" int shim_scaled_residual(int isa, const double *counts, const double *reference,
-                                    const double *inverse_sigma, double scale, size_t count, float *out) {
+extern "C" int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
+                                    double scale, size_t count, float *out) {
     return table(isa).scaled_residual(counts, reference, inverse_sigma, scale, count, out) ? 1 : 0;
 }
 

@@ -8,7 +8,12 @@
 typedef struct {
     const double *t, *y, *sigma; /* sigma may be NULL */
     size_t n;
+    const double *t_low; /* times are t + t_low; may be NULL */
 } quad_samples;
+
+static inline __float128 quad_time(const quad_samples *s, size_t i) {
+    return s->t_low ? (__float128)s->t[i] + s->t_low[i] : s->t[i];
+}
 
 /* Solves the n x n system in place, largest pivot first; the solution replaces b. */
 static inline void quad_solve(__float128 a[3][3], __float128 b[3], int n) {
@@ -46,7 +51,7 @@ static inline __float128 quad_residual(const quad_samples *s, __float128 f, int 
         const __float128 sigma = s->sigma ? s->sigma[i] : 1;
         weight += 1 / (sigma * sigma);
         mean += s->y[i] / (sigma * sigma);
-        middle += s->t[i];
+        middle += quad_time(s, i);
     }
     mean /= weight;
     middle /= (__float128)s->n;
@@ -54,7 +59,7 @@ static inline __float128 quad_residual(const quad_samples *s, __float128 f, int 
     for (int pass = 0; pass < 2; pass++)
         for (size_t i = 0; i < s->n; i++) {
             const __float128 sigma = s->sigma ? s->sigma[i] : 1, w = 1 / (sigma * sigma), y = s->y[i] - mean;
-            const __float128 angle = 2 * M_PIq * f * (s->t[i] - middle);
+            const __float128 angle = 2 * M_PIq * f * (quad_time(s, i) - middle);
             const __float128 row[3] = {1, cosq(angle), sinq(angle)};
             if (pass == 0) {
                 total += w * y * y;

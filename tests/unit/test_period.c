@@ -92,7 +92,7 @@ static void power_matches_113_bits(void **unused) {
         for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
             const hard_case *c = &hard_cases[i];
             toliman_period *period = fill_case(c, fixed_mean);
-            const quad_samples samples = {times, values, sigmas, c->n};
+            const quad_samples samples = {times, values, sigmas, c->n, NULL};
             double worst = 0;
             for (int64_t k = 0; k < c->nf; k += c->nf / 25) {
                 double power;
@@ -201,7 +201,7 @@ static void pure_signal_row(void **unused) {
     assert_at_most(peak.log10_fap, -16000);
 
     /* The least residual over frequency, by Newton's method on central differences in 113 bits. */
-    const quad_samples samples = {times, values, NULL, n};
+    const quad_samples samples = {times, values, NULL, n, NULL};
     __float128 f = 3, h = 1e-9Q, residual = 0;
     for (int i = 0; i < 3; i++) {
         const __float128 a = quad_residual(&samples, f - h, 0), c = quad_residual(&samples, f + h, 0);

@@ -11,7 +11,7 @@ from ._library import check, library
 class _Options(ctypes.Structure):
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
         (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor", "sigma_ceiling")
-    ]
+    ] + [("time_offset_ns", c_int64), ("unit_ns", c_double)]
 
 
 class Peak(ctypes.Structure):
@@ -40,7 +40,9 @@ class Peak(ctypes.Structure):
 class _Info(ctypes.Structure):
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("nf", c_int64)] + [
         (name, c_double) for name in ("f0", "df", "time_offset", "value_offset", "value_bound", "sigma_floor")
-    ] + [("count", c_int64), ("digest", c_uint64), ("sigma_ceiling", c_double)]
+    ] + [("count", c_int64), ("digest", c_uint64), ("sigma_ceiling", c_double)] + [
+        ("time_offset_ns", c_int64), ("unit_ns", c_double)
+    ]
 
 
 _FIXED_MEAN, _AT_EDGE = 1, 1

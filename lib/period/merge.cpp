@@ -1,0 +1,109 @@
+// Sums of another reference, turned to this one's.
+#include <cmath>
+
+#include "base/error.hpp"
+#include "period/stream.hpp"
+
+namespace toliman::period {
+
+namespace {
+
+// What makes one stream's terms the other's.
+struct Turn {
+    double time_high, time_low; // t' = t + time
+    Wide value_scale, value;    // v' = v value_scale + value, in units of the bounds
+    Wide weight;                // w' = w weight
+};
+
+// Cosine and sine of 2 pi f t, to 1e-19.
+void turn_of(double f0, double df, int64_t k, const Turn &turn, Wide &cosine, Wide &sine) noexcept {
+    const Wide f = static_cast<Wide>(f0) + static_cast<Wide>(df) * static_cast<Wide>(k);
+    const Wide cycles = f * (static_cast<Wide>(turn.time_high) + static_cast<Wide>(turn.time_low));
+    const Wide rest = cycles - static_cast<Wide>(std::nearbyint(static_cast<long double>(cycles)));
+    const long double angle = static_cast<long double>(rest) * 6.283185307179586476925286766559L;
+    cosine = static_cast<Wide>(std::cos(angle));
+    sine = static_cast<Wide>(std::sin(angle));
+}
+
+// Adds x 2^50, less what stands in the limb above, to a carry-save pair; returns what is left for the limb below.
+Wide add_limb(Wide x, int64_t &lo, int64_t &hi) noexcept {
+    constexpr Wide kBase = static_cast<Wide>(0x1p32);
+    const Wide scaled = x * static_cast<Wide>(kernels::kOne);
+    auto upper = static_cast<int64_t>(scaled / kBase);
+    const auto lower = static_cast<int64_t>(scaled - static_cast<Wide>(upper) * kBase); // both towards 0
+    lo += lower;
+    hi += upper;
+    return scaled - static_cast<Wide>(upper) * kBase - static_cast<Wide>(lower);
+}
+
+} // namespace
+
+void Stream::merge_turned(const Stream &other) {
+    const Grid &from = other.grid_;
+    if (from.f0 != grid_.f0 || from.df != grid_.df || from.nf != grid_.nf || from.fixed_mean != grid_.fixed_mean)
+        fail(Status::mismatch,
+             "merge: a grid of %lld frequencies %g + k %g%s, the other has %lld, %g + k %g%s", //
+             static_cast<long long>(grid_.nf), grid_.f0, grid_.df, grid_.fixed_mean ? ", fixed mean" : "",
+             static_cast<long long>(from.nf), from.f0, from.df, from.fixed_mean ? ", fixed mean" : "");
+    if (from.time_offset_ns != grid_.time_offset_ns || from.unit_ns != grid_.unit_ns)
+        fail(Status::mismatch, "merge: other references of times in nanoseconds");
+    const double values = std::fabs(from.value_offset - grid_.value_offset) + from.value_bound;
+    if (!(values <= grid_.value_bound))
+        fail(Status::range, "merge: the other's values may be %g from value_offset = %g, value_bound is %g", values,
+             grid_.value_offset, grid_.value_bound);
+    if (!(from.sigma_floor >= grid_.sigma_floor && from.sigma_ceiling <= grid_.sigma_ceiling))
+        fail(Status::range, "merge: the other's sigmas may be %g to %g, here sigma_floor = %g and sigma_ceiling = %g",
+             from.sigma_floor, from.sigma_ceiling, grid_.sigma_floor, grid_.sigma_ceiling);
+
+    Turn turn = {};
+    turn.time_high = from.time_offset - grid_.time_offset;
+    const Wide time = static_cast<Wide>(from.time_offset) - static_cast<Wide>(grid_.time_offset);
+    turn.time_low = static_cast<double>(time - static_cast<Wide>(turn.time_high));
+    const Wide floors = static_cast<Wide>(grid_.sigma_floor) / static_cast<Wide>(from.sigma_floor);
+    turn.weight = floors * floors;
+    turn.value_scale = static_cast<Wide>(from.value_bound) / static_cast<Wide>(grid_.value_bound);
+    turn.value = (static_cast<Wide>(from.value_offset) - static_cast<Wide>(grid_.value_offset)) /
+                 static_cast<Wide>(grid_.value_bound);
+
+    fold();
+    const auto add = [&](size_t sum, size_t k, Wide x, std::initializer_list<size_t> below) {
+        x = add_limb(x, lo_[sum * padded() + k], hi_[sum * padded() + k]);
+        for (const size_t next : below)
+            if (next < grid_.sums())
+                x = add_limb(x, lo_[next * padded() + k], hi_[next * padded() + k]);
+    };
+    using namespace kernels;
+    for (int64_t k = 0; k < grid_.nf; k++) {
+        const SumsAt<Wide> s = other.sums<Wide>(k);
+        Wide c, i;
+        turn_of(grid_.f0, grid_.df, k, turn, c, i);
+        const Wide c2 = c * c - i * i, i2 = 2 * c * i, w = turn.weight, y = w * turn.value_scale;
+        const Wide cosine = w * (s.c1 * c - s.s1 * i), sine = w * (s.s1 * c + s.c1 * i);
+        const auto at = static_cast<size_t>(k);
+        add(kC1, at, cosine, {kC1Low});
+        add(kS1, at, sine, {kS1Low});
+        add(kC2, at, w * (s.c2 * c2 - s.s2 * i2), {kC2Low});
+        add(kS2, at, w * (s.s2 * c2 + s.c2 * i2), {kS2Low});
+        add(kYC, at, y * (s.yc * c - s.ys * i) + turn.value * cosine, {kYCLow, kYCLowest});
+        add(kYS, at, y * (s.ys * c + s.yc * i) + turn.value * sine, {kYSLow, kYSLowest});
+    }
+
+    // The scalars by their exact sums; of narrow sums the rounded ones, too, which C1 and YC follow at f = 0.
+    const Totals &more = other.totals_;
+    const Wide w = more.w.value(), wy = more.wy.value(), wyy = more.wyy.value();
+    const Wide scale = turn.value_scale, shift = turn.value;
+    totals_.w.add_wide(turn.weight * w);
+    totals_.wy.add_wide(turn.weight * (scale * wy + shift * w));
+    totals_.wyy.add_wide(turn.weight * (scale * (scale * wyy + 2 * shift * wy) + shift * shift * w));
+    totals_.wt.add_wide(turn.weight * (more.wt.value() + time * w));
+    totals_.wtt.add_wide(turn.weight * (more.wtt.value() + time * (2 * more.wt.value() + time * w)));
+    if (grid_.wide())
+        return;
+    const Wide rounded = other.weight();
+    add_limb(turn.weight * rounded, totals_.weight, totals_.weight_high);
+    const Wide rest = add_limb(turn.weight * (scale * other.mean_sum() + shift * rounded), totals_.value,
+                               totals_.value_high);
+    add_limb(rest, totals_.value_low, totals_.value_low_high);
+}
+
+} // namespace toliman::period

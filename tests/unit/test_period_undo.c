@@ -1,0 +1,285 @@
+/* Samples taken back, shards merged, windows that slide, times in nanoseconds: by bits, and against 113-bit sums. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+#include "quad_period.h"
+
+#include <toliman/period.h>
+
+enum { kMost = 6000, kShards = 64 };
+static double times[kMost], values[kMost], sigmas[kMost];
+
+static uint64_t state = 11;
+
+static double uniform(void) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(state >> 11) + 0.5) * 0x1p-53;
+}
+
+static toliman_period_options options_for(int wide) {
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.time_offset = 2451000.5;
+    options.value_bound = 64;
+    options.sigma_floor = 0.1;
+    options.sigma_ceiling = wide ? 1e5 : 0;
+    return options;
+}
+
+static toliman_period *make(const toliman_period_options *options) {
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(1e-3, 1.7e-4, 300, options, &period));
+    return period;
+}
+
+static void fill(int wide) {
+    state = 11;
+    for (int i = 0; i < kMost; i++) {
+        times[i] = 2451000.5 + 4000 * uniform();
+        values[i] = 3 * sin(0.05 * times[i]) + uniform();
+        sigmas[i] = wide ? 0.1 * pow(1e5, uniform()) : 0.1 + uniform();
+    }
+}
+
+static void push(toliman_period *period, int i) {
+    assert_ok(toliman_period_push(period, times[i], values[i], sigmas[i]));
+}
+
+static uint8_t *bytes_of(const toliman_period *period, size_t *size) {
+    assert_ok(toliman_period_save(period, NULL, 0, size));
+    uint8_t *bytes = malloc(*size);
+    assert_ok(toliman_period_save(period, bytes, *size, size));
+    return bytes;
+}
+
+static void assert_same_bytes(const toliman_period *a, const toliman_period *b) {
+    size_t size_a, size_b;
+    uint8_t *bytes_a = bytes_of(a, &size_a), *bytes_b = bytes_of(b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
+    free(bytes_a), free(bytes_b);
+}
+
+/* More than 4096 pushes, so that sums are folded in between; taken back in another order. */
+static void test_retract_undoes(void **unused) {
+    (void)unused;
+    for (int wide = 0; wide < 2; wide++) {
+        fill(wide);
+        const toliman_period_options options = options_for(wide);
+        toliman_period *all = make(&options), *half = make(&options), *none = make(&options);
+        for (int i = 0; i < kMost; i++)
+            push(all, i);
+        for (int i = kMost - 2; i >= 0; i -= 2)
+            push(half, i);
+        for (int i = 1; i < kMost; i += 2) {
+            const int k = (i * 7 + 2998) % kMost | 1; /* every odd one once */
+            assert_ok(toliman_period_retract(all, times[k], values[k], sigmas[k]));
+        }
+        assert_int_equal(toliman_period_count(all), kMost / 2);
+        assert_same_bytes(all, half);
+        for (int i = 0; i < kMost; i += 2)
+            assert_ok(toliman_period_retract(all, times[i], values[i], sigmas[i]));
+        assert_same_bytes(all, none);
+        assert_fails(toliman_period_retract(all, times[0], values[0], sigmas[0]), TOLIMAN_E_STATE, "only 0 are in");
+        toliman_period_destroy(all), toliman_period_destroy(half), toliman_period_destroy(none);
+    }
+}
+
+static void test_retract_many_is_all_or_none(void **unused) {
+    (void)unused;
+    fill(0);
+    const toliman_period_options options = options_for(0);
+    toliman_period *period = make(&options), *other = make(&options);
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, 100));
+    assert_ok(toliman_period_push_many(other, times, values, sigmas, 100));
+    const double kept = values[60];
+    values[60] = NAN;
+    assert_fails(toliman_period_retract_many(period, times, values, sigmas, 100), TOLIMAN_E_ARGUMENT, "sample 60");
+    values[60] = kept;
+    assert_fails(toliman_period_retract_many(period, times, values, sigmas, 101), TOLIMAN_E_STATE,
+                 "101 samples to retract: only 100");
+    assert_same_bytes(period, other);
+    assert_ok(toliman_period_retract_many(period, times + 40, values + 40, sigmas + 40, 60));
+    assert_ok(toliman_period_reset(other));
+    assert_ok(toliman_period_push_many(other, times, values, sigmas, 40));
+    assert_same_bytes(period, other);
+    toliman_period_destroy(period), toliman_period_destroy(other);
+}
+
+static void test_shards_merge_to_the_same_bits(void **unused) {
+    (void)unused;
+    for (int wide = 0; wide < 2; wide++) {
+        fill(wide);
+        const toliman_period_options options = options_for(wide);
+        toliman_period *whole = make(&options), *shards[kShards], *merged = NULL;
+        for (int s = 0; s < kShards; s++)
+            shards[s] = make(&options);
+        for (int i = 0; i < kMost; i++) {
+            push(whole, i);
+            push(shards[(size_t)(uniform() * kShards)], i);
+        }
+        assert_ok(toliman_period_copy(shards[17], &merged));
+        for (int s = 0; s < kShards; s++)
+            if ((s * 29 + 3) % kShards != 17)
+                assert_ok(toliman_period_merge(merged, shards[(s * 29 + 3) % kShards]));
+        assert_same_bytes(merged, whole);
+        for (int s = 0; s < kShards; s++)
+            toliman_period_destroy(shards[s]);
+        toliman_period_destroy(whole), toliman_period_destroy(merged);
+    }
+}
+
+static void test_window_slides(void **unused) {
+    (void)unused;
+    enum { kWindow = 50 };
+    fill(0);
+    const toliman_period_options options = options_for(0);
+    toliman_period *sliding = make(&options), *fresh = make(&options);
+    for (int i = 0; i < 400; i++) {
+        push(sliding, i);
+        if (i >= kWindow)
+            assert_ok(toliman_period_retract(sliding, times[i - kWindow], values[i - kWindow], sigmas[i - kWindow]));
+    }
+    for (int i = 350; i < 400; i++)
+        push(fresh, i);
+    assert_same_bytes(sliding, fresh);
+    toliman_period_destroy(sliding), toliman_period_destroy(fresh);
+}
+
+static void test_a_copy_is_its_own(void **unused) {
+    (void)unused;
+    fill(0);
+    const toliman_period_options options = options_for(0);
+    toliman_period *one = make(&options), *copy = NULL;
+    assert_ok(toliman_period_push_many(one, times, values, sigmas, 20));
+    assert_ok(toliman_period_copy(one, &copy));
+    assert_same_bytes(one, copy);
+    push(copy, 20);
+    assert_int_equal(toliman_period_count(one), 20);
+    assert_int_equal(toliman_period_count(copy), 21);
+    toliman_period_destroy(one), toliman_period_destroy(copy);
+}
+
+/* Shards with references of their own: turned to the first one's, the power is that of 113-bit sums. */
+static void test_merge_of_other_references(void **unused) {
+    (void)unused;
+    for (int wide = 0; wide < 2; wide++) {
+        fill(wide);
+        toliman_period_options options = options_for(wide), other = options;
+        other.time_offset = 2453333.25;
+        other.value_offset = 1.7;
+        other.value_bound = 40;
+        other.sigma_floor = wide ? 0.1 : 0.1;
+        other.sigma_ceiling = wide ? 1e4 : 2;
+        for (int i = 300; i < 600; i++)
+            sigmas[i] = fmin(sigmas[i], other.sigma_ceiling);
+        toliman_period *first = make(&options), *second = make(&other);
+        assert_ok(toliman_period_push_many(first, times, values, sigmas, 300));
+        assert_ok(toliman_period_push_many(second, times + 300, values + 300, sigmas + 300, 300));
+        assert_ok(toliman_period_merge(first, second));
+        assert_int_equal(toliman_period_count(first), 600);
+        double power[300];
+        assert_ok(toliman_period_query_power(first, 0, 300, power));
+        const quad_samples samples = {times, values, sigmas, 600, NULL};
+        for (int k = 0; k < 300; k += 13) {
+            const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
+            assert_close(power[k], (double)(1 - quad_residual(&samples, f, 0)), 0, 1e-12);
+        }
+        toliman_period_destroy(first), toliman_period_destroy(second);
+    }
+}
+
+static void test_merge_refuses(void **unused) {
+    (void)unused;
+    const toliman_period_options options = options_for(0);
+    toliman_period_options other = options;
+    toliman_period *period = make(&options), *odd = NULL;
+    assert_fails(toliman_period_merge(period, period), TOLIMAN_E_ARGUMENT, "itself");
+    assert_fails(toliman_period_merge(period, NULL), TOLIMAN_E_ARGUMENT, "other is NULL");
+    assert_ok(toliman_period_create(1e-3, 1.7e-4, 301, &options, &odd));
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "300 frequencies");
+    toliman_period_destroy(odd);
+    other.flags = TOLIMAN_PERIOD_FIXED_MEAN;
+    odd = make(&other);
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "fixed mean");
+    toliman_period_destroy(odd);
+    other = options;
+    other.value_bound = 65;
+    odd = make(&other);
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "value_bound is 64");
+    toliman_period_destroy(odd);
+    other = options;
+    other.sigma_floor = 0.05;
+    odd = make(&other);
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "sigma_floor = 0.1");
+    toliman_period_destroy(odd);
+    other = options;
+    other.unit_ns = 86400e9;
+    odd = make(&other);
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "nanoseconds");
+    toliman_period_destroy(odd);
+    toliman_period_destroy(period);
+}
+
+/* A camera's clock of 1.7e18 ns, in days; the same times as pairs of doubles; both against 113-bit sums. */
+static void test_times_in_nanoseconds_and_pairs(void **unused) {
+    (void)unused;
+    enum { kCount = 300 };
+    fill(0);
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.unit_ns = 86400e9;
+    options.time_offset_ns = 1700000000123456789;
+    options.value_bound = 64;
+    options.sigma_floor = 0.1;
+    toliman_period *by_ns = NULL, *by_pair = NULL;
+    /* 40,000 cycles in the span: a nanosecond's 1e-14 d shows in the phase */
+    assert_ok(toliman_period_create(9.5, 1e-4, 200, &options, &by_ns));
+    assert_ok(toliman_period_create(9.5, 1e-4, 200, &options, &by_pair));
+    static double days[kCount], low[kCount];
+    for (int i = 0; i < kCount; i++) {
+        const int64_t ns = options.time_offset_ns + (int64_t)(4000 * 86400e9 * uniform()) - 5;
+        const __float128 t = (__float128)(ns - options.time_offset_ns) / options.unit_ns;
+        days[i] = (double)t;
+        low[i] = (double)(t - days[i]);
+        assert_ok(toliman_period_push_ns(by_ns, ns, values[i], sigmas[i]));
+        assert_ok(toliman_period_push_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
+        if (i == 7) { /* back and in again */
+            assert_ok(toliman_period_retract_ns(by_ns, ns, values[i], sigmas[i]));
+            assert_ok(toliman_period_push_ns(by_ns, ns, values[i], sigmas[i]));
+            assert_ok(toliman_period_retract_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
+            assert_ok(toliman_period_push_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
+        }
+    }
+    assert_fails(toliman_period_push_pair(by_pair, 1, NAN, 0, 1), TOLIMAN_E_ARGUMENT, "must be finite");
+    assert_fails(toliman_period_push_ns(by_ns, INT64_MIN, 100, 1), TOLIMAN_E_RANGE, "value_bound");
+    const quad_samples samples = {days, values, sigmas, kCount, low};
+    double power[2][200];
+    assert_ok(toliman_period_query_power(by_ns, 0, 200, power[0]));
+    assert_ok(toliman_period_query_power(by_pair, 0, 200, power[1]));
+    for (int k = 0; k < 200; k += 11) {
+        const __float128 f = (__float128)9.5 + (__float128)1e-4 * k;
+        const double expected = (double)(1 - quad_residual(&samples, f, 0));
+        assert_close(power[0][k], expected, 0, 1e-13);
+        assert_close(power[1][k], expected, 0, 1e-13);
+    }
+    options.unit_ns = 0;
+    toliman_period *none = NULL;
+    assert_fails(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "unit_ns = 0");
+    toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_retract_undoes),
+        cmocka_unit_test(test_retract_many_is_all_or_none),
+        cmocka_unit_test(test_shards_merge_to_the_same_bits),
+        cmocka_unit_test(test_window_slides),
+        cmocka_unit_test(test_a_copy_is_its_own),
+        cmocka_unit_test(test_merge_of_other_references),
+        cmocka_unit_test(test_merge_refuses),
+        cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
+    };
+    return cmocka_run_group_tests_name("period_undo", tests, NULL, NULL);
+}
