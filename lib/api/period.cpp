@@ -245,8 +245,7 @@ toliman_status toliman_period_query_power(const toliman_period *period, int64_t 
                  static_cast<long long>(first), count, static_cast<long long>(nf));
         const period::PowerQuery query(stream);
         query.check();
-        for (size_t i = 0; i < count; i++)
-            power[i] = query.at(first + static_cast<int64_t>(i));
+        query.range(first, count, power);
     });
 }
 

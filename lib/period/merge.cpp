@@ -101,8 +101,8 @@ void Stream::merge_turned(const Stream &other) {
         return;
     const Wide rounded = other.weight();
     add_limb(turn.weight * rounded, totals_.weight, totals_.weight_high);
-    const Wide rest = add_limb(turn.weight * (scale * other.mean_sum() + shift * rounded), totals_.value,
-                               totals_.value_high);
+    const Wide rest =
+        add_limb(turn.weight * (scale * other.mean_sum() + shift * rounded), totals_.value, totals_.value_high);
     add_limb(rest, totals_.value_low, totals_.value_low_high);
 }
 

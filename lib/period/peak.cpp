@@ -33,15 +33,19 @@ Peak find_peak(const Stream &stream) {
              static_cast<long long>(stream.totals().count));
     query.check();
     const Grid &grid = stream.grid();
+    constexpr int64_t kAtOnce = 512;
+    double powers[kAtOnce], highest = -1;
     int64_t top = 0;
-    double highest = query.at(0);
-    for (int64_t k = 1; k < grid.nf; k++) {
-        const double power = query.at(k);
-        if (power > highest) {
-            highest = power;
-            top = k;
+    for (int64_t first = 0; first < grid.nf; first += kAtOnce) {
+        const int64_t count = std::min(kAtOnce, grid.nf - first);
+        query.range(first, static_cast<size_t>(count), powers);
+        const double *best = std::max_element(powers, powers + count);
+        if (*best > highest) {
+            highest = *best;
+            top = first + (best - powers);
         }
     }
+    highest = query.at(top); // as its neighbours, with which the peak is refined
 
     Peak peak = {};
     double shift = 0;

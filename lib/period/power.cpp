@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/power.hpp"
+
 namespace toliman::period {
 
 // b^T M^+ b in the eigenvectors of M = (cc, cs; cs, ss), so that a small eigenvalue cannot blur the large one's share.
@@ -80,6 +82,29 @@ double PowerQuery::at(int64_t k) const noexcept {
     if (solved.rank > 0 && solved.rank + (grid.fixed_mean ? 0 : 1) >= stream_.totals().count)
         return 1; // as many free parameters as samples
     return static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
+}
+
+void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
+    const Grid &grid = stream_.grid();
+    const int64_t samples = stream_.totals().count;
+    const bool vectors = spread_ > 0 && !grid.wide() && samples > 3 && samples < int64_t{1} << 34;
+    if (vectors) {
+        const int64_t *lo[kernels::kNarrowSums], *hi[kernels::kNarrowSums];
+        for (size_t sum = 0; sum < kernels::kNarrowSums; sum++) {
+            lo[sum] = stream_.low(sum, first);
+            hi[sum] = stream_.high(sum, first);
+        }
+        kernels::PowerShared shared = {};
+        shared.part = static_cast<double>(part_);
+        shared.mean_high = static_cast<double>(mean_);
+        shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
+        shared.spread = static_cast<double>(spread_);
+        shared.fixed_mean = grid.fixed_mean;
+        kernels::power_kernels().power(lo, hi, count, shared, power);
+    }
+    for (size_t i = 0; i < count; i++)
+        if (!vectors || power[i] == kernels::kNeedsMore)
+            power[i] = at(first + static_cast<int64_t>(i));
 }
 
 } // namespace toliman::period

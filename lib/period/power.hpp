@@ -26,6 +26,8 @@ class PowerQuery {
     explicit PowerQuery(const Stream &stream) noexcept;
     // Power at frequency k of the grid, in [0, 1], never NaN.
     double at(int64_t k) const noexcept;
+    // The same of frequencies first, first + 1, ...; what double carries to 1e-13 goes by vectors.
+    void range(int64_t first, size_t count, double *power) const noexcept;
     // Samples enough and not all equal: a peak means something.
     bool meaningful() const noexcept;
     // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.

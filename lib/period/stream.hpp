@@ -76,6 +76,13 @@ class Stream {
     const Totals &totals() const noexcept { return totals_; }
     // long double holds narrow sums; wide ones cancel in more digits than it has.
     template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;
+    // Both parts of a sum, from frequency k on.
+    const int64_t *low(size_t sum, int64_t k) const noexcept {
+        return lo_.data() + sum * padded() + static_cast<size_t>(k);
+    }
+    const int64_t *high(size_t sum, int64_t k) const noexcept {
+        return hi_.data() + sum * padded() + static_cast<size_t>(k);
+    }
     Wide weight() const noexcept;   // W
     Wide mean_sum() const noexcept; // Wy, in units of value_bound
     Wide mean() const noexcept;     // Wy/W

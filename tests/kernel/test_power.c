@@ -1,0 +1,125 @@
+/* Power from fixed-point sums against 113-bit arithmetic on the same sums, on every instruction set. */
+#include <quadmath.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_power_isas(void);
+void shim_power(int isa, const int64_t *const *lo, const int64_t *const *hi, size_t n, double part, double mean_high,
+                double mean_low, double spread, int fixed_mean, double *power);
+
+enum { N = 203, C1 = 0, S1, C2, S2, YC, YS, YCLOW, YSLOW, SUMS };
+
+static int64_t lo[SUMS][N], hi[SUMS][N];
+
+static uint64_t state = 5;
+
+static double uniform(void) { /* -1 to 1 */
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(state >> 11) + 0.5) * 0x1p-52 - 1;
+}
+
+/* Splits x, in units of a limb, into a carry-save pair whose low part is not folded. */
+static void put(int sum, int k, __float128 x) {
+    const __float128 upper = floorq(x / 0x1p32Q) + (int64_t)(uniform() * 1000);
+    hi[sum][k] = (int64_t)upper;
+    lo[sum][k] = (int64_t)(x - upper * 0x1p32Q);
+}
+
+static __float128 get(int sum, int k) {
+    return (__float128)hi[sum][k] * 0x1p32Q + (__float128)lo[sum][k];
+}
+
+static __float128 exact_power(int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
+                              __float128 *determinant) {
+    const __float128 unit = 0x1p-50Q / weight, moving = fixed_mean ? 0 : 1;
+    const __float128 c = get(C1, k) * unit, s = get(S1, k) * unit;
+    const __float128 cc = 0.5Q + get(C2, k) * unit / 2 - moving * c * c;
+    const __float128 ss = 0.5Q - get(C2, k) * unit / 2 - moving * s * s;
+    const __float128 cs = get(S2, k) * unit / 2 - moving * c * s;
+    const __float128 yc = (get(YC, k) + get(YCLOW, k) * 0x1p-50Q) * unit - mean * c;
+    const __float128 ys = (get(YS, k) + get(YSLOW, k) * 0x1p-50Q) * unit - mean * s;
+    *determinant = cc * ss - cs * cs;
+    return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / *determinant / (__float128)spread;
+}
+
+/* Sums that samples could have: weights of `samples`, values scattering by `sigma` about `mean`. */
+static void check(double samples, double mean, double sigma) {
+    const int64_t *low[SUMS], *high[SUMS];
+    for (int s = 0; s < SUMS; s++)
+        low[s] = lo[s], high[s] = hi[s];
+    const __float128 weight = (__float128)samples * 0.875Q, one = 0x1p50Q * weight;
+    const __float128 exact_mean = (__float128)mean * (1 + 0x1p-60Q);
+    for (int k = 0; k < N; k++) {
+        /* every seventh: cosine and sine hardly vary, which double is not enough for */
+        const double flat = k % 7 == 3 ? 0.999 : 0.3 * uniform();
+        put(C1, k, one * flat);
+        put(S1, k, one * 0.2 * uniform());
+        put(C2, k, one * (k % 7 == 3 ? 0.998 : 0.2 * uniform()));
+        put(S2, k, one * 0.2 * uniform());
+        for (int part = 0; part < 2; part++) {
+            const __float128 x = exact_mean * get(part ? S1 : C1, k) + one * sigma * 0.3 * uniform();
+            const __float128 whole = rintq(x);
+            put(part ? YS : YC, k, whole);
+            put(part ? YSLOW : YCLOW, k, rintq((x - whole) * 0x1p50Q));
+        }
+    }
+    const double spread = sigma * sigma;
+    for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
+        double first[N], power[N];
+        for (int isa = 0; isa < shim_power_isas(); isa++) {
+            shim_power(isa, low, high, N, (double)(1 / weight), (double)exact_mean,
+                       (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
+            if (isa == 0)
+                memcpy(first, power, sizeof first);
+            assert_memory_equal(first, power, sizeof first);
+        }
+        int left_out = 0;
+        for (int k = 0; k < N; k++) {
+            __float128 determinant;
+            const __float128 expected = exact_power(k, weight, exact_mean, spread, fixed_mean, &determinant);
+            if (first[k] == -1) {
+                left_out++;
+                assert_true(determinant < 0.0101Q);
+            } else {
+                assert_true(determinant > 0.0099Q);
+                assert_close(first[k], (double)(expected > 1 ? 1 : expected < 0 ? 0 : expected), 0, 1e-13);
+            }
+        }
+        assert_true(left_out >= (fixed_mean ? 0 : N / 7) && left_out < N / 2);
+    }
+}
+
+static void test_latents(void **unused) {
+    (void)unused;
+    check(1095, 0, 1e-3);
+    check(1e6, 3e-4, 1e-2);
+}
+
+static void test_many_samples(void **unused) {
+    (void)unused;
+    check(0x1p33, 0.4, 0.2);
+}
+
+static void test_mean_far_off(void **unused) {
+    (void)unused;
+    check(300, 0.9, 1e-6);
+    check(1e6, -0.7, 1e-5);
+}
+
+static void test_values_far_below_their_bound(void **unused) {
+    (void)unused;
+    check(200, 1e-16, 1e-15);
+    check(200, 1e-12, 1e-15);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_latents),
+        cmocka_unit_test(test_many_samples),
+        cmocka_unit_test(test_mean_far_off),
+        cmocka_unit_test(test_values_far_below_their_bound),
+    };
+    return cmocka_run_group_tests_name("power", tests, NULL, NULL);
+}
