@@ -9,6 +9,9 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 1 ! in a peak's flags
 
+    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_STANDARD = 0, TOLIMAN_POWER_MODEL = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_LOG = 2, TOLIMAN_POWER_PSD = 3
+
     type, bind(C), public :: toliman_period_options
         integer(c_int32_t) :: struct_size
         integer(c_int32_t) :: flags
@@ -85,10 +88,11 @@ module toliman
             integer(c_int64_t) :: count
         end function
 
-        ! Frequencies first ... first + count - 1, counted from 0 as in C.
-        function toliman_period_query_power(period, first, count, power) bind(C) result(status)
+        ! Frequencies first ... first + count - 1, counted from 0 as in C; normalisation: TOLIMAN_POWER_STANDARD, ...
+        function toliman_period_query_power(period, normalisation, first, count, power) bind(C) result(status)
             import :: c_double, c_int32_t, c_int64_t, c_size_t, c_ptr
             type(c_ptr), value :: period
+            integer(c_int32_t), value :: normalisation
             integer(c_int64_t), value :: first
             integer(c_size_t), value :: count
             real(c_double), intent(out) :: power(*)

@@ -125,19 +125,47 @@ typedef struct toliman_period_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toliman_period *period,
                                                                       toliman_period_info *out) TOLIMAN_NOEXCEPT;
 
+/* Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
+ * mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite. */
+#define TOLIMAN_POWER_STANDARD 0 /* P = 1 - R/R0, in [0, 1] */
+#define TOLIMAN_POWER_MODEL 1    /* R0/R - 1 */
+#define TOLIMAN_POWER_LOG 2      /* -ln(R/R0) */
+#define TOLIMAN_POWER_PSD 3      /* (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1 */
+
 /* Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
- * parameters as samples give 1, a frequency at which cosine and sine coincide is solved in the one that is left.
+ * parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
  * TOLIMAN_E_RANGE if the values scatter too little for value_bound. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period, int64_t first,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
+                                                                         uint32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
+
+/* The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1. */
+typedef struct toliman_period_model {
+    uint32_t struct_size; /* in: sizeof(toliman_period_model) */
+    uint32_t rank;        /* 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none */
+    double frequency;     /* f0 + k df */
+    double power;         /* P */
+    double amplitude, phase, offset;                   /* phase in rad */
+    double amplitude_error, phase_error, offset_error; /* standard errors, scaled by the residual; +infinity where the
+                                                          samples cannot tell, 0 of a fixed offset */
+} toliman_period_model;
+
+/* Least squares at frequency k of the grid, from the sums. TOLIMAN_E_RANGE for k outside the grid and as query_power,
+ * TOLIMAN_E_STATE with fewer than five samples or constant values. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const toliman_period *period, int64_t k,
+                                                                         toliman_period_model *out) TOLIMAN_NOEXCEPT;
 
 /* Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another. */
 #define TOLIMAN_PERIOD_AT_EDGE 1u
+/* Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
+ * distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
+ */
+#define TOLIMAN_PERIOD_ALIAS 2u
 
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
-    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE or 0 */
+    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, TOLIMAN_PERIOD_ALIAS (of query_peaks only) */
     double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */
     double power;          /* in [0, 1] */
@@ -159,10 +187,17 @@ typedef struct toliman_period_peak {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* The same peak refined against the samples themselves, which must be those pushed (their number is checked; sigma may
- * be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the residuals
- * and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine coincide at
- * every sample, as at the Nyquist frequency of even times, the one that is left is fitted. Since 0.1. */
+/* The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
+ * peaks[most], each with its struct_size set; *count is how many there are. Each is judged as if it were the only one:
+ * power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most,
+                                                                         toliman_period_peak *peaks,
+                                                                         size_t *count) TOLIMAN_NOEXCEPT;
+
+/* The highest peak refined against the samples themselves, which must be those pushed (their number is checked; sigma
+ * may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the
+ * residuals and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine
+ * coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;

@@ -1,6 +1,8 @@
 // include/toliman/period.h
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 #include <toliman/period.h>
 
@@ -82,9 +84,20 @@ double fap_of(const period::Stream &stream, double log10_residual) noexcept {
                                     static_cast<double>(stream.time_variance()));
 }
 
+std::function<double(double)> normaliser(uint32_t normalisation, const period::PowerQuery &query) {
+    constexpr double kLeastResidual = 1e-15;
+    const double half = query.half_chi_square();
+    return [=](double power) {
+        const double residual = std::max(kLeastResidual, 1 - power);
+        return normalisation == TOLIMAN_POWER_MODEL ? power / residual
+               : normalisation == TOLIMAN_POWER_LOG ? -std::log(residual)
+                                                    : power * half;
+    };
+}
+
 toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     toliman_period_peak out = {};
-    out.flags = peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0;
+    out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;
@@ -234,11 +247,14 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
     });
 }
 
-toliman_status toliman_period_query_power(const toliman_period *period, int64_t first, size_t count,
-                                          double *power) noexcept {
+toliman_status toliman_period_query_power(const toliman_period *period, uint32_t normalisation, int64_t first,
+                                          size_t count, double *power) noexcept {
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
         required(power, "power");
+        if (normalisation > TOLIMAN_POWER_PSD)
+            fail(Status::argument, "normalisation = %u: must be TOLIMAN_POWER_STANDARD, MODEL, LOG or PSD",
+                 normalisation);
         const int64_t nf = stream.grid().nf;
         if (first < 0 || first > nf || count > static_cast<size_t>(nf - first))
             fail(Status::range, "first = %lld, count = %zu: the grid has %lld frequencies",
@@ -246,6 +262,51 @@ toliman_status toliman_period_query_power(const toliman_period *period, int64_t 
         const period::PowerQuery query(stream);
         query.check();
         query.range(first, count, power);
+        if (normalisation != TOLIMAN_POWER_STANDARD)
+            std::transform(power, power + count, power, normaliser(normalisation, query));
+    });
+}
+
+toliman_status toliman_period_query_model(const toliman_period *period, int64_t k, toliman_period_model *out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(out, "out");
+        if (k < 0 || k >= stream.grid().nf)
+            fail(Status::range, "k = %lld: the grid has %lld frequencies", static_cast<long long>(k),
+                 static_cast<long long>(stream.grid().nf));
+        const period::PowerQuery query(stream);
+        if (!query.meaningful())
+            fail(Status::state, "a model needs at least five samples that are not all equal");
+        query.check();
+        const period::Model model = query.model(k);
+        toliman_period_model result = {};
+        result.rank = static_cast<uint32_t>(model.rank);
+        result.frequency = stream.grid().f0 + stream.grid().df * static_cast<double>(k);
+        result.power = model.power;
+        result.amplitude = model.amplitude;
+        result.phase = model.phase;
+        result.offset = model.offset;
+        result.amplitude_error = model.amplitude_error;
+        result.phase_error = model.phase_error;
+        result.offset_error = model.offset_error;
+        deliver(result, out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most, toliman_period_peak *peaks,
+                                          size_t *count) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(peaks, "peaks");
+        required(count, "count");
+        if (most < 1 || most > period::kMostPeaks)
+            fail(Status::argument, "most = %zu: must be in [1, %zu]", most, period::kMostPeaks);
+        for (size_t i = 0; i < most; i++)
+            check_struct_size("peaks", peaks[i].struct_size, sizeof *peaks, sizeof *peaks);
+        period::Peak found[period::kMostPeaks];
+        *count = period::find_peaks(stream, most, found);
+        for (size_t i = 0; i < *count; i++)
+            deliver(public_peak(stream, found[i]), &peaks[i], "peaks", sizeof *peaks);
     });
 }
 

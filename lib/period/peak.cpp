@@ -24,29 +24,21 @@ double crossing(const PowerQuery &query, int64_t nf, int64_t top, double here, i
     return std::numeric_limits<double>::infinity();
 }
 
-} // namespace
-
-Peak find_peak(const Stream &stream) {
-    const PowerQuery query(stream);
-    if (!query.meaningful())
-        fail(Status::state, "a peak needs at least five samples that are not all equal; %lld were pushed",
-             static_cast<long long>(stream.totals().count));
-    query.check();
-    const Grid &grid = stream.grid();
+// Powers of the whole grid, a few at a time: work(k, power).
+template <class Work> void each_power(const PowerQuery &query, int64_t nf, Work work) {
     constexpr int64_t kAtOnce = 512;
-    double powers[kAtOnce], highest = -1;
-    int64_t top = 0;
-    for (int64_t first = 0; first < grid.nf; first += kAtOnce) {
-        const int64_t count = std::min(kAtOnce, grid.nf - first);
+    double powers[kAtOnce];
+    for (int64_t first = 0; first < nf; first += kAtOnce) {
+        const int64_t count = std::min(kAtOnce, nf - first);
         query.range(first, static_cast<size_t>(count), powers);
-        const double *best = std::max_element(powers, powers + count);
-        if (*best > highest) {
-            highest = *best;
-            top = first + (best - powers);
-        }
+        for (int64_t i = 0; i < count; i++)
+            work(first + i, powers[i]);
     }
-    highest = query.at(top); // as its neighbours, with which the peak is refined
+}
 
+// The peak at grid point `top`, refined by a parabola through its neighbours.
+Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
+    const double highest = query.at(top);
     Peak peak = {};
     double shift = 0;
     peak.power = highest;
@@ -54,7 +46,7 @@ Peak find_peak(const Stream &stream) {
     if (!peak.at_edge) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
         if (bend < 0) {
-            shift = 0.5 * (left - right) / bend;
+            shift = std::clamp(0.5 * (left - right) / bend, -0.5, 0.5);
             peak.power = std::min(1.0, highest - 0.25 * (left - right) * shift);
         }
     }
@@ -67,6 +59,85 @@ Peak find_peak(const Stream &stream) {
                          : std::numeric_limits<double>::infinity();
     peak.frequency_error = peak.amplitude = peak.amplitude_error = peak.phase = peak.offset = kUnknown;
     return peak;
+}
+
+void check_meaningful(const PowerQuery &query, const Stream &stream) {
+    if (!query.meaningful())
+        fail(Status::state, "a peak needs at least five samples that are not all equal; %lld were pushed",
+             static_cast<long long>(stream.totals().count));
+    query.check();
+}
+
+// Part of a sinusoid's power that the sampling repeats `gap` away: the window function, where the grid has that
+// frequency. Below the grid it is 1 within the width of a peak.
+double window(const Stream &stream, double gap) noexcept {
+    const Grid &grid = stream.grid();
+    const double span = std::sqrt(12 * static_cast<double>(stream.time_variance())); // of evenly spread times
+    if (gap * span < 2.5)
+        return 1;
+    const double k = std::nearbyint((gap - grid.f0) / grid.df);
+    if (!(k >= 0 && k < static_cast<double>(grid.nf)))
+        return 0;
+    const SumsAt<long double> sums = stream.sums<long double>(static_cast<int64_t>(k));
+    const auto weight = static_cast<long double>(stream.weight());
+    return static_cast<double>((sums.c1 * sums.c1 + sums.s1 * sums.s1) / (weight * weight));
+}
+
+// Whether the sampling alone could make half of a peak's power or more from a higher one.
+bool is_alias(const Stream &stream, const Peak &higher, const Peak &peak) noexcept {
+    const double gap = std::fabs(peak.frequency - higher.frequency), sum = peak.frequency + higher.frequency;
+    return std::max(window(stream, gap), window(stream, sum)) * higher.power >= peak.power / 2;
+}
+
+} // namespace
+
+Peak find_peak(const Stream &stream) {
+    const PowerQuery query(stream);
+    check_meaningful(query, stream);
+    int64_t top = 0;
+    double highest = -1;
+    each_power(query, stream.grid().nf, [&](int64_t k, double power) {
+        if (power > highest) {
+            highest = power;
+            top = k;
+        }
+    });
+    return refined(query, stream.grid(), top);
+}
+
+size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
+    const PowerQuery query(stream);
+    check_meaningful(query, stream);
+    struct Top {
+        int64_t k;
+        double power;
+    } tops[kMostPeaks];
+    size_t count = 0;
+    const auto keep = [&](int64_t k, double power) {
+        size_t at = count;
+        for (; at > 0 && tops[at - 1].power < power; at--)
+            if (at < most)
+                tops[at] = tops[at - 1];
+        if (at < most)
+            tops[at] = {k, power};
+        count = std::min(count + (at < most || count < most ? 1 : 0), most);
+    };
+    double before = -1, here = -1;
+    const int64_t nf = stream.grid().nf;
+    each_power(query, nf, [&](int64_t k, double power) {
+        if (k > 0 && here > before && here >= power)
+            keep(k - 1, here);
+        before = here;
+        here = power;
+    });
+    if (here > before)
+        keep(nf - 1, here);
+    for (size_t i = 0; i < count; i++) {
+        peaks[i] = refined(query, stream.grid(), tops[i].k);
+        for (size_t j = 0; j < i && !peaks[i].alias; j++)
+            peaks[i].alias = is_alias(stream, peaks[j], peaks[i]);
+    }
+    return count;
 }
 
 } // namespace toliman::period

@@ -8,6 +8,7 @@ struct Peak {
     double frequency, power, log10_residual;
     double grid_frequency; // of the highest grid point
     bool at_edge;          // at the grid's first or last frequency: beyond, the power may be greater
+    bool alias;            // of find_peaks: the sampling could make it of a higher one
     double fwhm;           // +infinity when the peak has no half-power point on one of its sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
 };
@@ -19,6 +20,11 @@ struct Samples {
 
 // Highest grid point, refined by a parabola through its neighbours. Allocates nothing.
 Peak find_peak(const Stream &stream);
+
+constexpr size_t kMostPeaks = 64;
+
+// The `most` highest local maxima of the grid, at most kMostPeaks, highest first, refined likewise; how many there are.
+size_t find_peaks(const Stream &stream, size_t most, Peak *peaks);
 
 constexpr long double kLeastRatio = 1e-4900L; // of residual to total: a perfect fit still has a logarithm
 

@@ -20,6 +20,13 @@ Solved solve(const Moments &moments, long double noise) noexcept;
 // Cosine and sine coincide where one eigenvalue is below this part of both together.
 constexpr long double kCoincident = 1e-17L;
 
+// Least squares at one frequency, from the sums: y = offset + cosine cos 2 pi f (t - time offset) + sine sin 2 pi f
+// (...). Standard errors are scaled by the residual; +infinity where the samples cannot tell.
+struct Model {
+    double amplitude, amplitude_error, phase, phase_error, offset, offset_error, power;
+    int rank; // of cosine and sine
+};
+
 // What one query needs of the totals, computed once.
 class PowerQuery {
   public:
@@ -28,6 +35,10 @@ class PowerQuery {
     double at(int64_t k) const noexcept;
     // The same of frequencies first, first + 1, ...; what double carries to 1e-13 goes by vectors.
     void range(int64_t first, size_t count, double *power) const noexcept;
+    // At frequency k; meaningful() must hold.
+    Model model(int64_t k) const noexcept;
+    // Half of the weighted sum of squares about the mean, in units of the caller's sigmas: what `psd` multiplies.
+    double half_chi_square() const noexcept;
     // Samples enough and not all equal: a peak means something.
     bool meaningful() const noexcept;
     // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.

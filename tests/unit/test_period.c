@@ -96,7 +96,7 @@ static void power_matches_113_bits(void **unused) {
             double worst = 0;
             for (int64_t k = 0; k < c->nf; k += c->nf / 25) {
                 double power;
-                assert_ok(toliman_period_query_power(period, k, 1, &power));
+                assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, k, 1, &power));
                 const __float128 f = (__float128)c->f0 + (__float128)k * (__float128)c->df;
                 const double expected = (double)(1 - quad_residual(&samples, f, fixed_mean));
                 worst = fmax(worst, fabs(power - expected));
@@ -283,11 +283,11 @@ static void defined_where_others_give_nan(void **unused) {
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
     toliman_period_peak peak = {.struct_size = sizeof peak};
     toliman_period *period = make(0, 0.05, 64, NULL);
-    assert_ok(toliman_period_query_power(period, 0, 64, power)); /* no sample */
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power)); /* no sample */
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
     assert_ok(toliman_period_push_many(period, t, same, NULL, 6)); /* constant */
-    assert_ok(toliman_period_query_power(period, 0, 64, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power));
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
     assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
@@ -295,7 +295,7 @@ static void defined_where_others_give_nan(void **unused) {
     const double three[3] = {1, -2, 4};
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, t, three, NULL, 3)); /* as many parameters as samples */
-    assert_ok(toliman_period_query_power(period, 0, 64, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power));
     assert_true(power[0] == 0); /* f = 0: nothing but the mean */
     for (int k = 1; k < 64; k++)
         assert_true(power[k] >= 0 && power[k] <= 1);
@@ -304,9 +304,11 @@ static void defined_where_others_give_nan(void **unused) {
     const double regular[6] = {0, 1, 2, 3, 4, 5}, alternating[6] = {1, -1, 1, -1, 1, -1};
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, regular, alternating, NULL, 6));
-    assert_ok(toliman_period_query_power(period, 10, 1, power)); /* f = 1/2: sine vanishes at every sample */
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 10, 1,
+                                         power)); /* f = 1/2: sine vanishes at every sample */
     assert_close(power[0], 1, 0, 1e-12);
-    assert_ok(toliman_period_query_power(period, 20, 1, power)); /* f = 1: the cosine is the mean */
+    assert_ok(
+        toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 20, 1, power)); /* f = 1: the cosine is the mean */
     assert_true(power[0] == 0);
     toliman_period_destroy(period);
 }
@@ -342,7 +344,8 @@ static void refusals_name_what_is_wrong(void **unused) {
     assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
     assert_int_equal(toliman_period_count(period), 0);
     double power;
-    assert_fails(toliman_period_query_power(period, 10, 1, &power), TOLIMAN_E_RANGE, "10 frequencies");
+    assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
+                 "10 frequencies");
     assert_fails(toliman_period_query_fap(period, 0.5, &power), TOLIMAN_E_ARGUMENT, "log10_residual");
     toliman_period_destroy(period);
     toliman_period_destroy(NULL);

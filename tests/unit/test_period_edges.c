@@ -40,7 +40,7 @@ static void compare_with_113_bits(const char *name, const toliman_period_options
     assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
     const quad_samples samples = {times, values, sigmas, N, NULL};
     double power[NF], worst = 0;
-    assert_ok(toliman_period_query_power(period, 0, NF, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
     for (int k = 0; k < NF; k += 3) {
         const __float128 f = (__float128)0.0123 + k * (__float128)0.0051;
         worst = fmax(worst, fabs(power[k] - (double)(1 - quad_residual(&samples, f, options->flags != 0))));
@@ -124,7 +124,8 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power;
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
-        assert_fails(toliman_period_query_power(period, 3, 1, &power), TOLIMAN_E_RANGE, "smaller value_bound");
+        assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
+                     "smaller value_bound");
         assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "smaller value_bound");
         assert_fails(toliman_period_query_fit(period, times, values, NULL, N, &peak), TOLIMAN_E_RANGE,
                      "smaller value_bound");
@@ -155,7 +156,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
                 toliman_period_peak grid = {.struct_size = sizeof grid}, fit = {.struct_size = sizeof fit};
                 double power;
                 assert_ok(toliman_period_query_peak(period, &grid));
-                assert_ok(toliman_period_query_power(period, 200, 1, &power));
+                assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 200, 1, &power));
                 assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
                 assert_close(fit.frequency, 0.5, 0, 1e-4);
                 assert_true(fit.power >= power - 1e-12);
@@ -355,7 +356,7 @@ static void memory_is_taken_at_creation(void **unused) {
         asked = 0;
         for (int i = 0; i < 6; i++)
             assert_ok(toliman_period_push(period, i, i % 3, 1));
-        assert_ok(toliman_period_query_power(period, 0, NF, power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
         if (!wide) /* a million frequencies in 113 bits take long */
             assert_ok(toliman_period_query_peak(period, &peak));
         assert_ok(toliman_period_save(period, NULL, 0, &needed));

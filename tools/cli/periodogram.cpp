@@ -76,7 +76,8 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
 
 std::vector<double> power_of(const Periodogram &periodogram, int64_t nf) {
     std::vector<double> power(static_cast<size_t>(nf));
-    toliman::check(toliman_period_query_power(periodogram.handle.get(), 0, power.size(), power.data()));
+    toliman::check(
+        toliman_period_query_power(periodogram.handle.get(), TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     return power;
 }
 

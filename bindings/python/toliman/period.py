@@ -46,6 +46,7 @@ class _Info(ctypes.Structure):
 
 
 _FIXED_MEAN, _AT_EDGE = 1, 1
+_NORMALISATIONS = ("standard", "model", "log", "psd")
 _doubles = POINTER(c_double)
 
 
@@ -61,7 +62,7 @@ _destroy = _declare("destroy", c_void_p, restype=None)
 _push = _declare("push", c_void_p, c_double, c_double, c_double)
 _push_many = _declare("push_many", c_void_p, _doubles, _doubles, _doubles, c_size_t)
 _count = _declare("count", c_void_p, restype=c_int64)
-_query_power = _declare("query_power", c_void_p, c_int64, c_size_t, _doubles)
+_query_power = _declare("query_power", c_void_p, c_uint32, c_int64, c_size_t, _doubles)
 _query_peak = _declare("query_peak", c_void_p, POINTER(Peak))
 _query_fit = _declare("query_fit", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(Peak))
 _query_fap = _declare("query_fap", c_void_p, c_double, _doubles)
@@ -109,10 +110,11 @@ class Periodogram:
         arrays, pointers = _series(t, y, sigma)
         check(_push_many(self._handle, *pointers, len(arrays[0])))
 
-    def power(self):
-        """Power at every frequency, float64 array of length nf."""
+    def power(self, normalisation="standard"):
+        """Power at every frequency, float64 array of length nf; normalised as standard, model, log or psd."""
         power = numpy.empty(self.nf)
-        check(_query_power(self._handle, 0, self.nf, power.ctypes.data_as(_doubles)))
+        check(_query_power(self._handle, _NORMALISATIONS.index(normalisation), 0, self.nf,
+                           power.ctypes.data_as(_doubles)))
         return power
 
     def peak(self):

@@ -1,0 +1,228 @@
+/* Normalisations, models at a frequency and several peaks, against sums in 113-bit arithmetic and known signals. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+#include "quad_period.h"
+
+#include <toliman/period.h>
+
+enum { kMost = 800, kFrequencies = 400 };
+static double times[kMost], values[kMost], sigmas[kMost];
+
+static uint64_t state = 3;
+
+static double uniform(void) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(state >> 11) + 0.5) * 0x1p-53;
+}
+
+static toliman_period *make(double f0, double df, int64_t nf, uint32_t flags, int n) {
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.flags = flags;
+    options.time_offset = 51000;
+    options.value_offset = 2;
+    options.value_bound = 32;
+    options.sigma_floor = 0.2;
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(f0, df, nf, &options, &period));
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, (size_t)n));
+    return period;
+}
+
+static void fill(int n) {
+    state = 3;
+    for (int i = 0; i < n; i++) {
+        times[i] = 51000 + 300 * uniform();
+        values[i] = 2.5 + 1.5 * sin(0.37 * times[i] + 1) + uniform();
+        sigmas[i] = 0.2 + uniform();
+    }
+}
+
+static void test_normalisations(void **unused) {
+    (void)unused;
+    enum { N = 150 };
+    fill(N);
+    toliman_period *period = make(0.004, 0.001, kFrequencies, 0, N);
+    double power[4][kFrequencies];
+    for (uint32_t kind = 0; kind < 4; kind++)
+        assert_ok(toliman_period_query_power(period, kind, 0, kFrequencies, power[kind]));
+    long double weight = 0, mean = 0, reference = 0;
+    for (int i = 0; i < N; i++) {
+        weight += 1 / ((long double)sigmas[i] * sigmas[i]);
+        mean += values[i] / ((long double)sigmas[i] * sigmas[i]);
+    }
+    mean /= weight;
+    for (int i = 0; i < N; i++)
+        reference += (values[i] - mean) * (values[i] - mean) / ((long double)sigmas[i] * sigmas[i]);
+    const quad_samples samples = {times, values, sigmas, N, NULL};
+    for (int k = 0; k < kFrequencies; k += 7) {
+        const __float128 residual = quad_residual(&samples, (__float128)0.004 + (__float128)0.001 * k, 0);
+        assert_close(power[TOLIMAN_POWER_STANDARD][k], (double)(1 - residual), 0, 1e-12);
+        assert_close(power[TOLIMAN_POWER_MODEL][k], (double)(1 / residual - 1), 1e-11, 1e-12);
+        assert_close(power[TOLIMAN_POWER_LOG][k], (double)-logq(residual), 1e-11, 1e-12);
+        assert_close(power[TOLIMAN_POWER_PSD][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
+    }
+    assert_fails(toliman_period_query_power(period, 4, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation = 4");
+    toliman_period_destroy(period);
+
+    /* A perfect fit: the others are finite. */
+    for (int i = 0; i < 3; i++)
+        sigmas[i] = 1;
+    period = make(0.004, 0.001, kFrequencies, 0, 3);
+    for (uint32_t kind = 1; kind < 4; kind++) {
+        assert_ok(toliman_period_query_power(period, kind, 5, 1, power[0]));
+        assert_true(isfinite(power[0][0]) && power[0][0] > 0);
+    }
+    toliman_period_destroy(period);
+}
+
+/* Normal equations about time_offset in 113 bits: solution and covariance. */
+static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float128 covariance[3][3]) {
+    __float128 a[3][3] = {{0}}, b[3] = {0}, mean = 0, weight = 0, residual = 0;
+    for (int i = 0; i < n; i++) {
+        const __float128 w = 1 / ((__float128)sigmas[i] * sigmas[i]);
+        weight += w;
+        mean += w * values[i];
+    }
+    mean /= weight;
+    const int first = fixed_mean ? 1 : 0, size = 3 - first;
+    for (int i = 0; i < n; i++) {
+        const __float128 w = 1 / ((__float128)sigmas[i] * sigmas[i]);
+        const __float128 angle = 2 * M_PIq * (__float128)f * (times[i] - 51000);
+        const __float128 row[3] = {1, cosq(angle), sinq(angle)};
+        for (int j = 0; j < size; j++) {
+            b[j] += w * row[first + j] * (values[i] - mean);
+            for (int k = 0; k < size; k++)
+                a[j][k] += w * row[first + j] * row[first + k];
+        }
+    }
+    for (int unit = -1; unit < size; unit++) {
+        __float128 matrix[3][3], right[3] = {0};
+        memcpy(matrix, a, sizeof matrix);
+        if (unit < 0)
+            memcpy(right, b, sizeof right);
+        else
+            right[unit] = 1;
+        quad_solve(matrix, right, size);
+        for (int j = 0; j < size; j++)
+            *(unit < 0 ? &x[first + j] : &covariance[first + unit][first + j]) = right[j];
+    }
+    if (fixed_mean)
+        x[0] = 0;
+    for (int i = 0; i < n; i++) {
+        const __float128 angle = 2 * M_PIq * (__float128)f * (times[i] - 51000);
+        const __float128 gap = values[i] - mean - x[0] - x[1] * cosq(angle) - x[2] * sinq(angle);
+        residual += gap * gap / ((__float128)sigmas[i] * sigmas[i]);
+    }
+    for (int j = first; j < 3; j++)
+        for (int k = first; k < 3; k++)
+            covariance[j][k] *= residual / (n - size);
+    x[0] += mean;
+}
+
+static void test_model(void **unused) {
+    (void)unused;
+    enum { N = 60 };
+    fill(N);
+    for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
+        toliman_period *period = make(0.004, 0.001, kFrequencies, fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0, N);
+        for (int k = 1; k < kFrequencies; k += 23) {
+            toliman_period_model model = {.struct_size = sizeof model};
+            assert_ok(toliman_period_query_model(period, k, &model));
+            assert_close(model.frequency, 0.004 + 0.001 * k, 1e-15, 0);
+            __float128 x[3] = {0}, v[3][3] = {{0}};
+            slow_model(N, model.frequency, fixed_mean, x, v);
+            const __float128 amplitude = hypotq(x[1], x[2]), c = x[1] / amplitude, s = x[2] / amplitude;
+            assert_int_equal(model.rank, 2);
+            assert_close(model.amplitude, (double)amplitude, 1e-10, 0);
+            assert_close(model.phase, (double)atan2q(x[1], x[2]), 0, 1e-10);
+            assert_close(model.offset, (double)x[0], 1e-10, 0);
+            assert_close(model.amplitude_error, (double)sqrtq(c * c * v[1][1] + 2 * c * s * v[1][2] + s * s * v[2][2]),
+                         1e-9, 0);
+            assert_close(model.phase_error,
+                         (double)(sqrtq(s * s * v[1][1] - 2 * c * s * v[1][2] + c * c * v[2][2]) / amplitude), 1e-9, 0);
+            assert_close(model.offset_error, (double)sqrtq(v[0][0]), 1e-9, 0);
+        }
+        toliman_period_model model = {.struct_size = sizeof model};
+        assert_fails(toliman_period_query_model(period, kFrequencies, &model), TOLIMAN_E_RANGE, "k = 400");
+        assert_fails(toliman_period_query_model(period, -1, &model), TOLIMAN_E_RANGE, "k = -1");
+        assert_ok(toliman_period_reset(period));
+        assert_fails(toliman_period_query_model(period, 1, &model), TOLIMAN_E_STATE, "at least five samples");
+        toliman_period_destroy(period);
+    }
+}
+
+/* Even times at the Nyquist frequency: the sine vanishes, the cosine is fitted. */
+static void test_model_of_one_wave(void **unused) {
+    (void)unused;
+    for (int i = 0; i < 40; i++) {
+        times[i] = 51000 + i;
+        values[i] = 2 + 0.5 * (i % 2 ? -1 : 1) + 0.01 * uniform();
+        sigmas[i] = 1;
+    }
+    toliman_period *period = make(0.25, 0.25, 2, 0, 40);
+    toliman_period_model model = {.struct_size = sizeof model};
+    assert_ok(toliman_period_query_model(period, 1, &model));
+    assert_int_equal(model.rank, 1);
+    assert_close(model.amplitude, 0.5, 0, 0.01);
+    assert_close(fabs(model.phase), M_PI / 2, 0, 1e-9);
+    assert_true(isfinite(model.amplitude_error) && isinf(model.phase_error) && isfinite(model.offset_error));
+    toliman_period_destroy(period);
+}
+
+/* Nights only: a signal of 0.11/d repeats at 1 - 0.11 and 1 + 0.11; a second one is its own. */
+static void test_peaks_and_aliases(void **unused) {
+    (void)unused;
+    enum { N = 700, kWanted = 12 };
+    state = 3;
+    for (int i = 0; i < N; i++) {
+        times[i] = 51000 + i + 0.2 * uniform();
+        sigmas[i] = 1;
+        values[i] = 2 + 3 * sin(2 * M_PI * 0.11 * times[i]) + 1.6 * sin(2 * M_PI * 0.3 * times[i]) + uniform();
+    }
+    toliman_period *period = make(0.002, 1.5e-4, 12000, 0, N);
+    toliman_period_peak peaks[kWanted], highest = {.struct_size = sizeof highest};
+    for (int i = 0; i < kWanted; i++)
+        peaks[i].struct_size = sizeof peaks[i];
+    size_t count = 0;
+    assert_ok(toliman_period_query_peaks(period, kWanted, peaks, &count));
+    assert_int_equal(count, kWanted);
+    assert_ok(toliman_period_query_peak(period, &highest));
+    assert_true(peaks[0].frequency == highest.frequency && peaks[0].power == highest.power);
+    assert_close(peaks[0].frequency, 0.11, 0, 2e-4);
+    int own = 0, aliases = 0;
+    for (size_t i = 0; i < count; i++) {
+        assert_true(i == 0 || peaks[i].power <= peaks[i - 1].power * 1.001);
+        const double f = peaks[i].frequency;
+        if ((peaks[i].flags & TOLIMAN_PERIOD_ALIAS) == 0 && peaks[i].power > 0.1) {
+            own++;
+            assert_true(fabs(f - 0.11) < 2e-4 || fabs(f - 0.3) < 2e-4);
+        }
+        if (fabs(f - 0.89) < 2e-4 || fabs(f - 1.11) < 2e-4 || fabs(f - 0.7) < 2e-4 || fabs(f - 1.3) < 2e-4) {
+            aliases++;
+            assert_true((peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0);
+        }
+    }
+    assert_int_equal(own, 2);
+    assert_true(aliases >= 3);
+    assert_ok(toliman_period_query_peaks(period, 1, peaks, &count));
+    assert_int_equal(count, 1);
+    assert_true(peaks[0].frequency == highest.frequency);
+    assert_fails(toliman_period_query_peaks(period, 0, peaks, &count), TOLIMAN_E_ARGUMENT, "most = 0");
+    assert_fails(toliman_period_query_peaks(period, 65, peaks, &count), TOLIMAN_E_ARGUMENT, "most = 65");
+    peaks[1].struct_size = 3;
+    assert_fails(toliman_period_query_peaks(period, 2, peaks, &count), TOLIMAN_E_ARGUMENT, "peaks");
+    toliman_period_destroy(period);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_normalisations),
+        cmocka_unit_test(test_model),
+        cmocka_unit_test(test_model_of_one_wave),
+        cmocka_unit_test(test_peaks_and_aliases),
+    };
+    return cmocka_run_group_tests_name("period_query", tests, NULL, NULL);
+}
