@@ -132,11 +132,12 @@ size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     });
     if (here > before)
         keep(nf - 1, here);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++)
         peaks[i] = refined(query, stream.grid(), tops[i].k);
+    std::sort(peaks, peaks + count, [](const Peak &a, const Peak &b) { return a.power > b.power; });
+    for (size_t i = 0; i < count; i++)
         for (size_t j = 0; j < i && !peaks[i].alias; j++)
             peaks[i].alias = is_alias(stream, peaks[j], peaks[i]);
-    }
     return count;
 }
 

@@ -283,8 +283,8 @@ class BadSeries(ProgramTest):
                     arguments=("period", "short.csv", "--f0", 0.1, "--df", 0.1, "--nf", 3))
 
     def test_files_that_are_no_text(self):
-        numpy.save(self.folder / "f.npy", numpy.ones((9, 2)))
-        self.refuse(3, "f.npy: is a .npy file", "CSV", arguments=("period", "f.npy"))
+        numpy.save(self.folder / "f.npy", numpy.ones((9, 4)))
+        self.refuse(3, "f.npy: must be float64 of shape [samples][2 or 3]", arguments=("period", "f.npy"))
 
     def test_missing_file_and_bad_options(self):
         self.refuse(3, "none.csv", "No such file", arguments=("period", "none.csv"))

@@ -26,6 +26,7 @@ void add_train(CLI::App &app, Context &context);
 void add_encode(CLI::App &app, Context &context);
 void add_convert(CLI::App &app, Context &context);
 void add_period(CLI::App &app, Context &context);
+void add_merge(CLI::App &app, Context &context);
 void add_plan(CLI::App &app, Context &context);
 void add_pupil(CLI::App &app, Context &context);
 void add_doctor(CLI::App &app, Context &context);

@@ -78,6 +78,7 @@ int parse_and_run(int argc, char **argv) {
     add_encode(app, context);
     add_convert(app, context);
     add_period(app, context);
+    add_merge(app, context);
     add_plan(app, context);
     add_pupil(app, context);
     add_doctor(app, context);

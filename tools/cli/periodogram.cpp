@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "failure.hpp"
+#include "output.hpp"
 
 namespace cli {
 
@@ -74,10 +75,24 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
     return result;
 }
 
-std::vector<double> power_of(const Periodogram &periodogram, int64_t nf) {
+toliman::periodogram load_state(const std::string &path) {
+    return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str());
+}
+
+void save_state(const toliman::periodogram &periodogram, const std::string &path) {
+    size_t size = 0;
+    toliman::check(toliman_period_save(periodogram.get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    toliman::check(toliman_period_save(periodogram.get(), bytes.data(), size, &size));
+    OutputFile out(path);
+    out.write(bytes.data(), size);
+    out.commit();
+}
+
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf) {
     std::vector<double> power(static_cast<size_t>(nf));
     toliman::check(
-        toliman_period_query_power(periodogram.handle.get(), TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
+        toliman_period_query_power(periodogram.get(), TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     return power;
 }
 

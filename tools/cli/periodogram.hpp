@@ -1,10 +1,11 @@
 // A whole periodogram of a series at once: what `run` and `period` share.
 #pragma once
+#include <string>
 #include <vector>
 
 #include <toliman/toliman.hpp>
 
-#include "csv.hpp"
+#include "series.hpp"
 #include "terminal.hpp"
 
 namespace cli {
@@ -28,9 +29,13 @@ struct Periodogram {
 // Pushes every sample one by one and fits the highest peak; a signal stops it between two samples.
 Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fixed_mean, Progress &progress);
 
+// A periodogram file of `period --save-state`.
+toliman::periodogram load_state(const std::string &path);
+void save_state(const toliman::periodogram &periodogram, const std::string &path);
+
 constexpr const char kEdgeRemark[] =
     "the peak stands at the edge of the grid and the period may lie beyond: --f0, --df and --nf give another grid";
 
-std::vector<double> power_of(const Periodogram &periodogram, int64_t nf);
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf);
 
 } // namespace cli

@@ -158,7 +158,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
         const Periodogram periodogram =
             find_period({scene.path, cadence.times, result.latents, {}}, result.grid, false, progress);
         result.latent.peak = periodogram.peak;
-        result.power = power_of(periodogram, result.grid.nf);
+        result.power = power_of(periodogram.handle, result.grid.nf);
     }
     const Stopwatch watch(result.timings.controls);
     blank_latents.resize(cadence.times.size());
