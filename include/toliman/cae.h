@@ -64,8 +64,9 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_CAE_UNSUPERVISED 1
 
 /* Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
- * other status ends the running call with it. The same frame must be the same each time. Called on the caller's thread,
- * with no lock held. Since 0.1. */
+ * other status ends the running call with it. The same frame must be the same each time, also when a training is taken
+ * up. Called on the caller's thread, with no lock held; may not train or destroy the network, nor may `progress`. Since
+ * 0.1. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
 typedef struct toliman_cae_train_options {
@@ -80,7 +81,7 @@ typedef struct toliman_cae_train_options {
     toliman_frames_fn frames; /* UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each */
     void *frames_data;
     uint64_t frame_count;
-    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth */
+    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth, at least 1 */
     uint32_t batch;      /* UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16 */
     uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
 } toliman_cae_train_options;
@@ -104,14 +105,21 @@ typedef struct toliman_cae_training {
 } toliman_cae_training;
 
 /* Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
- * unsupervised one can be given more epochs, when mode, learning rate, batch and frames are as before; anything else
- * starts anew. options and report may be NULL. On any failure the network is as before. TOLIMAN_E_CANCELLED,
- * TOLIMAN_E_RANGE when a learning rate makes UNSUPERVISED diverge or an input scale leaves weights out of range,
- * TOLIMAN_E_UNSUPPORTED for TIED with another layout or input, TOLIMAN_E_STATE when a loaded network has no signal to
- * be trained on. Since 0.1. */
+ * unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as before
+ * (toliman_cae_get_train_options); anything else starts anew. options and report may be NULL. On any failure the
+ * network is as before, and its last training too, unless the new one has done a step (TIED) or an epoch
+ * (UNSUPERVISED): then that can be taken up. TOLIMAN_E_CANCELLED, TOLIMAN_E_RANGE when a learning rate makes
+ * UNSUPERVISED diverge or a loaded target leaves weights out of range, TOLIMAN_E_UNSUPPORTED for TIED with another
+ * layout or input, TOLIMAN_E_STATE when a loaded network has no signal to be trained on. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
+
+/* Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count, validation
+ * and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set. TOLIMAN_E_STATE when
+ * there is none: nothing was trained, or the blob was saved without. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) TOLIMAN_NOEXCEPT;
 
 /* Facts of a network. Since 0.1. */
 typedef struct toliman_cae_info {
@@ -127,7 +135,8 @@ typedef struct toliman_cae_info {
     uint32_t input;             /* TOLIMAN_CAE_WHITENED, ... */
     double crb_px;              /* Cramer-Rao bound with exactly those free */
     double cosine;              /* after training; 0 before */
-    double input_scale;         /* factor between the whitened residual and the first convolution */
+    double input_scale;         /* factor between the input and the first convolution: 1e-3 for TIED, else 1 */
+    uint64_t seed;              /* of the random weights */
 } toliman_cae_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
