@@ -258,15 +258,13 @@ static void test_divergence_is_never_a_result(void **unused) {
     toliman_cae_train_options options = options_for(&source, 2, 0);
     toliman_status status = TOLIMAN_OK;
     options.learning_rate = 1;
-    for (options.epochs = 1; options.epochs <= 40 && status == TOLIMAN_OK; options.epochs++) {
+    for (options.epochs = 1; options.epochs <= 15; options.epochs++) {
         toliman_cae_training report = {.struct_size = sizeof report};
         toliman_cae *loaded = NULL;
         status = toliman_cae_train(cae, &options, &report);
         assert_true(status == TOLIMAN_OK || status == TOLIMAN_E_RANGE);
         if (status == TOLIMAN_OK) /* one frame is kept back, however few there are */
             assert_true(isfinite(report.validation_loss) && report.validation_loss > 0 && report.mmse > 0);
-        if (options.epochs == 1)
-            continue;
         size_t size;
         uint8_t *bytes = saved_with_training(cae, &size);
         assert_ok(toliman_cae_load(bytes, size, &loaded));
