@@ -2,9 +2,10 @@
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
+PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps bench-sim bench-weights install format lint clean help
+.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-weights install format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -17,15 +18,14 @@ check: check-deps ## build and run every test
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
 
-bench-sim: check-deps ## measure the simulator's speed against its error (3 minutes)
-	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
-	@cmake --build $(BUILD) --parallel $(JOBS)
-	@python3 tests/bench/bench_sim.py $(BUILD)/bin $(BUILD)/bench-sim.json
+bench-sim: benches ## measure the simulator's speed against its error (3 minutes)
+	@$(PYTHON) tests/bench/bench_sim.py $(BUILD)/bin $(BUILD)/bench-sim.json
 
-bench-weights: check-deps ## measure the weights file's bytes against what they are worth (1 minute)
-	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
-	@cmake --build $(BUILD) --parallel $(JOBS) --target bench_weights
-	@/usr/bin/python3 tests/bench/bench_weights.py $(BUILD)/bin
+bench-cae: benches ## measure the autoencoder against the processor's peak, PyTorch and oneDNN (1 minute)
+	@$(PYTHON) tests/bench/bench_cae.py $(BUILD)/bin $(BUILD)/bench-cae.json
+
+bench-weights: benches ## measure the weights file's bytes against what they are worth (1 minute)
+	@$(PYTHON) tests/bench/bench_weights.py $(BUILD)/bin
 
 install: all ## install below PREFIX, by default /usr/local
 	@cmake --install $(BUILD) --prefix $(PREFIX)
@@ -47,6 +47,10 @@ deps:
 
 check-deps:
 	@tools/deps/install check
+
+benches: check-deps
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
+	@cmake --build $(BUILD) --parallel $(JOBS)
 
 $(BUILD)/build.ninja:
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=OFF >/dev/null

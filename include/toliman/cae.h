@@ -172,12 +172,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const tolim
                                                                      size_t stride) TOLIMAN_NOEXCEPT;
 
 /* The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the frame's latent,
- * with whitened input times sqrt(variance) and added to the reference; what was projected out stays away. mssim
- * (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean squared error,
- * and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03, over the pixels
- * whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone leaves. With any of the
- * three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode; TOLIMAN_E_RANGE also for counts so far
- * from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1. */
+ * with whitened input times sqrt(variance) and added to the reference; what was projected out stays away. mmse and
+ * mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean squared
+ * error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03, over the
+ * pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone leaves. With
+ * any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode; TOLIMAN_E_RANGE also for
+ * counts so far from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
                                                                       size_t counts_stride, double *image,
                                                                       size_t stride, double *mmse, double *mssim,

@@ -38,15 +38,15 @@ struct Tensor {
 constexpr size_t kTensors = 20;
 using TensorTable = std::array<Tensor, kTensors>;
 inline constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
-                                       {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
-                                       {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
-                                       {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
-                                       {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
-                                       {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
-                                       {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
-                                       {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
-                                       {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
-                                       {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
+                                              {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
+                                              {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
+                                              {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
+                                              {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
+                                              {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
+                                              {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
+                                              {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
+                                              {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
+                                              {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
 
 // Stages of both layouts, from the input inwards.
 inline constexpr std::array<kernels::ConvShape, kStages> kShapes = {

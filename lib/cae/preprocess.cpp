@@ -147,7 +147,7 @@ void Preprocess::apply(ImageView<const double> frame, float *out, size_t stride)
     }
     if (projected == 0)
         return;
-    kernels::project_out(units.data(), projected, kPixels, residual.data());
+    kernel.project_out(units.data(), projected, kPixels, residual.data());
     for (size_t r = 0; r < kSide; r++)
         for (size_t c = 0; c < kSide; c++)
             out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);

@@ -44,7 +44,7 @@ TOLIMAN_ISA_DECLARE(ConvKernels, conv)
 
 // Given     kernel [coarse_channels][fine_channels][3][3], in the order of a framework's convolution and of its
 //           transposed convolution alike; factor, 1/4 for a mean, 1 for plain up-sampling
-// Returned  packed [packed()]: factor times the kernel, in the order in which the functions above read it
+// Returned  packed [packed()]: factor times the kernel, in the order in which the kernel above reads it
 void conv_pack_down(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept;
 void conv_pack_up(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept;
 

@@ -1,4 +1,4 @@
-// Whitened residuals of counts, as the network reads them.
+// Whitened and projected residuals of counts, as the network reads them.
 #pragma once
 #include <cstddef>
 
@@ -15,6 +15,12 @@ struct ResidualKernels {
     // The same times scale, rounded to float32 last: the same bits as residual, scaled and rounded.
     bool (*scaled_residual)(const double *counts, const double *reference, const double *inverse_sigma, double scale,
                             size_t count, float *residual) noexcept;
+
+    // Given     units [planes][count], orthonormal; vector [count], a multiple of 16
+    // Returned  vector less its components along them, one after the other
+    // Notes     plain sums in 16 parts: off by count/16 roundings of the sum of the absolute products at most, 5e-13 of
+    //           it for a frame. kernels/project.hpp has the compensated form. The same bits on every instruction set.
+    void (*project_out)(const double *units, size_t planes, size_t count, double *vector) noexcept;
 };
 TOLIMAN_ISA_DECLARE(ResidualKernels, residual)
 

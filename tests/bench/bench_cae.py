@@ -37,7 +37,8 @@ def show(rows):
                   f"{row['ms'] / row['least_ms']:6.2f}")
     for row in rows:
         if row["part"] == "encode":
-            print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms" +
+            print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projecting_ms']:.3f} "
+                  "with four images projected out" +
                   (f"; latents moved by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
     best = {(row["part"], row["layout"]): row["ms"] for row in reversed(rows) if row["part"] in ("encode", "training")}
     for row in rows:

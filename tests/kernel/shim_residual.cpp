@@ -1,0 +1,37 @@
+// C border of the residual kernels.
+#include "kernels/residual.hpp"
+
+using toliman::kernels::ResidualKernels;
+
+namespace {
+
+const ResidualKernels &table(int isa) {
+#if defined(__x86_64__)
+    const ResidualKernels *tables[] = {&toliman::kernels::residual_baseline, &toliman::kernels::residual_avx2,
+                                       &toliman::kernels::residual_avx512};
+    return *tables[isa];
+#else
+    (void)isa;
+    return toliman::kernels::residual_baseline;
+#endif
+}
+
+} // namespace
+
+extern "C" int shim_residual_isas(void) {
+    return static_cast<int>(toliman::kernels::host_isa()) + 1;
+}
+
+extern "C" int shim_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
+                             size_t count, double *out) {
+    return table(isa).residual(counts, reference, inverse_sigma, count, out) ? 1 : 0;
+}
+
+extern "C" int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
+                                    double scale, size_t count, float *out) {
+    return table(isa).scaled_residual(counts, reference, inverse_sigma, scale, count, out) ? 1 : 0;
+}
+
+extern "C" void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector) {
+    table(isa).project_out(units, planes, count, vector);
+}

@@ -1,0 +1,99 @@
+/* Residual kernels against long double. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_residual_isas(void);
+int shim_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma, size_t count,
+                  double *out);
+int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
+                         double scale, size_t count, float *out);
+void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector);
+
+enum { N = 65536, kPlanes = 3 };
+static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
+
+static uint32_t state = 1;
+
+static double uniform(void) {
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) / 8388608.0 - 1;
+}
+
+static int set_up(void **unused) {
+    (void)unused;
+    for (int i = 0; i < N; i++) {
+        reference[i] = 1e9 * (1 + 0.5 * uniform());
+        counts[i] = reference[i] + 3e4 * uniform();
+        inverse_sigma[i] = 1 / sqrt(reference[i]);
+    }
+    for (int k = 0; k < kPlanes; k++) { /* of disjoint pixels, so orthogonal */
+        long double square = 0;
+        for (int i = k; i < N; i += kPlanes)
+            units[k * N + i] = uniform(), square += units[k * N + i] * units[k * N + i];
+        for (int i = k; i < N; i += kPlanes)
+            units[k * N + i] /= (double)sqrtl(square);
+    }
+    return 0;
+}
+
+static void test_residual(void **unused) {
+    (void)unused;
+    static double out[N];
+    static float scaled[N];
+    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+        assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, out), 1);
+        assert_int_equal(shim_scaled_residual(isa, counts, reference, inverse_sigma, 1e-3, N, scaled), 1);
+        for (int i = 0; i < N; i++) {
+            assert_close(out[i], (double)(((long double)counts[i] - reference[i]) * inverse_sigma[i]), 1e-15, 0);
+            assert_true(scaled[i] == (float)(1e-3 * out[i]));
+        }
+    }
+}
+
+static void test_non_finite_counts_are_seen(void **unused) {
+    (void)unused;
+    static double out[N];
+    static float scaled[N];
+    const double bad[] = {NAN, -NAN, INFINITY, -INFINITY};
+    for (int isa = 0; isa < shim_residual_isas(); isa++)
+        for (int k = 0; k < 4; k++) {
+            const int at = k * 17 + (k == 3 ? N - 52 : 0);
+            const double good = counts[at];
+            counts[at] = bad[k];
+            assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, out), 0);
+            assert_int_equal(shim_scaled_residual(isa, counts, reference, inverse_sigma, 1, N, scaled), 0);
+            counts[at] = good;
+        }
+}
+
+/* A nuisance ten thousand times the noise leaves less than a billionth of it; the same bits everywhere. */
+static void test_projection(void **unused) {
+    (void)unused;
+    static double first[N], vector[N];
+    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+        state = 7;
+        for (int i = 0; i < N; i++)
+            vector[i] = uniform() + 1e4 * units[N + i];
+        shim_residual_project(isa, units, kPlanes, N, vector);
+        for (int k = 0; k < kPlanes; k++) {
+            long double left = 0;
+            for (int i = 0; i < N; i++)
+                left += (long double)units[k * N + i] * vector[i];
+            assert_at_most(fabs((double)left), 1e-9);
+        }
+        if (isa == 0)
+            memcpy(first, vector, sizeof first);
+        assert_memory_equal(first, vector, sizeof first);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_residual),
+        cmocka_unit_test(test_non_finite_counts_are_seen),
+        cmocka_unit_test(test_projection),
+    };
+    return cmocka_run_group_tests_name("residual", tests, set_up, NULL);
+}
