@@ -32,9 +32,9 @@ typedef struct toliman_cae toliman_cae;
 
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    uint32_t layout; /* TOLIMAN_CAE_FLIGHT, ... */
-    uint32_t input;  /* TOLIMAN_CAE_WHITENED, ... */
-    uint32_t reserved;
+    uint32_t layout;   /* TOLIMAN_CAE_FLIGHT, ... */
+    uint32_t input;    /* TOLIMAN_CAE_WHITENED, ... */
+    uint32_t reserved; /* 0 */
 } toliman_cae_options;
 
 /* Fills *options with the defaults. Since 0.1. */
@@ -145,10 +145,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 
 /* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
  * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
- * displacements in frames as bright as the scene's, and in proportion to the brightness of others; ELU bends latent
- * over displacement to about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the
- * same negative ones (chapter's scene; in another training it bends a third more or less). Allocates nothing that
- * lasts. Since 0.1.
+ * displacements. Frames brighter or fainter than the scene's are off by what preprocess.project would project out, and
+ * by far more than their slope: the chapter's by -6e-6 px for 0.1 % more light. ELU bends latent over displacement to
+ * about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the same negative ones
+ * (chapter's scene; in another training it bends a third more or less). Allocates nothing that lasts. Since 0.1.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;

@@ -211,6 +211,8 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = required(sim, "sim").simulator;
         const toliman_cae_options known = accept(options, default_options(), "options", kOldestOptions);
         const cae::Layout &layout = layout_of(known.layout);
+        if (known.reserved != 0)
+            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
         required(out, "out");
         give({cae::untrained_network(layout,
                                      cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)), seed),

@@ -45,7 +45,10 @@ Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOption
         frames(first, count, counts.data());
         for (size_t i = 0; i < count; i++)
             in_frame(first + i, [&] {
-                preprocess.apply({&counts[i * rows * cols], rows, cols, cols}, &inputs[(first + i) * kPixels], kSide);
+                const double *frame = &counts[i * rows * cols];
+                preprocess.apply({frame, rows, cols, cols}, &inputs[(first + i) * kPixels], kSide);
+                if (std::all_of(frame, frame + rows * cols, [&](double value) { return value == frame[0]; }))
+                    fail(Status::argument, "counts: all are %g: nothing can be learnt from it", frame[0]);
             });
         options.progress.report("frames", static_cast<double>(first + count) / static_cast<double>(options.frames));
     }
@@ -184,8 +187,11 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
             const size_t count = std::min<size_t>(options.batch, images - at);
             loss += trainer.step(next, &order[at], count) * static_cast<double>(count);
             char stage[128];
-            std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g, validation %.4g", state.done + 1,
-                          options.epochs, state.loss, state.validation_loss);
+            const int size = std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g", state.done + 1,
+                                           options.epochs, loss / static_cast<double>(at + count));
+            if (state.done > 0)
+                std::snprintf(stage + size, sizeof stage - static_cast<size_t>(size), ", validation %.4g",
+                              state.validation_loss);
             options.progress.report(
                 stage, (state.done + static_cast<double>(at + count) / static_cast<double>(images)) / options.epochs);
         }

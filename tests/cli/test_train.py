@@ -47,6 +47,9 @@ class Resumed(ProgramTest):
     def test_options_of_the_other_mode(self):
         self.refuse(2, "--epochs: of unsupervised training", arguments=("train", "s.json", "--epochs", "2", "--out", "x"))
         self.refuse(2, "--steps: of tied training", arguments=(*UNSUPERVISED, "--steps", "2", "--out", "x"))
+        self.refuse(2, "--input raw", "--mode unsupervised", arguments=("train", "s.json", "--input", "raw", "--out", "x"))
+        self.write_scene(1)
+        self.refuse(2, "s.json: cadence.frames = 1", arguments=(*UNSUPERVISED, "--out", "x"))
 
     def test_a_signal_before_the_first_epoch(self):
         self.write_scene(600)

@@ -21,6 +21,7 @@ typedef struct Source {
     double amplitude_px, displacements[kMostFrames];
     toliman_status failure;
     int poisoned; /* one count is NaN */
+    int dark;     /* every count is 0 */
 } Source;
 
 static Source make_source(double amplitude_px) {
@@ -38,6 +39,8 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
         toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first, 1, counts);
     if (source->poisoned)
         counts[777] = NAN;
+    for (size_t i = 0; source->dark && i < kPixels; i++)
+        counts[i] = 0;
     return status;
 }
 
@@ -300,6 +303,9 @@ static void test_refusals(void **unused) {
     source.poisoned = 1;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
     source.poisoned = 0;
+    source.dark = 1;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts: all are 0");
+    source.dark = 0;
     options.learning_rate = 1;
     options.epochs = 30;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
@@ -310,6 +316,9 @@ static void test_refusals(void **unused) {
     how.layout = 2;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 2");
     how.layout = 0;
+    how.reserved = 3;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
+    how.reserved = 0;
     how.input = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 3");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
