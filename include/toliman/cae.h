@@ -32,9 +32,9 @@ typedef struct toliman_cae toliman_cae;
 
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    uint32_t layout; /* TOLIMAN_CAE_FLIGHT, ... */
-    uint32_t input;  /* TOLIMAN_CAE_WHITENED, ... */
-    uint32_t reserved;
+    uint32_t layout;   /* TOLIMAN_CAE_FLIGHT, ... */
+    uint32_t input;    /* TOLIMAN_CAE_WHITENED, ... */
+    uint32_t reserved; /* 0 */
 } toliman_cae_options;
 
 /* Fills *options with the defaults. Since 0.1. */
@@ -64,8 +64,9 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_CAE_UNSUPERVISED 1
 
 /* Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
- * other status ends the running call with it. The same frame must be the same each time. Called on the caller's thread,
- * with no lock held. Since 0.1. */
+ * other status ends the running call with it. The same frame must be the same each time, also when a training is taken
+ * up. Called on the caller's thread, with no lock held; may not train or destroy the network, nor may `progress`. Since
+ * 0.1. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
 typedef struct toliman_cae_train_options {
@@ -80,7 +81,7 @@ typedef struct toliman_cae_train_options {
     toliman_frames_fn frames; /* UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each */
     void *frames_data;
     uint64_t frame_count;
-    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth */
+    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth, at least 1 */
     uint32_t batch;      /* UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16 */
     uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
 } toliman_cae_train_options;
@@ -104,14 +105,21 @@ typedef struct toliman_cae_training {
 } toliman_cae_training;
 
 /* Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
- * unsupervised one can be given more epochs, when mode, learning rate, batch and frames are as before; anything else
- * starts anew. options and report may be NULL. On any failure the network is as before. TOLIMAN_E_CANCELLED,
- * TOLIMAN_E_RANGE when a learning rate makes UNSUPERVISED diverge or an input scale leaves weights out of range,
- * TOLIMAN_E_UNSUPPORTED for TIED with another layout or input, TOLIMAN_E_STATE when a loaded network has no signal to
- * be trained on. Since 0.1. */
+ * unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as before
+ * (toliman_cae_get_train_options); anything else starts anew. options and report may be NULL. On any failure the
+ * network is as before, and its last training too, unless the new one has done a step (TIED) or an epoch
+ * (UNSUPERVISED): then that can be taken up. TOLIMAN_E_CANCELLED, TOLIMAN_E_RANGE when a learning rate makes
+ * UNSUPERVISED diverge or a loaded target leaves weights out of range, TOLIMAN_E_UNSUPPORTED for TIED with another
+ * layout or input, TOLIMAN_E_STATE when a loaded network has no signal to be trained on. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
+
+/* Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count, validation
+ * and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set. TOLIMAN_E_STATE when
+ * there is none: nothing was trained, or the blob was saved without. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) TOLIMAN_NOEXCEPT;
 
 /* Facts of a network. Since 0.1. */
 typedef struct toliman_cae_info {
@@ -127,7 +135,8 @@ typedef struct toliman_cae_info {
     uint32_t input;             /* TOLIMAN_CAE_WHITENED, ... */
     double crb_px;              /* Cramer-Rao bound with exactly those free */
     double cosine;              /* after training; 0 before */
-    double input_scale;         /* factor between the whitened residual and the first convolution */
+    double input_scale;         /* factor between the input and the first convolution: 1e-3 for TIED, else 1 */
+    uint64_t seed;              /* of the random weights */
 } toliman_cae_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -136,10 +145,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 
 /* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
  * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
- * displacements in frames as bright as the scene's, and in proportion to the brightness of others; ELU bends latent
- * over displacement to about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the
- * same negative ones (chapter's scene; in another training it bends a third more or less). Allocates nothing that
- * lasts. Since 0.1.
+ * displacements. Frames brighter or fainter than the scene's are off by what preprocess.project would project out, and
+ * by far more than their slope: the chapter's by -6e-6 px for 0.1 % more light. ELU bends latent over displacement to
+ * about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the same negative ones
+ * (chapter's scene; in another training it bends a third more or less). Allocates nothing that lasts. Since 0.1.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
@@ -162,13 +171,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_c
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image,
                                                                      size_t stride) TOLIMAN_NOEXCEPT;
 
-/* The frame as the network sees it again, image[256][stride] in counts: reference + sqrt(variance) * decode(encode).
- * mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean
- * squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03,
- * over the pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone
- * leaves. With any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode;
- * TOLIMAN_E_RANGE also for counts so far from the scene's that their latent is beyond 1e6 px or a result overflows.
- * Since 0.1. */
+/* The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the frame's latent,
+ * with whitened input times sqrt(variance) and added to the reference; what was projected out stays away. mmse and
+ * mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean squared
+ * error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03, over the
+ * pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone leaves. With
+ * any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode; TOLIMAN_E_RANGE also for
+ * counts so far from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
                                                                       size_t counts_stride, double *image,
                                                                       size_t stride, double *mmse, double *mssim,

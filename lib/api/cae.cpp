@@ -31,8 +31,6 @@ constexpr size_t kOldestTrainOptions = sizeof(toliman_cae_train_options);
 constexpr size_t kOldestSaveOptions = sizeof(toliman_cae_save_options);
 constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
 constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
-constexpr uint64_t kMostFrames = 1u << 20; // 256 GiB of input
-constexpr uint32_t kLargestBatch = 4096;
 
 toliman_cae_options default_options() noexcept {
     toliman_cae_options options = {};
@@ -74,13 +72,26 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
     return options;
 }
 
-// The training to go on with, if it is the one asked for.
-cae::Training &take_up(toliman_cae &cae, const cae::Course &course, uint32_t until) {
+// Works on the last training, if it is the one asked for, or on a new one; what then fails before anything is done
+// leaves the last one as it was.
+template <class Work> void take_up(toliman_cae &cae, const cae::Course &course, uint32_t until, Work work) {
+    std::optional<cae::Training> last;
     if (!cae.training || !(cae.training->course == course) || cae.training->done > until) {
-        cae.training.emplace();
+        last = std::exchange(cae.training, cae::Training());
         cae.training->course = course;
     }
-    return *cae.training;
+    try {
+        work(*cae.training);
+    } catch (...) {
+        if (cae.training->done == 0)
+            cae.training = std::move(last);
+        throw;
+    }
+}
+
+// NULL where there is nothing to go on with.
+const cae::Training *training_of(const toliman_cae &cae) noexcept {
+    return cae.training && cae.training->done > 0 ? &*cae.training : nullptr;
 }
 
 toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_options &options) {
@@ -88,11 +99,12 @@ toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_option
     known.steps = or_default(options.steps, known.steps);
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.progress = {options.progress, options.progress_data};
-    cae::Training &state = take_up(cae, known.course(), known.steps);
-    cae.network = cae::train_tied(cae.network, known, state);
     toliman_cae_training report = {};
+    take_up(cae, known.course(), known.steps, [&](cae::Training &state) {
+        cae.network = cae::train_tied(cae.network, known, state);
+        report.loss = state.loss;
+    });
     report.steps = known.steps;
-    report.loss = state.loss;
     report.cosine = cae.network.cosine();
     return report;
 }
@@ -108,21 +120,21 @@ cae::FrameSource frame_source(const toliman_cae_train_options &options) {
 }
 
 cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &options) {
-    if (options.frame_count < 2 || options.frame_count > kMostFrames)
+    if (options.frame_count < 2 || options.frame_count > cae::kMostFrames)
         fail(Status::argument, "options->frame_count = %llu: must be in [2, %llu]",
-             static_cast<unsigned long long>(options.frame_count), static_cast<unsigned long long>(kMostFrames));
+             static_cast<unsigned long long>(options.frame_count), static_cast<unsigned long long>(cae::kMostFrames));
     if (options.validation >= options.frame_count)
         fail(Status::argument, "options->validation = %llu: must be below the frame count, %llu",
              static_cast<unsigned long long>(options.validation), static_cast<unsigned long long>(options.frame_count));
-    if (options.batch > kLargestBatch)
-        fail(Status::argument, "options->batch = %u: must be at most %u", options.batch, kLargestBatch);
+    if (options.batch > cae::kLargestBatch)
+        fail(Status::argument, "options->batch = %u: must be at most %u", options.batch, cae::kLargestBatch);
     cae::UnsupervisedOptions known;
     known.epochs = or_default(options.epochs, known.epochs);
     known.batch = or_default(options.batch, known.batch);
     known.workers = options.threads;
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.frames = options.frame_count;
-    known.validation = or_default<size_t>(options.validation, known.frames / 10);
+    known.validation = or_default<size_t>(options.validation, std::max<size_t>(known.frames / 10, 1));
     known.progress = {options.progress, options.progress_data};
     return known;
 }
@@ -130,19 +142,20 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
 toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_train_options &options) {
     const cae::UnsupervisedOptions known = unsupervised_options(options);
     const cae::FrameSource frames = frame_source(options);
-    cae::Training &state = take_up(cae, known.course(), known.epochs);
-    cae::train_unsupervised(cae.network, known, frames, state);
-    cae::Network trained = cae::trained_network(cae.network, state);
-    const cae::Quality quality = cae::validate(trained, known, frames);
-    cae.network = std::move(trained);
     toliman_cae_training report = {};
-    report.steps = static_cast<uint32_t>(state.steps);
-    report.epochs = state.done;
-    report.loss = state.loss;
-    report.validation_loss = state.validation_loss;
-    report.mmse = quality.mmse;
-    report.mssim = quality.mssim;
-    report.photon_floor = quality.photon_floor;
+    take_up(cae, known.course(), known.epochs, [&](cae::Training &state) {
+        cae::train_unsupervised(cae.network, known, frames, state);
+        cae::Network trained = cae::trained_network(cae.network, state);
+        const cae::Quality quality = cae::validate(trained, known, frames);
+        cae.network = std::move(trained);
+        report.steps = static_cast<uint32_t>(state.steps);
+        report.epochs = state.done;
+        report.loss = state.loss;
+        report.validation_loss = state.validation_loss;
+        report.mmse = quality.mmse;
+        report.mssim = quality.mssim;
+        report.photon_floor = quality.photon_floor;
+    });
     return report;
 }
 
@@ -163,11 +176,10 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
     const toliman_cae_save_options options = accept(given, default_save_options(), "options", kOldestSaveOptions);
     if (options.training > 1)
         fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
-    const bool with_training = options.training != 0 && cae->training;
     return cae::to_blob(network,
                         {known_encoding(options.weights_encoding, "weights_encoding"),
                          known_encoding(options.planes_encoding, "planes_encoding")},
-                        with_training ? &*cae->training : nullptr);
+                        options.training != 0 ? training_of(*cae) : nullptr);
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -199,6 +211,8 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = required(sim, "sim").simulator;
         const toliman_cae_options known = accept(options, default_options(), "options", kOldestOptions);
         const cae::Layout &layout = layout_of(known.layout);
+        if (known.reserved != 0)
+            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
         required(out, "out");
         give({cae::untrained_network(layout,
                                      cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)), seed),
@@ -230,6 +244,24 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
     });
 }
 
+toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) noexcept {
+    return guard([&] {
+        const cae::Training *training = training_of(required(cae, "cae"));
+        if (training == nullptr)
+            fail(Status::state, "cae: there is no training to go on with");
+        const cae::Course &course = training->course;
+        toliman_cae_train_options options = {};
+        options.mode = static_cast<uint32_t>(course.mode);
+        options.steps = static_cast<uint32_t>(course.total);
+        options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
+        options.learning_rate = course.learning_rate;
+        options.frame_count = course.frames;
+        options.validation = course.validation;
+        options.batch = course.batch;
+        deliver(options, out, "out", kOldestTrainOptions);
+    });
+}
+
 toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *out) noexcept {
     return guard([&] {
         const cae::Network &network = required(cae, "cae").network;
@@ -249,6 +281,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.crb_px = preprocess.crb_px;
         info.cosine = network.cosine();
         info.input_scale = preprocess.input_scale;
+        info.seed = network.seed();
         deliver(info, out, "out", kOldestInfo);
     });
 }

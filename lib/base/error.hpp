@@ -41,6 +41,15 @@ class Error final : public std::exception {
 // Throws Error with a printf-formatted text. The text names the argument, its value and what is allowed.
 [[noreturn]] void fail(Status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// Runs work on a frame; its complaints are prefixed by the frame's number.
+template <class Work> void in_frame(size_t frame, Work work) {
+    try {
+        work();
+    } catch (const Error &error) {
+        fail(error.status(), "frame %zu: %s", frame, error.what());
+    }
+}
+
 // The calling thread's last message; set by the border only.
 void set_last_error(const char *text) noexcept;
 const char *last_error() noexcept;

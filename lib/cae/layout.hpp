@@ -37,19 +37,19 @@ struct Tensor {
 // Convolutions [coarse][fine][3][3] in both halves; features [row][col][channel].
 constexpr size_t kTensors = 20;
 using TensorTable = std::array<Tensor, kTensors>;
-constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
-                                       {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
-                                       {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
-                                       {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
-                                       {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
-                                       {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
-                                       {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
-                                       {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
-                                       {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
-                                       {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
+inline constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
+                                              {"conv2.weight", {16, 8, 3, 3}},    {"conv2.bias", {16}},
+                                              {"conv3.weight", {32, 16, 3, 3}},   {"conv3.bias", {32}},
+                                              {"conv4.weight", {64, 32, 3, 3}},   {"conv4.bias", {64}},
+                                              {"latent.weight", {16, 16, 64}},    {"latent.bias", {1}},
+                                              {"expand.weight", {16, 16, 64}},    {"expand.bias", {16, 16, 64}},
+                                              {"deconv4.weight", {64, 32, 3, 3}}, {"deconv4.bias", {32}},
+                                              {"deconv3.weight", {32, 16, 3, 3}}, {"deconv3.bias", {16}},
+                                              {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
+                                              {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
 
 // Stages of both layouts, from the input inwards.
-constexpr std::array<kernels::ConvShape, kStages> kShapes = {
+inline constexpr std::array<kernels::ConvShape, kStages> kShapes = {
     {{128, 128, 1, 8}, {64, 64, 8, 16}, {32, 32, 16, 32}, {16, 16, 32, 64}}};
 
 struct Layout {
@@ -57,7 +57,7 @@ struct Layout {
     const char *name;
     bool max_pool; // else the mean
 };
-constexpr Layout kFlight = {1, "flight", false}, kPaper = {2, "paper", true};
+inline constexpr Layout kFlight = {1, "flight", false}, kPaper = {2, "paper", true};
 
 // NULL for an unknown id.
 constexpr const Layout *find_layout(uint32_t id) noexcept {

@@ -41,12 +41,10 @@ void Network::encode_many(const double *counts, size_t count, unsigned workers, 
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
         Images images;
         for (size_t i = job; i < count; i += jobs)
-            try {
+            in_frame(i, [&] {
                 const double *frame = counts + i * preprocess_.rows * preprocess_.cols;
                 results[i] = encode({frame, preprocess_.rows, preprocess_.cols, preprocess_.cols}, images, nullptr);
-            } catch (const Error &error) {
-                fail(error.status(), "frame %zu: %s", i, error.what());
-            }
+            });
     });
     std::copy(results.begin(), results.end(), latents);
 }

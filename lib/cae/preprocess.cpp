@@ -126,6 +126,12 @@ void Preprocess::derive() {
     }
 }
 
+Preprocess Preprocess::with_input_scale(double scale) const {
+    Preprocess out = *this;
+    out.input_scale = scale;
+    return out;
+}
+
 void Preprocess::apply(ImageView<const double> frame, float *out, size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     Buffer<double> residual(projected > 0 ? kPixels : 0);

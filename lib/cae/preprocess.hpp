@@ -14,6 +14,9 @@ constexpr size_t kMaxProjected = 8;
 // What becomes of counts: the whitened residual (counts - reference)/sigma of each pixel, less the projected nuisances;
 // the residual over the frame's mean sigma; or the counts scaled so that the reference spans 0 to 1.
 enum class Input : uint32_t { whitened = 0, residual = 1, raw = 2 };
+constexpr const char *name_of(Input input) noexcept {
+    return input == Input::whitened ? "whitened" : input == Input::residual ? "residual" : "raw";
+}
 
 // The planes are held in double but take only values that the weights blob can hold: float32, the reference the sum of
 // two. So a network computes the same before saving and after loading.
@@ -22,7 +25,7 @@ struct Preprocess {
     size_t crop_row = 0, crop_col = 0; // first of the 256x256 crop
     size_t projected = 0;              // nuisance images
     Input input = Input::whitened;
-    double input_scale = 1e-3; // keeps the network's ELUs in their linear part
+    double input_scale = 1; // a matter of the training
     double crb_px = 0;
     uint64_t scene_digest = 0;
     Buffer<double> reference;      // expected counts
@@ -37,6 +40,8 @@ struct Preprocess {
 
     // Sets what follows from the other planes.
     void derive();
+
+    Preprocess with_input_scale(double scale) const;
 
     // input_scale times the input, [256 rows][stride], from the crop of a frame. Status::argument for a non-finite
     // count.

@@ -20,7 +20,8 @@ constexpr float kMean = 0.25f;                          // the 2x2 mean and its 
 constexpr float kZeroBias[kDeepChannels] = {};          // the linear passes have none
 constexpr size_t kTrained = tensor_offset(kLatentBias); // convolutions and dense weights stand first
 constexpr float kInertia = 0.8f;                        // share of the momentum that outlives a step
-constexpr float kLinear = 0x1p-10f; // largest activation of the decoder at 1 px: ELU bends by half of it
+constexpr float kLinear = 0x1p-10f;  // largest activation of the decoder at 1 px: ELU bends by half of it
+constexpr double kInputScale = 1e-3; // keeps the encoder's ELUs in their linear part
 
 // Convolution kernels with orthonormal rows [coarse][9 fine], Gaussian dense weights of norm sqrt(kFeatures), no
 // biases.
@@ -100,10 +101,10 @@ double distance(const Buffer<double> &image, const Buffer<double> &unit, Buffer<
         along += image[i] * unit[i];
         square += image[i] * image[i];
     }
-    const double best = along / square;
+    const double best = square > 0 ? along / square : 0;
     for (size_t i = 0; i < kPixels; i++)
         error[i] = static_cast<float>(best * image[i] - unit[i]);
-    return 1 - best * along;
+    return std::max(0.0, 1 - best * along);
 }
 
 // A trained tensor as so many values for each channel of the coarse image: where value k of channel i stands.
@@ -225,29 +226,35 @@ double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
 
 } // namespace
 
+bool can_be_tied(const Layout &layout, Input input) noexcept {
+    return !layout.max_pool && input == Input::whitened;
+}
+
 Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed) {
-    const bool linear = !layout.max_pool && preprocess.input == Input::whitened;
-    Parameters parameters = linear ? random_parameters(seed) : initial_weights(seed);
-    if (linear)
-        scale_to_pixels(parameters, preprocess);
-    else
-        preprocess.input_scale = 1;
+    if (!can_be_tied(layout, preprocess.input))
+        return Network(layout, std::move(preprocess), initial_weights(seed), seed, false, 0);
+    preprocess.input_scale = kInputScale;
+    Parameters parameters = random_parameters(seed);
+    scale_to_pixels(parameters, preprocess);
     return Network(layout, std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
 Network train_tied(const Network &network, const TiedOptions &options, Training &state) {
-    if (network.layout().max_pool || network.preprocess().input != Input::whitened)
-        fail(Status::unsupported, "cae: tied training takes layout %s and whitened input, this network has layout %s",
-             kFlight.name, network.layout().name);
+    const Layout &layout = network.layout();
+    const Input input = network.preprocess().input;
+    if (!can_be_tied(layout, input))
+        fail(Status::unsupported, "cae: tied training takes layout %s and whitened input, not layout %s and %s input",
+             kFlight.name, layout.name, name_of(input));
+    Preprocess preprocess = network.preprocess().with_input_scale(kInputScale);
     if (state.done == 0)
         state.weights = random_parameters(network.seed());
-    fit(network.preprocess().target, options, state);
+    fit(preprocess.target, options, state);
     Parameters parameters = state.weights;
-    const double cosine = scale_to_pixels(parameters, network.preprocess());
+    const double cosine = scale_to_pixels(parameters, preprocess);
     if (!std::all_of(parameters.values.begin(), parameters.values.end(), [](float w) { return std::isfinite(w); }))
-        fail(Status::range, "cae: input scale %g: the weights that it takes are not finite",
-             network.preprocess().input_scale);
-    return Network(kFlight, network.preprocess(), std::move(parameters), network.seed(), true, cosine);
+        fail(Status::range, "cae: a derivative image of length %g px^-1: the weights that it takes are not finite",
+             norm(preprocess.target));
+    return Network(layout, std::move(preprocess), std::move(parameters), network.seed(), true, cosine);
 }
 
 } // namespace toliman::cae

@@ -15,12 +15,15 @@ struct TiedOptions {
     Course course() const noexcept { return {Mode::tied, learning_rate, steps, 0, 0, 0}; }
 };
 
+// Whether a network can be trained so: layout flight and whitened input.
+bool can_be_tied(const Layout &layout, Input input) noexcept;
+
 // Network with random weights; where it can be trained so, with the latent scaled to px along the target.
 Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t seed);
 
 // A new network with the preprocessing and the seed of the given one. state is that of the last whole step, also on
 // failure, and counts 0 done at first; its loss is the squared distance of the unit target and its part along the
-// painted image. Status::unsupported for another layout than flight and an input that is not whitened.
+// painted image. Status::unsupported where it cannot be tied.
 Network train_tied(const Network &network, const TiedOptions &options, Training &state);
 
 } // namespace toliman::cae

@@ -10,6 +10,9 @@ namespace toliman::cae {
 
 enum class Mode : uint32_t { tied = 0, unsupervised = 1 };
 
+constexpr uint64_t kMostFrames = 1u << 20; // 256 GiB of input
+constexpr uint32_t kLargestBatch = 4096;
+
 // What must be the same for a training to be taken up. total: the steps of tied training, whose rate falls until then;
 // the rest but the rate is of unsupervised training; 0 in the other.
 struct Course {

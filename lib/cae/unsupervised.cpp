@@ -10,6 +10,7 @@
 
 #include "base/workers.hpp"
 #include "cae/backward.hpp"
+#include "cae/payload.hpp"
 #include "kernels/adam.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/random.hpp"
@@ -18,9 +19,10 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr size_t kSlots =
-    8; // partial sums of a batch: as many workers can share it, and its bits do not depend on them
-constexpr size_t kFramesAtOnce = 32;
+// Partial sums of a batch: as many workers can share it, and its bits do not depend on them.
+constexpr size_t kSlots = 8;
+constexpr double kInputScale = 1;              // the input is the network's output too
+constexpr size_t kPixelsAtOnce = 32 * kPixels; // of frames asked for together, where one is not larger
 
 // Fisher and Yates' shuffle of 0 ... count - 1.
 Buffer<size_t> shuffled(size_t count, uint64_t seed, uint64_t turn) {
@@ -34,20 +36,20 @@ Buffer<size_t> shuffled(size_t count, uint64_t seed, uint64_t turn) {
 
 // The network's inputs of all frames, float32 [frames][kPixels].
 Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOptions &options, const FrameSource &frames) {
+    const size_t rows = preprocess.rows, cols = preprocess.cols;
+    const size_t at_once = std::clamp<size_t>(kPixelsAtOnce / (rows * cols), 1, options.frames);
     Buffer<float> inputs(options.frames * kPixels);
-    Buffer<double> counts(std::min(options.frames, kFramesAtOnce) * preprocess.rows * preprocess.cols);
-    for (size_t first = 0; first < options.frames; first += kFramesAtOnce) {
-        const size_t count = std::min(kFramesAtOnce, options.frames - first);
+    Buffer<double> counts(at_once * rows * cols);
+    for (size_t first = 0; first < options.frames; first += at_once) {
+        const size_t count = std::min(at_once, options.frames - first);
         frames(first, count, counts.data());
-        for (size_t i = 0; i < count; i++) {
-            const double *frame = &counts[i * preprocess.rows * preprocess.cols];
-            try {
-                preprocess.apply({frame, preprocess.rows, preprocess.cols, preprocess.cols},
-                                 &inputs[(first + i) * kPixels], kSide);
-            } catch (const Error &error) {
-                fail(error.status(), "frame %zu: %s", first + i, error.what());
-            }
-        }
+        for (size_t i = 0; i < count; i++)
+            in_frame(first + i, [&] {
+                const double *frame = &counts[i * rows * cols];
+                preprocess.apply({frame, rows, cols, cols}, &inputs[(first + i) * kPixels], kSide);
+                if (std::all_of(frame, frame + rows * cols, [&](double value) { return value == frame[0]; }))
+                    fail(Status::argument, "counts: all are %g: nothing can be learnt from it", frame[0]);
+            });
         options.progress.report("frames", static_cast<double>(first + count) / static_cast<double>(options.frames));
     }
     return inputs;
@@ -97,14 +99,18 @@ class Trainer {
     double step(Training &state, const size_t *images, size_t count) {
         const Operators operators(layout_, state.weights);
         const double loss = run(state.weights, operators, images, count, true);
-        if (!std::isfinite(loss))
-            fail(Status::range, "learning_rate = %g: training diverged in epoch %u", options_.learning_rate,
-                 state.done + 1);
+        check(loss, state.done + 1);
         total_.get(gradient_);
         state.steps++;
         kernels::adam(state.steps, options_.learning_rate, gradient_.values.data(), kParameters,
                       state.first.values.data(), state.second.values.data(), state.weights.values.data());
         return loss;
+    }
+
+    // Fails when a loss is not a number that the weights blob holds.
+    void check(double loss, uint32_t epoch) const {
+        if (!(loss <= kLargestValue))
+            fail(Status::range, "learning_rate = %g: training diverged in epoch %u", options_.learning_rate, epoch);
     }
 
   private:
@@ -129,13 +135,6 @@ class Trainer {
     Gradient total_;
     Parameters gradient_;
 };
-
-// As it is the network's output too, the input is not scaled down.
-Preprocess unscaled(const Preprocess &preprocess) {
-    Preprocess out = preprocess;
-    out.input_scale = 1;
-    return out;
-}
 
 struct Split {
     Buffer<size_t> training, validation;
@@ -175,7 +174,7 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
     if (state.done == 0)
         state.weights = initial_weights(network.seed());
     const Split split = cae::split(network.seed(), options.frames, options.validation);
-    const Buffer<float> inputs = read_inputs(unscaled(network.preprocess()), options, frames);
+    const Buffer<float> inputs = read_inputs(network.preprocess().with_input_scale(kInputScale), options, frames);
     Trainer trainer(network, options, inputs);
     const size_t images = split.training.size();
     while (state.done < options.epochs) {
@@ -188,23 +187,27 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
             const size_t count = std::min<size_t>(options.batch, images - at);
             loss += trainer.step(next, &order[at], count) * static_cast<double>(count);
             char stage[128];
-            std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g, validation %.4g", state.done + 1,
-                          options.epochs, state.loss, state.validation_loss);
+            const int size = std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g", state.done + 1,
+                                           options.epochs, loss / static_cast<double>(at + count));
+            if (state.done > 0)
+                std::snprintf(stage + size, sizeof stage - static_cast<size_t>(size), ", validation %.4g",
+                              state.validation_loss);
             options.progress.report(
                 stage, (state.done + static_cast<double>(at + count) / static_cast<double>(images)) / options.epochs);
         }
         next.loss = loss / static_cast<double>(images);
         const Operators operators(network.layout(), next.weights);
-        if (!split.validation.empty())
-            next.validation_loss =
-                trainer.run(next.weights, operators, split.validation.data(), split.validation.size(), false);
+        next.validation_loss =
+            trainer.run(next.weights, operators, split.validation.data(), split.validation.size(), false);
+        trainer.check(next.validation_loss, next.done + 1);
         next.done++;
         state = next;
     }
 }
 
 Network trained_network(const Network &network, const Training &state) {
-    return Network(network.layout(), unscaled(network.preprocess()), state.weights, network.seed(), true, 0);
+    return Network(network.layout(), network.preprocess().with_input_scale(kInputScale), state.weights, network.seed(),
+                   true, 0);
 }
 
 Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames) {
@@ -212,12 +215,16 @@ Quality validate(const Network &network, const UnsupervisedOptions &options, con
     const Preprocess &preprocess = network.preprocess();
     Buffer<double> counts(preprocess.rows * preprocess.cols), image(kPixels);
     Quality sum = {};
-    for (const size_t frame : kept) {
-        frames(frame, 1, counts.data());
-        const ImageView<const double> view = {counts.data(), preprocess.rows, preprocess.cols, preprocess.cols};
-        network.reconstruct(view, image.data());
-        const Quality one = quality(network, view, image.data());
-        const auto share = 1 / static_cast<double>(kept.size());
+    const ImageView<const double> view = {counts.data(), preprocess.rows, preprocess.cols, preprocess.cols};
+    const double share = 1 / static_cast<double>(kept.size());
+    for (size_t i = 0; i < kept.size(); i++) {
+        options.progress.report("validate", static_cast<double>(i) * share);
+        frames(kept[i], 1, counts.data());
+        Quality one = {};
+        in_frame(kept[i], [&] {
+            network.reconstruct(view, image.data());
+            one = quality(network, view, image.data());
+        });
         sum.mmse += one.mmse * share;
         sum.mssim += one.mssim * share;
         sum.photon_floor += one.photon_floor * share;

@@ -18,7 +18,7 @@ struct UnsupervisedOptions {
     uint32_t batch = 16;
     unsigned workers = 0; // 0 = one a processor; the same bits for any number
     double learning_rate = 1e-3;
-    size_t frames = 0, validation = 0; // of all frames; kept back from training
+    size_t frames = 0, validation = 0; // of all frames; of them kept back from training, at least 1
     Progress progress;
     Course course() const noexcept { return {Mode::unsupervised, learning_rate, 0, frames, validation, batch}; }
 };

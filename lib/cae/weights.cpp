@@ -8,6 +8,7 @@
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
 #include "base/error.hpp"
+#include "cae/tied.hpp"
 
 namespace toliman::cae {
 
@@ -198,12 +199,37 @@ std::vector<uint8_t> pack_training(const Training &training) {
     return pack(values, training_blocks(), "training");
 }
 
-Training read_training(ByteReader &reader, size_t size) {
+void within(const char *name, uint64_t value, uint64_t least, uint64_t most) {
+    if (value < least || value > most)
+        fail(Status::format, "%s: training: %s = %llu: must be in [%llu, %llu]", kKind, name,
+             static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
+             static_cast<unsigned long long>(most));
+}
+
+// Only what a training can have come to by itself is taken up.
+void check_training(const Training &training, const Header &header) {
+    const Course &course = training.course;
+    const bool tied = course.mode == Mode::tied;
+    within("mode", static_cast<uint32_t>(course.mode), can_be_tied(*header.layout, header.preprocess.input) ? 0 : 1, 1);
+    within("steps in all", course.total, tied ? 1 : 0, tied ? UINT32_MAX : 0);
+    within("frames", course.frames, tied ? 0 : 2, tied ? 0 : kMostFrames);
+    within("validation", course.validation, tied ? 0 : 1, tied ? 0 : course.frames - 1);
+    within("batch", course.batch, tied ? 0 : 1, tied ? 0 : kLargestBatch);
+    within("done", training.done, 1, tied ? course.total : UINT32_MAX);
+    const uint64_t frames = course.frames - course.validation;
+    const uint64_t steps = training.done * (tied ? 1 : (frames + course.batch - 1) / course.batch);
+    within("steps of the optimiser", training.steps, steps, steps);
+    if (!(course.learning_rate > 0 && course.learning_rate <= 1))
+        fail(Status::format, "%s: training: learning rate %g: must be above 0 and at most 1", kKind,
+             course.learning_rate);
+    for (const double loss : {training.loss, training.validation_loss})
+        if (!(loss >= 0 && loss <= kLargestValue))
+            fail(Status::format, "%s: training: loss %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
+}
+
+Training read_training(ByteReader &reader, size_t size, const Header &header) {
     Training training;
-    const uint32_t mode = reader.u32();
-    if (mode > static_cast<uint32_t>(Mode::unsupervised))
-        fail(Status::format, "%s: training of mode %u: must be 0 or 1", kKind, mode);
-    training.course.mode = static_cast<Mode>(mode);
+    training.course.mode = static_cast<Mode>(reader.u32());
     training.done = reader.u32();
     for (uint64_t *value :
          {&training.steps, &training.course.total, &training.course.frames, &training.course.validation})
@@ -213,12 +239,9 @@ Training read_training(ByteReader &reader, size_t size) {
     if (packed != size - kTrainingHeaderSize)
         fail(Status::format, "%s: a training of %u bytes in the %zu that are left", kKind, packed,
              size - kTrainingHeaderSize);
-    for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss}) {
+    for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss})
         *value = reader.f64();
-        if (!(*value >= 0 && *value <= kLargestValue))
-            fail(Status::format, "%s: training with %g: rates and losses must be in [0, %.3g]", kKind, *value,
-                 kLargestValue);
-    }
+    check_training(training, header);
     const Buffer<float> values = unpack(reader.raw(packed), packed, training_blocks(), "training");
     auto from = values.begin();
     for (Parameters *part : {&training.weights, &training.first, &training.second}) {
@@ -277,8 +300,8 @@ Blob from_blob(const void *bytes, size_t size) {
                header.preprocess);
     std::optional<Training> training;
     if (header.with_training)
-        training =
-            read_training(reader, size - kHeaderSize - header.packed_weights - header.packed_planes - kChecksumSize);
+        training = read_training(
+            reader, size - kHeaderSize - header.packed_weights - header.packed_planes - kChecksumSize, header);
     return {Network(*header.layout, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
                     header.cosine),
             std::move(training)};

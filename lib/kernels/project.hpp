@@ -20,8 +20,7 @@ void project_out(const double *units, size_t count, size_t n, double *vector) no
 // Given     units, vector as of project_out
 // Returned  vector less its components along them; its length before and after
 // Notes     Projects twice, as the first pass leaves its own rounding behind. What is left below kRounding of the
-// length
-//           is rounding, and `after` then 0.
+//           length is rounding, and `after` then 0.
 constexpr double kRounding = 1e-10;
 struct Lengths {
     double before, after;

@@ -50,8 +50,7 @@ struct SameConvKernels {
     void (*pick)(const SameShape &shape, const float *image, const Switch *switches, float *pooled) noexcept;
 
     // Notes     sums run in a fixed order, as in kernels/conv.hpp. Winograd's form rounds to about 2e-7 of the sum of
-    // the
-    //           absolute products times their number's root; equal values by the definition may differ by that.
+    //           the absolute products times their number's root; equal values by the definition may differ by that.
     // Reference Lavin and Gray (2016), section 4.1
 };
 TOLIMAN_ISA_DECLARE(SameConvKernels, same_conv)

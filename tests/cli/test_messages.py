@@ -135,18 +135,26 @@ class Stopped(ProgramTest):
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             returned, lines = self.stop(number, "--steps", "100000", "--out", "w")
             self.assertEqual(returned, code)
-            self.assertRegex(lines[0], r"^toliman: train: step \d+ of 100000, .*; go on with --resume w$")
+            self.assertEqual(lines[0], f"toliman: go on with: toliman train {CHAPTER} --resume w.part --out w")
+            self.assertEqual(os.listdir(self.folder), ["w.part"])
             self.assertEqual(lines[1], "toliman: stopped by a signal")
 
     def test_a_stopped_training_goes_on(self):
         tied = ("--steps", "600")
-        self.stop(signal.SIGINT, *tied, "--out", "half")
-        self.succeed("train", CHAPTER, *tied, "--resume", "half", "--out", "resumed")
-        self.succeed("train", CHAPTER, *tied, "--out", "whole")
+        self.stop(signal.SIGINT, *tied, "--seed", "5", "--payload", "bf16", "--out", "half")
+        self.succeed("train", CHAPTER, "--resume", "half.part", "--out", "resumed")
+        self.succeed("train", CHAPTER, *tied, "--seed", "5", "--out", "whole")
         whole = (self.folder / "whole").read_bytes()
         self.assertEqual((self.folder / "resumed").read_bytes(), whole)
-        self.assertNotEqual((self.folder / "half").read_bytes(), whole)
-        self.refuse(2, "was trained for another scene", arguments=("train", MISSION, "--resume", "half", "--out", "x"))
+        self.assertNotEqual((self.folder / "half.part").read_bytes(), whole)
+        self.refuse(2, "was trained for another scene",
+                    arguments=("train", MISSION, "--resume", "half.part", "--out", "x"))
+        numpy.save(self.folder / "f.npy", numpy.zeros((256, 256)))
+        self.refuse(3, "half.part: holds a training that was stopped",
+                    arguments=("encode", "--weights", "half.part", "f.npy"))
+        # Such a dark frame is none of the scene's.
+        done = self.run_program("encode", "--weights", "whole", "f.npy", "f.npy")
+        self.assertEqual((done.returncode, done.stderr.count("is this frame of the network's scene")), (0, 1))
 
 
 if __name__ == "__main__":

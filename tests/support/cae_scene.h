@@ -66,18 +66,29 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
     return latent;
 }
 
-static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
-    toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options);
-    options.weights_encoding = weights;
-    options.planes_encoding = planes;
-    const size_t capacity = 4u << 20; /* above what any blob can need */
+static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_options options, size_t *size) {
+    const size_t capacity = 6u << 20; /* above what any blob can need */
     uint8_t *bytes = malloc(capacity);
     assert_non_null(bytes);
     assert_ok(toliman_cae_save(cae, &options, bytes, capacity, size));
     bytes = realloc(bytes, *size);
     assert_non_null(bytes);
     return bytes;
+}
+
+static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options);
+    options.weights_encoding = weights;
+    options.planes_encoding = planes;
+    return saved_with(cae, options, size);
+}
+
+static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size) {
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options);
+    options.training = 1;
+    return saved_with(cae, options, size);
 }
 
 static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {

@@ -79,7 +79,7 @@ static void test_info(void **unused) {
     assert_true(info.trained == 0 && info.cosine == 0 && info.projected == 0);
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
     assert_true(info.crb_px == facts.crb_projected_px);
-    assert_true(info.input_scale == 1e-3);
+    assert_true(info.input_scale == 1e-3 && info.seed == 7);
     assert_ok(toliman_cae_get_info(trained, &info));
     assert_true(info.trained == 1 && info.cosine == training.cosine);
 }
@@ -248,13 +248,8 @@ static void test_taken_up_where_it_stood(void **unused) {
     options.progress_data = &calls;
     assert_fails(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
 
-    toliman_cae_save_options how;
-    toliman_cae_save_options_init(&how);
-    how.training = 1;
     size_t size, trained_size;
-    assert_ok(toliman_cae_save(broken, &how, NULL, 0, &size));
-    uint8_t *bytes = malloc(size);
-    assert_ok(toliman_cae_save(broken, &how, bytes, size, &size));
+    uint8_t *bytes = saved_with_training(broken, &size);
     assert_ok(toliman_cae_load(bytes, size, &loaded));
     free(bytes);
 

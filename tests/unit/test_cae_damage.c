@@ -140,6 +140,64 @@ static void test_impossible_headers(void **unused) {
     free(bytes);
 }
 
+/* The same for the training behind the planes. */
+static void test_impossible_trainings(void **unused) {
+    (void)unused;
+    const uint64_t nan_bits = 0x7ff8000000000000u, minus_one = 0xbff0000000000000u, two = 0x4000000000000000u;
+    const struct {
+        int offset, bytes;
+        uint64_t value;
+        const char *text;
+    } cases[] = {
+        {0, 4, 2, "mode = 2: must be in [0, 1]"},
+        {0, 4, 1, "steps in all = 15: must be in [0, 0]"},
+        {4, 4, 0, "done = 0: must be in [1, 15]"},
+        {4, 4, 16, "done = 16: must be in [1, 15]"},
+        {8, 8, 14, "steps of the optimiser = 14"},
+        {16, 8, 0, "steps in all = 0"},
+        {16, 8, (uint64_t)1 << 32, "steps in all = 4294967296"},
+        {24, 8, 1, "frames = 1: must be in [0, 0]"},
+        {32, 8, 1, "validation = 1"},
+        {40, 4, 1, "batch = 1"},
+        {44, 4, 0, "a training of 0 bytes"},
+        {44, 4, 0xffffffffu, "a training of 4294967295 bytes"},
+        {48, 8, 0, "learning rate 0"},
+        {48, 8, two, "learning rate 2"},
+        {48, 8, nan_bits, "learning rate nan"},
+        {56, 8, minus_one, "loss -1"},
+        {56, 8, nan_bits, "loss nan"},
+        {64, 8, nan_bits, "loss nan"},
+    };
+    size_t size;
+    toliman_cae *cae = make_cae(sim, 3, 15, NULL);
+    uint8_t *bytes = saved_with_training(cae, &size), *kept = malloc(size);
+    const size_t training = kHeader + get(bytes + kAtWeights, 4) + get(bytes + kAtPlanes, 4);
+    memcpy(kept, bytes, size);
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        put(bytes + training + cases[k].offset, cases[k].value, cases[k].bytes);
+        seal(bytes, size);
+        refused(bytes, size, cases[k].text);
+        memcpy(bytes, kept, size);
+    }
+    toliman_cae_destroy(cae);
+
+    /* A layout that cannot be tied. */
+    toliman_sim *plain = make_sim(kSide, kSide, 0, "");
+    toliman_cae_options options;
+    toliman_cae_info info = {.struct_size = sizeof info};
+    toliman_cae_options_init(&options);
+    options.layout = TOLIMAN_CAE_PAPER;
+    assert_ok(toliman_cae_create(plain, 1, &options, &cae));
+    assert_ok(toliman_cae_get_info(cae, &info));
+    put(bytes + 16, 2, 4);
+    put(bytes + 24, info.layout_hash, 8);
+    seal(bytes, size);
+    refused(bytes, size, "mode = 0: must be in [1, 1]");
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(plain);
+    free(bytes), free(kept);
+}
+
 static void test_unusable_numbers(void **unused) {
     (void)unused;
     static float weights[kParameters], planes[kFloats];
@@ -362,6 +420,7 @@ int main(void) {
         cmocka_unit_test(test_every_truncation),
         cmocka_unit_test(test_every_flipped_bit),
         cmocka_unit_test(test_impossible_headers),
+        cmocka_unit_test(test_impossible_trainings),
         cmocka_unit_test(test_unusable_numbers),
         cmocka_unit_test(test_unusable_narrow_numbers),
         cmocka_unit_test(test_streams_of_another_size),

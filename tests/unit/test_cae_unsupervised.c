@@ -21,6 +21,7 @@ typedef struct Source {
     double amplitude_px, displacements[kMostFrames];
     toliman_status failure;
     int poisoned; /* one count is NaN */
+    int dark;     /* every count is 0 */
 } Source;
 
 static Source make_source(double amplitude_px) {
@@ -38,6 +39,8 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
         toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first, 1, counts);
     if (source->poisoned)
         counts[777] = NAN;
+    for (size_t i = 0; source->dark && i < kPixels; i++)
+        counts[i] = 0;
     return status;
 }
 
@@ -183,6 +186,98 @@ static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     toliman_cae_destroy(cae);
 }
 
+static int32_t give_up(const char *stage, double fraction, void *user_data) {
+    (void)stage, (void)fraction, (void)user_data;
+    return 1;
+}
+
+/* What cannot begin leaves the last training to be gone on with. */
+static void test_failures_keep_the_last_training(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_WHITENED), *loaded = NULL;
+    toliman_cae_train_options options = options_for(&source, 10, 2), known = {.struct_size = sizeof known};
+    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_STATE, "no training to go on with");
+    assert_ok(toliman_cae_train(cae, &options, NULL));
+    size_t size, size_after;
+    uint8_t *before = saved_with_training(cae, &size);
+
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "not layout paper and whitened input");
+    options.batch = 5;
+    source.failure = TOLIMAN_E_NOT_FOUND;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "their source failed");
+    source.failure = TOLIMAN_OK;
+    options.progress = give_up;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED, "frames");
+    uint8_t *after = saved_with_training(cae, &size_after);
+    assert_true(size == size_after);
+    assert_memory_equal(before, after, size);
+
+    assert_ok(toliman_cae_load(before, size, &loaded));
+    assert_ok(toliman_cae_get_train_options(loaded, &known));
+    assert_true(known.mode == TOLIMAN_CAE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
+                known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 && known.steps == 0 &&
+                known.frames == NULL && known.progress == NULL);
+    toliman_cae_training report = {.struct_size = sizeof report};
+    known.epochs = 3;
+    known.frames = give_frames;
+    known.frames_data = &source;
+    assert_ok(toliman_cae_train(loaded, &known, &report));
+    options = options_for(&source, 10, 3);
+    assert_ok(toliman_cae_train(cae, &options, NULL));
+    assert_true(report.steps == 9 && first_latent(loaded) == first_latent(cae));
+    assert_fails(toliman_cae_get_train_options(cae, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    known.struct_size = 4;
+    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_ARGUMENT, "struct_size = 4");
+    free(before), free(after);
+    toliman_cae_destroy(cae), toliman_cae_destroy(loaded);
+}
+
+/* Tied training gives the same network, whatever was trained before. */
+static void test_tied_after_unsupervised(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *fresh = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *used = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae_train_options options = options_for(&source, 4, 1);
+    assert_ok(toliman_cae_train(used, &options, NULL));
+    toliman_cae_train_options_init(&options);
+    options.steps = 20;
+    assert_ok(toliman_cae_train(used, &options, NULL));
+    assert_ok(toliman_cae_train(fresh, &options, NULL));
+    size_t size, size_used;
+    uint8_t *expected = saved(fresh, &size), *found = saved(used, &size_used);
+    assert_true(size == size_used);
+    assert_memory_equal(expected, found, size);
+    free(expected), free(found);
+    toliman_cae_destroy(fresh), toliman_cae_destroy(used);
+}
+
+/* A rate that is too large, stopped after each epoch: what it gives can be used and saved, or is E_RANGE. */
+static void test_divergence_is_never_a_result(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae_train_options options = options_for(&source, 2, 0);
+    toliman_status status = TOLIMAN_OK;
+    options.learning_rate = 1;
+    for (options.epochs = 1; options.epochs <= 15; options.epochs++) {
+        toliman_cae_training report = {.struct_size = sizeof report};
+        toliman_cae *loaded = NULL;
+        status = toliman_cae_train(cae, &options, &report);
+        assert_true(status == TOLIMAN_OK || status == TOLIMAN_E_RANGE);
+        if (status == TOLIMAN_OK) /* one frame is kept back, however few there are */
+            assert_true(isfinite(report.validation_loss) && report.validation_loss > 0 && report.mmse > 0);
+        size_t size;
+        uint8_t *bytes = saved_with_training(cae, &size);
+        assert_ok(toliman_cae_load(bytes, size, &loaded));
+        free(bytes);
+        toliman_cae_destroy(loaded);
+    }
+    assert_int_equal(status, TOLIMAN_E_RANGE);
+    toliman_cae_destroy(cae);
+}
+
 static void test_refusals(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
@@ -208,6 +303,9 @@ static void test_refusals(void **unused) {
     source.poisoned = 1;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
     source.poisoned = 0;
+    source.dark = 1;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts: all are 0");
+    source.dark = 0;
     options.learning_rate = 1;
     options.epochs = 30;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_RANGE, "diverged in epoch");
@@ -218,6 +316,9 @@ static void test_refusals(void **unused) {
     how.layout = 2;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 2");
     how.layout = 0;
+    how.reserved = 3;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
+    how.reserved = 0;
     how.input = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 3");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
@@ -234,6 +335,9 @@ int main(void) {
         cmocka_unit_test(test_taken_up_where_it_stood),
         cmocka_unit_test(test_learns_a_large_signal),
         cmocka_unit_test(test_paper_has_no_decoder_without_a_frame),
+        cmocka_unit_test(test_failures_keep_the_last_training),
+        cmocka_unit_test(test_tied_after_unsupervised),
+        cmocka_unit_test(test_divergence_is_never_a_result),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests_name("cae_unsupervised", tests, set_up, tear_down);

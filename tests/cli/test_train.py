@@ -1,0 +1,68 @@
+"""toliman train --resume: goes on by the file, to the same bytes; what it refuses; a signal before the first epoch."""
+import json
+import signal
+import subprocess
+import unittest
+
+from program import PROGRAM, SCENES, ProgramTest
+
+UNSUPERVISED = ("train", "s.json", "--mode", "unsupervised")
+
+
+class Resumed(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write_scene(6)
+
+    def write_scene(self, frames):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["band"] = {"wavelength_nm": 580}
+        for star in scene["stars"].values():
+            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        scene["cadence"]["frames"] = frames
+        (self.folder / "s.json").write_text(json.dumps(scene))
+
+    def bytes_of(self, name):
+        return (self.folder / name).read_bytes()
+
+    def test_the_file_says_how(self):
+        how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw", "--seed", "7")
+        self.succeed(*how, "--epochs", "3", "--out", "whole")
+        self.succeed(*how, "--epochs", "2", "--out", "half")
+        self.succeed("train", "s.json", "--resume", "half", "--epochs", "3", "--out", "half")
+        self.assertEqual(self.bytes_of("half"), self.bytes_of("whole"))
+        resume = ("train", "s.json", "--resume", "half", "--out", "x")
+        for option in (("--seed", "7"), ("--mode", "tied"), ("--layout", "paper"), ("--input", "raw"), ("--steps", "9")):
+            self.refuse(2, "--resume", option[0], arguments=(*resume, *option))
+        self.refuse(2, "half: has seen 3 epochs: --epochs must be at least that, not 2",
+                    arguments=(*resume, "--epochs", "2"))
+
+    def test_nothing_to_go_on_with(self):
+        self.succeed("train", "s.json", "--steps", "2", "--out", "tied")
+        self.succeed(*UNSUPERVISED, "--epochs", "1", "--payload", "fp16", "--out", "narrow")
+        for name in ("tied", "narrow"):
+            self.refuse(2, name + ": holds no training to go on with",
+                        arguments=("train", "s.json", "--resume", name, "--out", "x"))
+
+    def test_options_of_the_other_mode(self):
+        self.refuse(2, "--epochs: of unsupervised training", arguments=("train", "s.json", "--epochs", "2", "--out", "x"))
+        self.refuse(2, "--steps: of tied training", arguments=(*UNSUPERVISED, "--steps", "2", "--out", "x"))
+        self.refuse(2, "--input raw", "--mode unsupervised", arguments=("train", "s.json", "--input", "raw", "--out", "x"))
+        self.write_scene(1)
+        self.refuse(2, "s.json: cadence.frames = 1", arguments=(*UNSUPERVISED, "--out", "x"))
+
+    def test_a_signal_before_the_first_epoch(self):
+        self.write_scene(600)
+        (self.folder / "w").write_text("kept")
+        command = [PROGRAM, "--progress=json", *UNSUPERVISED, "--out", "w"]
+        child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        while '"progress":"frames"' not in child.stderr.readline():
+            pass
+        child.send_signal(signal.SIGINT)
+        last = child.communicate(timeout=60)[1].splitlines()[-1]
+        self.assertEqual((child.returncode, last), (130, "toliman: stopped by a signal"))
+        self.assertEqual(self.bytes_of("w"), b"kept")
+
+
+if __name__ == "__main__":
+    unittest.main()
