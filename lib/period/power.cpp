@@ -73,15 +73,18 @@ template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
             static_cast<long double>(yc), static_cast<long double>(ys), static_cast<long double>(cc * ss - cs * cs)};
 }
 
+Solved PowerQuery::solved(int64_t k) const noexcept {
+    const Moments m = stream_.grid().wide() ? moments<Wide>(k) : moments<long double>(k);
+    return solve(m, noise_ + kCoincident * (m.cc + m.ss));
+}
+
 double PowerQuery::at(int64_t k) const noexcept {
     if (!(spread_ > 0))
         return 0;
-    const Grid &grid = stream_.grid();
-    const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
-    const Solved solved = solve(m, noise_ + kCoincident * (m.cc + m.ss));
-    if (solved.rank > 0 && solved.rank + (grid.fixed_mean ? 0 : 1) >= stream_.totals().count)
+    const Solved best = solved(k);
+    if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
         return 1; // as many free parameters as samples
-    return static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
+    return static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
 }
 
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {

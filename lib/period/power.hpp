@@ -28,6 +28,8 @@ class PowerQuery {
     double at(int64_t k) const noexcept;
     // The same of frequencies first, first + 1, ...; what double carries to 1e-13 goes by vectors.
     void range(int64_t first, size_t count, double *power) const noexcept;
+    // Free parameters of cosine and sine at frequency k: 2, or fewer where they coincide.
+    int rank(int64_t k) const noexcept { return solved(k).rank; }
     // Samples enough and not all equal: a peak means something.
     bool meaningful() const noexcept;
     // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.
@@ -35,6 +37,7 @@ class PowerQuery {
 
   private:
     template <class Real> Moments moments(int64_t k) const noexcept;
+    Solved solved(int64_t k) const noexcept;
 
     const Stream &stream_;
     Wide part_, mean_; // 1/W, Wy/W
