@@ -167,20 +167,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* False alarm probability: the chance that noise alone has a power P or more, at the samples pushed.
- * BALUEV      somewhere on the grid, an upper bound that is nearly reached; what peaks carry. For one query of a
- * series. NAIVE       somewhere on the grid, were its frequencies f baseline independent ones. Too small: at 0.01 by 3.
- * SINGLE      at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
- * SEQUENTIAL  somewhere on the grid at this or any other number of samples from five on. For querying while samples
- * come in, after each or whenever one likes, and stopping when one likes: of streams of pure noise one in 100 ever has
- * 0.01 or less, where BALUEV alarms in one of three within 1095 samples. The order of pushes must not look at the
- * values, and none may be taken back. An alpha spending by Lan and DeMets (1983), Biometrika 70, 659: half by sample
- * 150, without end; successive looks count by how much they differ (Siegmund 1985, Sequential Analysis). Costs a signal
- * of the size of sigma some 20 % more samples. Frequencies are those up to the grid's last. Source of the others:
- * Baluev; VanderPlas (2018), ApJS 236, 16. */
-#define TOLIMAN_FAP_BALUEV 0
-#define TOLIMAN_FAP_NAIVE 1
-#define TOLIMAN_FAP_SINGLE 2
+/* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
+ * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL. */
+#define TOLIMAN_FAP_BALUEV 0 /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it   \
+                              */
+#define TOLIMAN_FAP_NAIVE 1  /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
+#define TOLIMAN_FAP_SINGLE 2 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
+/* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
+ * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
+ * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
+ * and none may be taken back. It is an alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half by sample 150,
+ * without end; looks count by how much they differ (Siegmund 1985, Sequential Analysis). At 0.01 it is 20 times
+ * BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
 #define TOLIMAN_FAP_SEQUENTIAL 3
 
 /* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for

@@ -4,7 +4,7 @@
 
 #include "fap_trials.h"
 
-enum { DAYS = 1095, ENDS = 4000, STREAMS = 400, SIGNALS = 400, SIGNAL_DAYS = 450 };
+enum { DAYS = 1095, ENDS = 4000, STREAMS = 1000, SIGNALS = 400, SIGNAL_DAYS = 450 };
 static const double kTarget = 0.01;
 /* 1e-6 px where one frame tells 1.24e-6 px. */
 static const double kAmplitude = 1 / 1.24, kPeriodDays = 365, kChapterPhase = 0.4;
@@ -44,7 +44,8 @@ int main(void) {
     printf("FAP %g, one sample a day. Noise: %d series of %d looked at once, %d at every sample from %d on.\n"
            "Signal of %.3f sigma and %g days: median samples until found, of %d series.\n\n",
            kTarget, ENDS, DAYS, STREAMS, FAP_FROM, kAmplitude, kPeriodDays, SIGNALS);
-    printf("| method | alarms, one look | alarms, every look | until found, any phase | phase %g |\n|---|---|---|---|---|\n",
+    printf("| method | alarms, one look | alarms, every look | until found, any phase | phase %g "
+           "|\n|---|---|---|---|---|\n",
            kChapterPhase);
     for (int m = 0; m < FAP_METHODS; m++)
         printf("| %s | %.2f %% | %.1f %% | %d | %d |\n", fap_names[m], 100.0 * at_end[m] / ENDS,

@@ -1,5 +1,5 @@
-/* Series of the chapter's kind, one sample a day, under the eye of every false alarm probability: what test_fap checks in
- * short and bench_fap in full. */
+/* Series of the chapter's kind, one sample a day, under the eye of every false alarm probability: what test_fap checks
+ * in short and bench_fap in full. */
 #ifndef FAP_TRIALS_H
 #define FAP_TRIALS_H
 

@@ -31,25 +31,25 @@ static void alarms_are_as_many_as_promised(void **unused) {
     assert_in_range(at_end[0], 0.005 * ENDS, 0.012 * ENDS);
     assert_in_range(at_end[1], 0.02 * ENDS, 0.05 * ENDS);
     assert_true(ever[0] > 0.1 * STREAMS); /* what the sequential one is there for */
-    assert_in_range(ever[2], 1, 0.01 * STREAMS);
+    assert_true(ever[2] <= 0.02 * STREAMS);
     toliman_period_destroy(period);
 }
 
-/* A signal is not paid for with many more samples. */
+/* The chapter's signal, 1e-6 px where one frame tells 1.24e-6 px: not paid for with many more samples. */
 static void sequential_finds_signals(void **unused) {
     (void)unused;
-    enum { SERIES = 101 };
+    enum { SERIES = 101, SIGNAL_DAYS = 280 };
     static int found[FAP_METHODS][SERIES];
-    toliman_period *const period = fap_periodogram(DAYS);
+    toliman_period *const period = fap_periodogram(1095);
     for (int i = 0; i < SERIES; i++) {
         int first[FAP_METHODS];
-        fap_watch(period, DAYS, 5000000u + (uint64_t)i, (fap_signal){1 / 1.24, 20, -1}, 0.01, first);
+        fap_watch(period, SIGNAL_DAYS, 5000000u + (uint64_t)i, (fap_signal){1 / 1.24, 365, 0.4}, 0.01, first);
         for (int m = 0; m < FAP_METHODS; m++)
             found[m][i] = first[m];
     }
     const int baluev = fap_median(found[0], SERIES), sequential = fap_median(found[2], SERIES);
-    print_message("median samples until found: %d by one look, %d by every look\n", baluev, sequential);
-    assert_true(sequential <= 1.4 * baluev);
+    print_message("median samples until found: Baluev %d, sequential %d\n", baluev, sequential);
+    assert_true(sequential <= 1.25 * baluev);
     toliman_period_destroy(period);
 }
 
@@ -72,7 +72,8 @@ static double fap_of(const toliman_period *period, int32_t method, double log10_
     return result;
 }
 
-/* From the power 1/(N - 3) on no method's FAP ever rises; one look counts for less than many, one frequency for more. */
+/* From the power 1/(N - 3) on no method's FAP ever rises; one look counts for less than many, one frequency for more.
+ */
 static void faps_fall(void **unused) {
     (void)unused;
     const int counts[] = {5, 6, 10, 100, 101, 102, MOST};
@@ -121,12 +122,12 @@ static void levels_are_the_inverse(void **unused) {
     }
 }
 
-static double strongest; /* fraction that the progress callback has seen */
+static double seen; /* fraction that the progress callback was told last */
 
 static int32_t see(const char *stage, double fraction, void *user_data) {
     assert_string_equal(stage, "bootstrap");
     assert_true(fraction > 0 && fraction <= 1);
-    strongest = fraction;
+    seen = fraction;
     return user_data != NULL;
 }
 
@@ -140,9 +141,9 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     options.seed = 5;
     options.threads = 1;
     options.progress = see;
-    strongest = 0;
+    seen = 0;
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone));
-    assert_true(strongest == 1);
+    assert_true(seen == 1);
     options.threads = 3;
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, three));
     assert_memory_equal(alone, three, sizeof alone);
