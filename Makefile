@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-weights install format lint clean help
+.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-weights fap install format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -26,6 +26,9 @@ bench-cae: benches ## measure the autoencoder against the processor's peak, PyTo
 
 bench-weights: benches ## measure the weights file's bytes against what they are worth (1 minute)
 	@$(PYTHON) tests/bench/bench_weights.py $(BUILD)/bin
+
+fap: benches ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
+	@$(BUILD)/bin/bench_fap
 
 install: all ## install below PREFIX, by default /usr/local
 	@cmake --install $(BUILD) --prefix $(PREFIX)

@@ -8,6 +8,8 @@ module toliman
 
     integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 1 ! in a peak's flags
+    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_BALUEV = 0, TOLIMAN_FAP_NAIVE = 1, TOLIMAN_FAP_SINGLE = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_SEQUENTIAL = 3
 
     integer(c_int32_t), parameter, public :: TOLIMAN_POWER_STANDARD = 0, TOLIMAN_POWER_MODEL = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_POWER_LOG = 2, TOLIMAN_POWER_PSD = 3
@@ -117,11 +119,21 @@ module toliman
             integer(c_int32_t) :: status
         end function
 
-        function toliman_period_query_fap(period, log10_residual, log10_fap) bind(C) result(status)
+        function toliman_period_query_fap(period, method, log10_residual, log10_fap) bind(C) result(status)
             import :: c_double, c_int32_t, c_ptr
             type(c_ptr), value :: period
+            integer(c_int32_t), value :: method
             real(c_double), value :: log10_residual
             real(c_double), intent(out) :: log10_fap
+            integer(c_int32_t) :: status
+        end function
+
+        function toliman_period_query_level(period, method, log10_fap, log10_residual) bind(C) result(status)
+            import :: c_double, c_int32_t, c_ptr
+            type(c_ptr), value :: period
+            integer(c_int32_t), value :: method
+            real(c_double), value :: log10_fap
+            real(c_double), intent(out) :: log10_residual
             integer(c_int32_t) :: status
         end function
 
@@ -144,7 +156,7 @@ module toliman
     public :: toliman_abi_version, toliman_period_options_init, toliman_period_create, toliman_period_destroy
     public :: toliman_period_push, toliman_period_push_many, toliman_period_reset, toliman_period_count
     public :: toliman_period_query_power, toliman_period_query_peak, toliman_period_query_fit
-    public :: toliman_period_query_fap, toliman_period_save_file, toliman_period_load_file
+    public :: toliman_period_query_fap, toliman_period_query_level, toliman_period_save_file, toliman_period_load_file
 
 contains
 

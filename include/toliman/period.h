@@ -9,7 +9,7 @@
  *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05; and 3e-17 more for every standard
  *              deviation by which the mean is away from value_offset. Queries refuse values that scatter too little for
  *              value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
- * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
+ * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
 #define TOLIMAN_PERIOD_H
@@ -202,11 +202,73 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* log10 of Baluev's false alarm probability of a power P given as log10(1 - P), for the samples pushed and frequencies
- * up to the grid's last. 0 for P = 0; never NaN or infinite: 1 - P is at least 10^-4900. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period,
+/* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
+ * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL. */
+#define TOLIMAN_FAP_BALUEV                                                                                             \
+    0                        /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it   \
+                              */
+#define TOLIMAN_FAP_NAIVE 1  /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
+#define TOLIMAN_FAP_SINGLE 2 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
+/* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
+ * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
+ * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
+ * and none may be taken back. It is an alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half by sample 150,
+ * without end; looks count by how much they differ (Siegmund 1985, Sequential Analysis). At 0.01 it is 20 times
+ * BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
+#define TOLIMAN_FAP_SEQUENTIAL 3
+
+/* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
+ * P = 0; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE with fewer than five
+ * samples or constant values. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method,
                                                                        double log10_residual,
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;
+
+/* The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
+ * that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_level(const toliman_period *period, int32_t method,
+                                                                         double log10_fap,
+                                                                         double *log10_residual) TOLIMAN_NOEXCEPT;
+
+typedef struct toliman_period_bootstrap_options {
+    uint32_t struct_size;
+    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
+    uint64_t seed;
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_period_bootstrap_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options) TOLIMAN_NOEXCEPT;
+
+/* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
+ * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
+ * its sigma, with replacement. If k of the entries are at or below a peak's log10_residual, its FAP is (k + 1)/(count +
+ * 1); entry a count - 1 is the level of FAP a. Assumes no distribution of the noise, but takes a push of all samples
+ * and a query a time, and the memory of a periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the
+ * progress callback, errors else as query_fit. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
+    const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
+    const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
+
+#define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
+#define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
+
+/* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
+typedef struct toliman_period_sampling {
+    uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING */
+    double baseline;      /* T: time span and one step */
+    double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
+    double ceiling;       /* 1/(2 step); the same */
+    double independent;   /* frequencies of the grid that are independent of each other: its last one times T, or 1 */
+} toliman_period_sampling;
+
+/* Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
+ * the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
+ * samples and makes the ceiling of samples in groups too low. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
+    const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 
 /* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
  * least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1. */

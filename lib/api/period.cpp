@@ -3,15 +3,18 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <vector>
 
 #include <toliman/period.h>
 
 #include "api/bytes_out.hpp"
 #include "api/guard.hpp"
 #include "backend/file.hpp"
+#include "period/bootstrap.hpp"
 #include "period/fap.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
+#include "period/sampling.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -79,9 +82,16 @@ template <class Work> void for_all(const period::Stream &stream, const Given &gi
         work(sample(i));
 }
 
-double fap_of(const period::Stream &stream, double log10_residual) noexcept {
-    return period::log10_fap_baluev(log10_residual, stream.totals().count, stream.grid().last(),
-                                    static_cast<double>(stream.time_variance()));
+// What a false alarm probability of the caller's method depends on.
+period::Fap fap_method(int32_t method) {
+    if (method < 0 || method >= period::kFapMethods)
+        fail(Status::argument, "method = %d: must be one of TOLIMAN_FAP_..., 0 to %d", method, period::kFapMethods - 1);
+    return static_cast<period::Fap>(method);
+}
+
+void check_meaningful(const period::Stream &stream) {
+    if (!period::PowerQuery(stream).meaningful())
+        fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
 }
 
 std::function<double(double)> normaliser(uint32_t normalisation, const period::PowerQuery &query) {
@@ -110,7 +120,7 @@ toliman_period_peak public_peak(const period::Stream &stream, const period::Peak
     out.amplitude_error = peak.amplitude_error;
     out.phase = peak.phase;
     out.offset = peak.offset;
-    out.log10_fap = fap_of(stream, peak.log10_residual);
+    out.log10_fap = log10_fap(period::Fap::baluev, period::sampling_of(stream), peak.log10_residual);
     return out;
 }
 
@@ -328,16 +338,75 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
     });
 }
 
-toliman_status toliman_period_query_fap(const toliman_period *period, double log10_residual,
-                                        double *log10_fap) noexcept {
+toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method, double log10_residual,
+                                        double *result) noexcept {
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
-        required(log10_fap, "log10_fap");
-        if (!(log10_residual <= 0 && log10_residual >= -4900))
-            fail(Status::argument, "log10_residual = %g: must be in [-4900, 0]", log10_residual);
-        if (!period::PowerQuery(stream).meaningful())
-            fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
-        *log10_fap = fap_of(stream, log10_residual);
+        required(result, "log10_fap");
+        const period::Fap fap = fap_method(method);
+        if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
+            fail(Status::argument, "log10_residual = %g: must be in [%g, 0]", log10_residual,
+                 period::kLeastLogResidual);
+        check_meaningful(stream);
+        *result = log10_fap(fap, period::sampling_of(stream), log10_residual);
+    });
+}
+
+toliman_status toliman_period_query_level(const toliman_period *period, int32_t method, double log10_fap,
+                                          double *log10_residual) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        required(log10_residual, "log10_residual");
+        const period::Fap fap = fap_method(method);
+        check_meaningful(stream);
+        const period::Sampling sampling = period::sampling_of(stream);
+        const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
+        if (!(log10_fap <= 0 && log10_fap >= least))
+            fail(Status::argument, "log10_fap = %g: must be in [%g, 0] for these samples", log10_fap, least);
+        *log10_residual = log10_level(fap, sampling, log10_fap);
+    });
+}
+
+void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options) noexcept {
+    if (options == nullptr)
+        return;
+    *options = {};
+    options->struct_size = sizeof *options;
+}
+
+toliman_status toliman_period_query_bootstrap(const toliman_period *period, const double *t, const double *y,
+                                              const double *sigma, size_t n,
+                                              const toliman_period_bootstrap_options *options, size_t count,
+                                              double *log10_residuals) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
+        toliman_period_bootstrap_options defaults;
+        toliman_period_bootstrap_options_init(&defaults);
+        const toliman_period_bootstrap_options known = accept(options, defaults, "options", sizeof defaults);
+        required(log10_residuals, "log10_residuals");
+        check_meaningful(stream);
+        std::vector<double> peaks(count);
+        period::bootstrap(stream, samples, {known.seed, known.threads, {known.progress, known.progress_data}},
+                          peaks.data(), count);
+        std::copy(peaks.begin(), peaks.end(), log10_residuals);
+    });
+}
+
+toliman_status toliman_period_query_sampling(const toliman_period *period, const double *t, size_t n,
+                                             toliman_period_sampling *out) noexcept {
+    return guard([&] {
+        const period::Stream &stream = required(period, "period").stream;
+        const period::Cadence cadence = t != nullptr ? period::cadence_of(stream, t, n) : period::cadence_of(stream);
+        const period::Grid &grid = stream.grid();
+        toliman_period_sampling sampling = {};
+        sampling.baseline = cadence.span;
+        sampling.coarsest_df = 1 / (5 * cadence.span);
+        sampling.ceiling = 1 / (2 * cadence.step);
+        sampling.independent = std::max(1.0, grid.last() * cadence.span);
+        sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
+                         (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0);
+        deliver(sampling, out, "out", sizeof sampling);
     });
 }
 

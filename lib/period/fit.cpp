@@ -249,8 +249,7 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real far) const {
 
 } // namespace
 
-Peak fit_peak(const Stream &stream, const Samples &samples) {
-    Peak peak = find_peak(stream);
+void check_pushed(const Stream &stream, const Samples &samples) {
     if (static_cast<int64_t>(samples.count) != stream.totals().count)
         fail(Status::argument, "n = %zu samples, but %lld were pushed", samples.count,
              static_cast<long long>(stream.totals().count));
@@ -258,6 +257,11 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
         stream.check(stream.sample(samples.t[i], 0, samples.y[i],
                                    samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor),
                      static_cast<int64_t>(i));
+}
+
+Peak fit_peak(const Stream &stream, const Samples &samples) {
+    Peak peak = find_peak(stream);
+    check_pushed(stream, samples);
     const Sinusoid sinusoid(samples, stream.grid().fixed_mean);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
     // One step either side of the parabola, but not out of the grid: there are powers that were never compared.

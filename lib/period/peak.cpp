@@ -43,7 +43,9 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
     double shift = 0;
     peak.power = highest;
     peak.at_edge = top == 0 || top + 1 == grid.nf;
-    if (!peak.at_edge) {
+    // Where cosine and sine come to coincide, as at the Nyquist frequency of even times, the power jumps: no parabola.
+    const auto smooth = [&](int64_t k) { return query.rank(k) == query.rank(top); };
+    if (!peak.at_edge && smooth(top - 1) && smooth(top + 1)) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
         if (bend < 0) {
             shift = std::clamp(0.5 * (left - right) / bend, -0.5, 0.5);

@@ -18,6 +18,9 @@ struct Samples {
     size_t count;
 };
 
+// Fails unless they are as many as were pushed, and such as can be.
+void check_pushed(const Stream &stream, const Samples &samples);
+
 // Highest grid point, refined by a parabola through its neighbours. Allocates nothing.
 Peak find_peak(const Stream &stream);
 

@@ -74,21 +74,24 @@ template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
             static_cast<long double>(yc), static_cast<long double>(ys), static_cast<long double>(cc * ss - cs * cs)};
 }
 
+Solved PowerQuery::solved(int64_t k) const noexcept {
+    const Moments m = stream_.grid().wide() ? moments<Wide>(k) : moments<long double>(k);
+    return solve(m, noise_ + kCoincident * (m.cc + m.ss));
+}
+
 double PowerQuery::at(int64_t k) const noexcept {
     if (!(spread_ > 0))
         return 0;
-    const Grid &grid = stream_.grid();
-    const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
-    const Solved solved = solve(m, noise_ + kCoincident * (m.cc + m.ss));
-    if (solved.rank > 0 && solved.rank + (grid.fixed_mean ? 0 : 1) >= stream_.totals().count)
+    const Solved best = solved(k);
+    if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
         return 1; // as many free parameters as samples
-    return static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
+    return static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
 }
 
 Model PowerQuery::model(int64_t k) const noexcept {
     const Grid &grid = stream_.grid();
     const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
-    const Solved solved = solve(m, noise_ + kCoincident * (m.cc + m.ss));
+    const Solved best = solve(m, noise_ + kCoincident * (m.cc + m.ss));
     const auto part = static_cast<long double>(part_), bound = static_cast<long double>(grid.value_bound);
     const SumsAt<Wide> sums = stream_.sums<Wide>(k);
     const bool moving = !grid.fixed_mean;
@@ -97,27 +100,26 @@ Model PowerQuery::model(int64_t k) const noexcept {
     const auto infinity = std::numeric_limits<long double>::infinity();
 
     Model model = {};
-    model.rank = solved.rank;
-    model.power = static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
-    const long double amplitude = std::hypot(solved.cosine, solved.sine);
-    const long double offset = static_cast<long double>(mean_) - solved.cosine * c - solved.sine * s;
-    const auto freedom = static_cast<long double>(stream_.totals().count) - solved.rank - (moving ? 1 : 0);
-    const long double residual = std::fmax(0.0L, spread_ - solved.explained);
+    model.rank = best.rank;
+    model.power = static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
+    const long double amplitude = std::hypot(best.cosine, best.sine);
+    const long double offset = static_cast<long double>(mean_) - best.cosine * c - best.sine * s;
+    const auto freedom = static_cast<long double>(stream_.totals().count) - best.rank - (moving ? 1 : 0);
+    const long double residual = std::fmax(0.0L, spread_ - best.explained);
     // Variances are this times the inverse of the moments; a direction without moments is unknown.
     const long double scale = freedom > 0 ? residual / freedom : infinity;
     const auto variance = [&](long double u, long double v) { // of u cosine + v sine
-        return solved.rank == 2 ? scale * (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant : infinity;
+        return best.rank == 2 ? scale * (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant : infinity;
     };
-    const long double a = amplitude > 0 ? solved.cosine / amplitude : 1,
-                      b = amplitude > 0 ? solved.sine / amplitude : 0;
+    const long double a = amplitude > 0 ? best.cosine / amplitude : 1, b = amplitude > 0 ? best.sine / amplitude : 0;
     const long double single = scale / (a * a * m.cc + 2 * a * b * m.cs + b * b * m.ss);
     const auto error = [&](long double square) { return static_cast<double>(bound * std::sqrt(square)); };
     model.amplitude = static_cast<double>(bound * amplitude);
-    model.amplitude_error = error(solved.rank == 1 ? single : variance(a, b));
-    model.phase = static_cast<double>(std::atan2(solved.cosine, solved.sine));
+    model.amplitude_error = error(best.rank == 1 ? single : variance(a, b));
+    model.phase = static_cast<double>(std::atan2(best.cosine, best.sine));
     model.phase_error = static_cast<double>(std::sqrt(variance(-b, a)) / amplitude);
     model.offset = static_cast<double>(bound * offset + static_cast<long double>(grid.value_offset));
-    model.offset_error = moving ? error(scale + (solved.rank == 2 ? variance(c, s) : 0)) : 0;
+    model.offset_error = moving ? error(scale + (best.rank == 2 ? variance(c, s) : 0)) : 0;
     return model;
 }
 

@@ -39,6 +39,8 @@ class PowerQuery {
     Model model(int64_t k) const noexcept;
     // Half of the weighted sum of squares about the mean, in units of the caller's sigmas: what `psd` multiplies.
     double half_chi_square() const noexcept;
+    // Free parameters of cosine and sine at frequency k: 2, or fewer where they coincide.
+    int rank(int64_t k) const noexcept { return solved(k).rank; }
     // Samples enough and not all equal: a peak means something.
     bool meaningful() const noexcept;
     // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.
@@ -46,6 +48,7 @@ class PowerQuery {
 
   private:
     template <class Real> Moments moments(int64_t k) const noexcept;
+    Solved solved(int64_t k) const noexcept;
 
     const Stream &stream_;
     Wide part_, mean_; // 1/W, Wy/W

@@ -346,7 +346,8 @@ static void refusals_name_what_is_wrong(void **unused) {
     double power;
     assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
                  "10 frequencies");
-    assert_fails(toliman_period_query_fap(period, 0.5, &power), TOLIMAN_E_ARGUMENT, "log10_residual");
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
+                 "log10_residual");
     toliman_period_destroy(period);
     toliman_period_destroy(NULL);
 }

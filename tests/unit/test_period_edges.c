@@ -197,9 +197,9 @@ static void perfect_fit_has_a_probability(void **unused) {
         assert_ok(toliman_period_query_fit(period, times, values, NULL, 16, &fit));
         assert_true(fit.power == 1);
         assert_true(fit.log10_residual >= -4900);
-        assert_ok(toliman_period_query_fap(period, fit.log10_residual, &fap));
+        assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, fit.log10_residual, &fap));
         assert_true(fit.log10_fap == fap);
-        assert_ok(toliman_period_query_fap(period, -4900, &fap));
+        assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, -4900, &fap));
         assert_true(isfinite(fap));
         toliman_period_destroy(period);
     }
@@ -231,7 +231,7 @@ static void times_have_a_bound(void **unused) {
         assert_ok(toliman_period_push(period, times[i], values[i], 1));
     }
     double fap;
-    assert_ok(toliman_period_query_fap(period, -2, &fap));
+    assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, -2, &fap));
     assert_true(fap <= 0 && isfinite(fap));
     toliman_period_destroy(period);
 }

@@ -36,8 +36,8 @@ Theory::Theory(const std::vector<double> &times, const std::vector<double> &shap
 double Theory::log10_fap(double amplitude_px, double sigma_px) const {
     const double ratio = amplitude_px / sigma_px;
     double result = 0;
-    toliman::check(
-        toliman_period_query_fap(periodogram_.get(), -std::log1p(ratio * ratio * variance_) / std::log(10), &result));
+    toliman::check(toliman_period_query_fap(periodogram_.get(), TOLIMAN_FAP_BALUEV,
+                                            -std::log1p(ratio * ratio * variance_) / std::log(10), &result));
     return result;
 }
 

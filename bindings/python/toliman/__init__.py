@@ -10,6 +10,6 @@ Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the p
 and 1, never NaN. A failed call raises toliman.Error with the library's message.
 """
 from ._library import Error, abi_version, version
-from .period import Peak, Periodogram
+from .period import Peak, Periodogram, Sampling
 
-__all__ = ["Error", "Peak", "Periodogram", "abi_version", "version"]
+__all__ = ["Error", "Peak", "Periodogram", "Sampling", "abi_version", "version"]

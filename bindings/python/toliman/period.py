@@ -45,8 +45,31 @@ class _Info(ctypes.Structure):
     ]
 
 
-_FIXED_MEAN, _AT_EDGE = 1, 1
+class Sampling(ctypes.Structure):
+    """baseline, coarsest_df, ceiling and independent of the samples' times as floats; coarse, past_ceiling: the grid's df
+    is above coarsest_df, its last frequency above the ceiling."""
+
+    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
+        (name, c_double) for name in ("baseline", "coarsest_df", "ceiling", "independent")
+    ]
+
+    @property
+    def coarse(self):
+        return bool(self.flags & _COARSE)
+
+    @property
+    def past_ceiling(self):
+        return bool(self.flags & _PAST_CEILING)
+
+
+class _Bootstrap(ctypes.Structure):
+    _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("seed", c_uint64), ("progress", c_void_p),
+                ("progress_data", c_void_p)]
+
+
+_FIXED_MEAN, _AT_EDGE, _COARSE, _PAST_CEILING = 1, 1, 1, 2
 _NORMALISATIONS = ("standard", "model", "log", "psd")
+_FAPS = {"baluev": 0, "naive": 1, "single": 2, "sequential": 3}
 _doubles = POINTER(c_double)
 
 
@@ -65,7 +88,11 @@ _count = _declare("count", c_void_p, restype=c_int64)
 _query_power = _declare("query_power", c_void_p, c_uint32, c_int64, c_size_t, _doubles)
 _query_peak = _declare("query_peak", c_void_p, POINTER(Peak))
 _query_fit = _declare("query_fit", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(Peak))
-_query_fap = _declare("query_fap", c_void_p, c_double, _doubles)
+_query_fap = _declare("query_fap", c_void_p, c_int32, c_double, _doubles)
+_query_level = _declare("query_level", c_void_p, c_int32, c_double, _doubles)
+_query_bootstrap = _declare("query_bootstrap", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(_Bootstrap),
+                            c_size_t, _doubles)
+_query_sampling = _declare("query_sampling", c_void_p, _doubles, c_size_t, POINTER(Sampling))
 _get_info = _declare("get_info", c_void_p, POINTER(_Info))
 _save_file = _declare("save_file", c_void_p, c_char_p)
 _load_file = _declare("load_file", c_char_p, POINTER(c_void_p))
@@ -130,11 +157,37 @@ class Periodogram:
         check(_query_fit(self._handle, *pointers, len(arrays[0]), byref(peak)))
         return peak
 
-    def log10_fap(self, log10_residual):
-        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid."""
+    def log10_fap(self, log10_residual, method="baluev"):
+        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid.
+
+        method: baluev, naive, single, or sequential for looking again and again while samples come in.
+        """
         result = c_double()
-        check(_query_fap(self._handle, log10_residual, byref(result)))
+        check(_query_fap(self._handle, _FAPS[method], log10_residual, byref(result)))
         return result.value
+
+    def level(self, log10_fap, method="baluev"):
+        """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
+        result = c_double()
+        check(_query_level(self._handle, _FAPS[method], log10_fap, byref(result)))
+        return result.value
+
+    def bootstrap(self, t, y, sigma=None, *, count=1000, seed=0, threads=0):
+        """log10(1 - P) of the highest peaks of `count` resamplings of the samples that were pushed, strongest first."""
+        peaks = numpy.empty(count)
+        options = _Bootstrap(struct_size=ctypes.sizeof(_Bootstrap), threads=threads, seed=seed)
+        arrays, pointers = _series(t, y, sigma)
+        check(_query_bootstrap(self._handle, *pointers, len(arrays[0]), byref(options), count,
+                               peaks.ctypes.data_as(_doubles)))
+        return peaks
+
+    def sampling(self, t=None):
+        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if they are given."""
+        result = Sampling(struct_size=ctypes.sizeof(Sampling))
+        times = None if t is None else numpy.ascontiguousarray(t, dtype=numpy.float64)
+        pointer = None if times is None else times.ctypes.data_as(_doubles)
+        check(_query_sampling(self._handle, pointer, 0 if times is None else times.size, byref(result)))
+        return result
 
     def save(self, path):
         """Writes all sums to a file, as a whole or not at all."""

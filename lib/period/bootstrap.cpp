@@ -1,0 +1,36 @@
+#include "period/bootstrap.hpp"
+
+#include <algorithm>
+
+#include "base/workers.hpp"
+#include "kernels/poisson.hpp"
+#include "kernels/random.hpp"
+#include "period/power.hpp"
+
+namespace toliman::period {
+
+namespace {
+
+double highest_of(const Grid &grid, const Samples &samples, uint64_t seed) {
+    kernels::Rng rng(seed, kernels::kStreamBootstrap);
+    Stream stream(grid);
+    for (size_t i = 0; i < samples.count; i++) {
+        const auto drawn = static_cast<size_t>(rng.uniform() * static_cast<double>(samples.count));
+        const double sigma = samples.sigma != nullptr ? samples.sigma[drawn] : grid.sigma_floor;
+        stream.push(stream.sample(samples.t[i], 0, samples.y[drawn], sigma));
+    }
+    return PowerQuery(stream).meaningful() ? find_peak(stream).log10_residual : 0;
+}
+
+} // namespace
+
+void bootstrap(const Stream &stream, const Samples &samples, const Bootstrap &options, double *peaks, size_t count) {
+    check_pushed(stream, samples);
+    run_jobs(
+        worker_count(options.workers), count,
+        [&](size_t i) { peaks[i] = highest_of(stream.grid(), samples, options.seed + 0x9e3779b97f4a7c15u * i); },
+        [&](double fraction) { options.progress.report("bootstrap", fraction); });
+    std::sort(peaks, peaks + count);
+}
+
+} // namespace toliman::period

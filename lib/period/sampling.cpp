@@ -1,0 +1,43 @@
+#include "period/sampling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "base/error.hpp"
+
+namespace toliman::period {
+
+Sampling sampling_of(const Stream &stream) noexcept {
+    return {stream.totals().count, stream.grid().last(), static_cast<double>(stream.time_variance())};
+}
+
+Cadence cadence_of(const Stream &stream) noexcept {
+    const Sampling sampling = sampling_of(stream);
+    if (sampling.count == 0)
+        return {0, 0};
+    const double span = baseline(sampling.time_variance);
+    return {span, span / static_cast<double>(sampling.count)};
+}
+
+Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
+    if (static_cast<int64_t>(count) != stream.totals().count)
+        fail(Status::argument, "n = %zu times, but %lld samples were pushed", count,
+             static_cast<long long>(stream.totals().count));
+    std::vector<double> times(t, t + count);
+    for (size_t i = 0; i < count; i++)
+        if (!std::isfinite(times[i]))
+            fail(Status::argument, "sample %zu: t = %g: must be finite", i, times[i]);
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    if (times.size() < 2)
+        return {0, 0};
+    const double span = times.back() - times.front();
+    std::adjacent_difference(times.begin(), times.end(), times.begin());
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>((times.size() + 1) / 2);
+    std::nth_element(times.begin() + 1, middle, times.end());
+    return {span + *middle, *middle};
+}
+
+} // namespace toliman::period

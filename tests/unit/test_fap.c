@@ -1,0 +1,299 @@
+/* False alarm probabilities: how often noise alarms, levels, bootstrap, and what is said of the samples' times. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "fap_trials.h"
+
+enum { METHODS = 4, DAYS = 200, MOST = 400 };
+static double times[MOST], values[MOST], sigmas[MOST];
+
+/* The bench's trials on shorter series. */
+static void alarms_are_as_many_as_promised(void **unused) {
+    (void)unused;
+    enum { ENDS = 5000, STREAMS = 400 };
+    toliman_period *const period = fap_periodogram(DAYS);
+    int at_end[FAP_METHODS] = {0}, ever[FAP_METHODS] = {0};
+    for (uint64_t i = 0; i < ENDS; i++) {
+        double log10_fap[FAP_METHODS];
+        fap_at_end(period, DAYS, i, log10_fap);
+        for (int m = 0; m < FAP_METHODS; m++)
+            at_end[m] += log10_fap[m] <= -2;
+    }
+    for (uint64_t i = 0; i < STREAMS; i++) {
+        int first[FAP_METHODS];
+        fap_watch(period, DAYS, 1000000u + i, (fap_signal){0, 1, 0}, 0.01, first);
+        for (int m = 0; m < FAP_METHODS; m++)
+            ever[m] += first[m] != FAP_NEVER;
+    }
+    print_message("alarms at 0.01 of %d, of %d streams:\n", ENDS, STREAMS);
+    for (int m = 0; m < FAP_METHODS; m++)
+        print_message("  %s %d, %d\n", fap_names[m], at_end[m], ever[m]);
+    assert_in_range(at_end[0], 0.005 * ENDS, 0.012 * ENDS);
+    assert_in_range(at_end[1], 0.02 * ENDS, 0.05 * ENDS);
+    assert_true(ever[0] > 0.1 * STREAMS); /* what the sequential one is there for */
+    assert_true(ever[2] <= 0.02 * STREAMS);
+    toliman_period_destroy(period);
+}
+
+/* The chapter's signal, 1e-6 px where one frame tells 1.24e-6 px: not paid for with many more samples. */
+static void sequential_finds_signals(void **unused) {
+    (void)unused;
+    enum { SERIES = 101, SIGNAL_DAYS = 280 };
+    static int found[FAP_METHODS][SERIES];
+    toliman_period *const period = fap_periodogram(1095);
+    for (int i = 0; i < SERIES; i++) {
+        int first[FAP_METHODS];
+        fap_watch(period, SIGNAL_DAYS, 5000000u + (uint64_t)i, (fap_signal){1 / 1.24, 365, 0.4}, 0.01, first);
+        for (int m = 0; m < FAP_METHODS; m++)
+            found[m][i] = first[m];
+    }
+    const int baluev = fap_median(found[0], SERIES), sequential = fap_median(found[2], SERIES);
+    print_message("median samples until found: Baluev %d, sequential %d\n", baluev, sequential);
+    assert_true(sequential <= 1.25 * baluev);
+    toliman_period_destroy(period);
+}
+
+static toliman_period *filled(int n) {
+    toliman_period *const period = fap_periodogram(n);
+    fap_noise noise = fap_seeded(7);
+    for (int i = 0; i < n; i++) {
+        times[i] = i;
+        values[i] = fap_normal(&noise);
+        sigmas[i] = 1 + i % 3;
+    }
+    assert_ok(toliman_period_push_many(period, times, values, sigmas, (size_t)n));
+    return period;
+}
+
+static double fap_of(const toliman_period *period, int32_t method, double log10_residual) {
+    double result = NAN;
+    assert_ok(toliman_period_query_fap(period, method, log10_residual, &result));
+    assert_true(isfinite(result) && result <= 0);
+    return result;
+}
+
+/* From the power 1/(N - 3) on no method's FAP ever rises; one look counts for less than many, one frequency for more.
+ */
+static void faps_fall(void **unused) {
+    (void)unused;
+    const int counts[] = {5, 6, 10, 100, 101, 102, MOST};
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+        toliman_period *const period = filled(counts[c]);
+        double before[METHODS] = {0};
+        for (double residual = log10(1 - 1 / (counts[c] - 2.999)); residual > -4900; residual *= 1.01) {
+            double fap[METHODS];
+            for (int32_t m = 0; m < METHODS; m++) {
+                fap[m] = fap_of(period, m, residual);
+                assert_true(fap[m] <= before[m] + 1e-13);
+                before[m] = fap[m];
+            }
+            assert_true(fap[TOLIMAN_FAP_SINGLE] <= fap[TOLIMAN_FAP_NAIVE]);
+            assert_true(fap[TOLIMAN_FAP_NAIVE] <= fap[TOLIMAN_FAP_BALUEV] + 1e-13 || residual > -1 || counts[c] < 100);
+            assert_true(fap[TOLIMAN_FAP_BALUEV] <= fap[TOLIMAN_FAP_SEQUENTIAL]);
+        }
+        for (int32_t m = 0; m < METHODS; m++)
+            assert_true(fap_of(period, m, 0) == 0);
+        toliman_period_destroy(period);
+    }
+}
+
+static void levels_are_the_inverse(void **unused) {
+    (void)unused;
+    const int counts[] = {5, 6, 30, MOST};
+    const double faps[] = {0, -1e-9, -1e-3, -0.1, -0.3, -1, -2, -10, -300, -1e4, -1e5};
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+        toliman_period *const period = filled(counts[c]);
+        for (int32_t m = 0; m < METHODS; m++) {
+            double before = 0;
+            for (size_t i = 0; i < sizeof faps / sizeof *faps; i++) {
+                double level = NAN;
+                if (faps[i] < fap_of(period, m, -4900)) {
+                    assert_fails(toliman_period_query_level(period, m, faps[i], &level), TOLIMAN_E_ARGUMENT,
+                                 "must be in [");
+                    continue;
+                }
+                assert_ok(toliman_period_query_level(period, m, faps[i], &level));
+                assert_close(fap_of(period, m, level), faps[i], 1e-10, 1e-10);
+                assert_true(level <= before);
+                before = faps[i] < -0.5 ? level : 0; /* near 1 Baluev's bound is not monotone */
+            }
+        }
+        toliman_period_destroy(period);
+    }
+}
+
+static double seen; /* fraction that the progress callback was told last */
+
+static int32_t see(const char *stage, double fraction, void *user_data) {
+    assert_string_equal(stage, "bootstrap");
+    assert_true(fraction > 0 && fraction <= 1);
+    seen = fraction;
+    return user_data != NULL;
+}
+
+static void bootstrap_is_the_same_for_any_threads(void **unused) {
+    (void)unused;
+    enum { COUNT = 60 };
+    toliman_period *const period = filled(100);
+    double alone[COUNT], three[COUNT], longer[2 * COUNT];
+    toliman_period_bootstrap_options options;
+    toliman_period_bootstrap_options_init(&options);
+    options.seed = 5;
+    options.threads = 1;
+    options.progress = see;
+    seen = 0;
+    assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone));
+    assert_true(seen == 1);
+    options.threads = 3;
+    assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, three));
+    assert_memory_equal(alone, three, sizeof alone);
+    assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, 2 * COUNT, longer));
+    for (int i = 0, j = 0; i < COUNT; i++, j++) { /* resampling i is the same however many there are */
+        while (j < 2 * COUNT && longer[j] != alone[i])
+            j++;
+        assert_true(j < 2 * COUNT);
+        assert_true(alone[i] < 0 && (i == 0 || alone[i] >= alone[i - 1]));
+    }
+    options.seed = 6;
+    assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, three));
+    assert_memory_not_equal(alone, three, sizeof alone);
+    /* A cancelled one leaves everything as it was. */
+    options.progress_data = &options;
+    assert_fails(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone),
+                 TOLIMAN_E_CANCELLED, "bootstrap: cancelled");
+    assert_memory_not_equal(alone, three, sizeof alone);
+    toliman_period_destroy(period);
+}
+
+/* All but one of five values equal: some resamplings are constant, and have no power. */
+static void bootstrap_of_hardly_anything(void **unused) {
+    (void)unused;
+    enum { COUNT = 200 };
+    toliman_period *const period = fap_periodogram(50);
+    const double t[5] = {0, 1, 3, 4, 9}, y[5] = {1, 1, 1, 1, 2};
+    double peaks[COUNT];
+    assert_ok(toliman_period_push_many(period, t, y, NULL, 5));
+    assert_ok(toliman_period_query_bootstrap(period, t, y, NULL, 5, NULL, COUNT, peaks));
+    int none = 0;
+    for (int i = 0; i < COUNT; i++) {
+        assert_true(isfinite(peaks[i]) && peaks[i] <= 0);
+        none += peaks[i] == 0;
+    }
+    assert_in_range(none, 0.2 * COUNT, 0.45 * COUNT); /* (4/5)^5 = 0.328, and 1 in 3125 */
+    toliman_period_destroy(period);
+}
+
+/* Just below the Nyquist frequency of even times the power is high, at it only half of the model is left: a parabola
+ * through such a step has nothing to do with the power between. */
+static void no_parabola_over_a_step(void **unused) {
+    (void)unused;
+    toliman_period *const period = fap_periodogram(1095);
+    fap_noise noise = fap_seeded(11);
+    for (int series = 0; series < 200; series++) {
+        assert_ok(toliman_period_reset(period));
+        for (int i = 0; i < 5; i++) {
+            times[i] = i;
+            values[i] = fap_normal(&noise);
+            assert_ok(toliman_period_push(period, times[i], values[i], 1));
+        }
+        toliman_period_peak peak = {.struct_size = sizeof peak}, fit = {.struct_size = sizeof fit};
+        assert_ok(toliman_period_query_peak(period, &peak));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, 5, &fit));
+        assert_close(peak.power, fit.power, 0, 1e-4);
+    }
+    toliman_period_destroy(period);
+}
+
+static toliman_period_sampling sampling_of(const toliman_period *period, const double *t, size_t n) {
+    toliman_period_sampling sampling = {.struct_size = sizeof sampling};
+    assert_ok(toliman_period_query_sampling(period, t, n, &sampling));
+    return sampling;
+}
+
+static void grids_are_judged_by_the_times(void **unused) {
+    (void)unused;
+    toliman_period *period = filled(MOST);
+    for (int given = 0; given < 2; given++) {
+        const toliman_period_sampling even = sampling_of(period, given ? times : NULL, given ? MOST : 0);
+        const double span = given ? MOST : sqrt(12.0) * 114.61; /* weights make the variance another */
+        assert_close(even.baseline, span, given ? 1e-15 : 0.02, 0);
+        assert_close(even.coarsest_df, 0.2 / even.baseline, 1e-15, 0);
+        assert_close(even.ceiling, 0.5, given ? 1e-15 : 0.02, 0);
+        assert_close(even.independent, 0.5 * even.baseline, 1e-12, 0);
+        assert_true((even.flags & TOLIMAN_PERIOD_COARSE) == 0);
+        assert_true(!given || even.flags == 0); /* the grid ends at the ceiling */
+    }
+    toliman_period_destroy(period);
+
+    /* Steps of 1, but for a gap of 100: the median step is right, the mean one is not. */
+    assert_ok(toliman_period_create(0.01, 0.01, 45, NULL, &period));
+    for (int i = 0; i < 40; i++) {
+        times[i] = i < 20 ? i : i + 100;
+        assert_ok(toliman_period_push(period, times[i], i % 4, 1));
+    }
+    toliman_period_sampling gap = sampling_of(period, times, 40);
+    assert_true(gap.baseline == 140 && gap.ceiling == 0.5 && gap.flags == TOLIMAN_PERIOD_COARSE);
+    gap = sampling_of(period, NULL, 0);
+    assert_true(gap.ceiling < 0.1 && gap.flags == (TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_PAST_CEILING));
+    toliman_period_destroy(period);
+
+    assert_ok(toliman_period_create(0.01, 0.01, 60, NULL, &period));
+    toliman_period_sampling none = sampling_of(period, NULL, 0);
+    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.ceiling) && isinf(none.coarsest_df));
+    assert_true(none.independent == 1);
+    const double same[2] = {3, 3};
+    assert_ok(toliman_period_push_many(period, same, same, NULL, 2));
+    none = sampling_of(period, same, 2);
+    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.ceiling));
+    assert_ok(toliman_period_push(period, 4, 0, 1));
+    const double late[3] = {4, 3, 3};
+    assert_true(sampling_of(period, late, 3).flags == TOLIMAN_PERIOD_PAST_CEILING);
+    const double broken[3] = {4, NAN, 3};
+    assert_fails(toliman_period_query_sampling(period, broken, 3, &none), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
+    assert_fails(toliman_period_query_sampling(period, late, 2, &none), TOLIMAN_E_ARGUMENT,
+                 "n = 2 times, but 3 samples were pushed");
+    toliman_period_destroy(period);
+}
+
+static void nonsense_is_refused(void **unused) {
+    (void)unused;
+    toliman_period *const period = filled(100);
+    double out = 7, peaks[3];
+    assert_fails(toliman_period_query_fap(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
+    assert_fails(toliman_period_query_fap(period, -1, -1, &out), TOLIMAN_E_ARGUMENT, "method = -1");
+    assert_fails(toliman_period_query_fap(period, 0, NAN, &out), TOLIMAN_E_ARGUMENT, "log10_residual = nan");
+    assert_fails(toliman_period_query_fap(period, 0, -4901, &out), TOLIMAN_E_ARGUMENT, "[-4900, 0]");
+    assert_fails(toliman_period_query_fap(period, 0, -1, NULL), TOLIMAN_E_ARGUMENT, "log10_fap is NULL");
+    assert_fails(toliman_period_query_level(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
+    assert_fails(toliman_period_query_level(period, 0, 1, &out), TOLIMAN_E_ARGUMENT, "log10_fap = 1: must be in [-");
+    assert_fails(toliman_period_query_level(period, 0, NAN, &out), TOLIMAN_E_ARGUMENT, "log10_fap = nan");
+    assert_fails(toliman_period_query_level(period, 0, -INFINITY, &out), TOLIMAN_E_ARGUMENT, "log10_fap = -inf");
+    assert_fails(toliman_period_query_level(NULL, 0, -1, &out), TOLIMAN_E_ARGUMENT, "period is NULL");
+    assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), TOLIMAN_E_ARGUMENT,
+                 "n = 99 samples, but 100 were pushed");
+    assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), TOLIMAN_E_ARGUMENT,
+                 "log10_residuals is NULL");
+    assert_ok(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 0, peaks));
+    assert_ok(toliman_period_reset(period));
+    assert_fails(toliman_period_query_fap(period, 3, -1, &out), TOLIMAN_E_STATE, "five samples");
+    assert_fails(toliman_period_query_level(period, 3, -1, &out), TOLIMAN_E_STATE, "five samples");
+    assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE,
+                 "five samples");
+    assert_true(out == 7);
+    toliman_period_destroy(period);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(alarms_are_as_many_as_promised),
+        cmocka_unit_test(sequential_finds_signals),
+        cmocka_unit_test(faps_fall),
+        cmocka_unit_test(levels_are_the_inverse),
+        cmocka_unit_test(bootstrap_is_the_same_for_any_threads),
+        cmocka_unit_test(bootstrap_of_hardly_anything),
+        cmocka_unit_test(no_parabola_over_a_step),
+        cmocka_unit_test(grids_are_judged_by_the_times),
+        cmocka_unit_test(nonsense_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
