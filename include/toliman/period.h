@@ -169,7 +169,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 
 /* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
  * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL. */
-#define TOLIMAN_FAP_BALUEV 0 /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it   \
+#define TOLIMAN_FAP_BALUEV                                                                                             \
+    0                        /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it   \
                               */
 #define TOLIMAN_FAP_NAIVE 1  /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
 #define TOLIMAN_FAP_SINGLE 2 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
