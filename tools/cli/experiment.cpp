@@ -16,7 +16,7 @@ constexpr char kBeforeMethods[] =
     R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
 
 Examples:
-  toliman experiment examples/scenes/chapter.json --quick --out quick     a minute or two
+  toliman experiment examples/scenes/chapter.json --quick --out quick     two or three minutes
   toliman experiment examples/scenes/chapter.json --out table             the whole table: an hour on two cores
   toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
 
@@ -157,7 +157,7 @@ void add_experiment(CLI::App &app, Context &context) {
                              ->check(CLI::Range(uint64_t{1}, kMostSeeds));
     CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal a table, default 200")
                              ->check(CLI::Range(uint64_t{0}, kMostBlind));
-    command->add_flag("--quick", *quick, "3 seeds, 30 series without signal, table real, no slow method, unless given");
+    command->add_flag("--quick", *quick, "3 seeds, 30 series without signal, table real, no cae-unsupervised, unless given");
     command->add_flag("--json", options->as_json, "experiment.json on stdout instead of the tables");
     command->callback([&context, options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
         CampaignOptions &campaign = options->campaign;
