@@ -157,7 +157,8 @@ void add_experiment(CLI::App &app, Context &context) {
                              ->check(CLI::Range(uint64_t{1}, kMostSeeds));
     CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal a table, default 200")
                              ->check(CLI::Range(uint64_t{0}, kMostBlind));
-    command->add_flag("--quick", *quick, "3 seeds, 30 series without signal, table real, no cae-unsupervised, unless given");
+    command->add_flag("--quick", *quick,
+                      "3 seeds, 30 series without signal, table real, no cae-unsupervised, unless given");
     command->add_flag("--json", options->as_json, "experiment.json on stdout instead of the tables");
     command->callback([&context, options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
         CampaignOptions &campaign = options->campaign;

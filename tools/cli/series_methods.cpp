@@ -23,7 +23,8 @@ class ComponentMethod : public Method {
         toliman_linear_components_options_init(&options);
         options.raw = which == Component::raw ? 1 : 0;
         options.capacity = static_cast<uint32_t>(frames / block_);
-        components_ = toliman::make<toliman::component_set>(toliman_linear_create_components, scene.sim.get(), &options);
+        components_ =
+            toliman::make<toliman::component_set>(toliman_linear_create_components, scene.sim.get(), &options);
         toliman_linear_train_options_init(&training_);
         training_.method = which == Component::dictionary ? TOLIMAN_LINEAR_DICTIONARY : TOLIMAN_LINEAR_PCA;
         training_.seed = seed;
