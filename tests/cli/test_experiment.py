@@ -230,7 +230,7 @@ class Unsupervised(Experiment):
         self.assertEqual(tried("cae-unsupervised"), [(1e-2, 1)])
         train = ("train", "s.json", "--mode", "unsupervised", "--layout", "paper", "--input", "raw", "--out", "w.tlmw")
         self.succeed("simulate", "s.json", "--seed", 1, "--out", "f.npy")
-        self.succeed(*train, "--epochs", 30)
+        self.succeed(*train, "--epochs", 10)
         text = self.succeed("encode", "--weights", "w.tlmw", "f.npy")
         values = numpy.array([float(line.split(",")[2]) for line in text.splitlines()[1:]])
         slope, level = numpy.polyfit(1e-2 * numpy.sin(2 * numpy.pi * numpy.arange(12) / 4 + 0.4), values, 1)

@@ -99,7 +99,7 @@ const std::vector<MethodKind> &method_kinds() {
              const toliman_cae_options options = chapter_network();
              return std::make_unique<NetworkMethod>(scene, seed, &options);
          }},
-        {"cae-unsupervised", "the same trained on the series' own frames for 30 epochs, without prior", false, true,
+        {"cae-unsupervised", "the same trained on the series' own frames for 10 epochs, without prior", false, true,
          true, make_unsupervised},
     };
     return kinds;

@@ -12,7 +12,7 @@ std::unique_ptr<Method> make_component(const Scene &scene, Component which, uint
 
 // The chapter's: its layout and input, and mean squared error between both ends over the frames.
 toliman_cae_options chapter_network();
-constexpr uint32_t kChapterEpochs = 30;
+constexpr uint32_t kChapterEpochs = 10;
 std::unique_ptr<Method> make_unsupervised(const Scene &scene, uint64_t seed);
 
 // A signal ends a training.
