@@ -33,7 +33,8 @@ signal, 10 seeds at most), as they are and about their own mean. Beside them sta
 
 Methods that learn from the very frames they are asked about, pca to dictionary and cae-unsupervised, and those that do not
 know the scene have the tables `real` and `equal` alone, and the former no series without signal. cae-unsupervised takes
-minutes a series: it has seed 1 and amplitudes from 1e-4 px alone.
+a minute a series: it has seed 1 and amplitudes from 1e-4 px alone. All but pca-blocks keep the frames of a series in
+memory, 4 bytes a pixel each.
 
 Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for each method and series) and
 experiment.md; see lib/FORMATS.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the

@@ -27,7 +27,7 @@ struct MethodKind {
     const char *name, *what;
     bool knows_scene;        // and what a px is: it can be asked about frames of other scenes
     bool learns_from_series; // from the very frames that it is asked about, so that it has no scatter without them
-    bool slow;               // minutes a series: see kSlowSeeds and kSlowLeastPx
+    bool slow;               // a minute a series and more: see kSlowSeeds and kSlowLeastPx
     // Ready to be pushed to: what is learnt from the scene alone is learnt here, from random numbers of the seed.
     std::unique_ptr<Method> (*make)(const Scene &scene, uint64_t seed);
 };
