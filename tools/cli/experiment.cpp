@@ -16,7 +16,7 @@ constexpr char kBeforeMethods[] =
     R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
 
 Examples:
-  toliman experiment examples/scenes/chapter.json --quick --out quick     two or three minutes
+  toliman experiment examples/scenes/chapter.json --quick --out quick     three minutes
   toliman experiment examples/scenes/chapter.json --out table             the whole table: an hour on two cores
   toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
 
