@@ -49,10 +49,8 @@ Peak find_peak(const Stream &stream) {
     peak.at_edge = top == 0 || top + 1 == grid.nf;
     if (!peak.at_edge) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
-        if (bend < 0) {
-            shift = 0.5 * (left - right) / bend;
-            peak.power = std::min(1.0, highest - 0.25 * (left - right) * shift);
-        }
+        if (bend < 0)
+            shift = 0.5 * (left - right) / bend; // good for the place: its height may exceed a clean sine's
     }
     peak.grid_frequency = grid.f0 + grid.df * static_cast<double>(top);
     peak.frequency = grid.f0 + grid.df * (static_cast<double>(top) + shift);

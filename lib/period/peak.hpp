@@ -17,7 +17,7 @@ struct Samples {
     size_t count;
 };
 
-// Highest grid point, refined by a parabola through its neighbours. Allocates nothing.
+// Highest grid point, with the frequency of a parabola through its neighbours. Allocates nothing.
 Peak find_peak(const Stream &stream);
 
 constexpr long double kLeastRatio = 1e-4900L; // of residual to total: a perfect fit still has a logarithm
