@@ -182,8 +182,10 @@ typedef struct toliman_period_peak {
     double log10_fap;        /* Baluev's upper bound of the chance that noise alone peaks so high on this grid */
 } toliman_period_peak;
 
-/* Highest peak of the grid, refined by a parabola. 1 - power is resolved to 1e-14 only. TOLIMAN_E_STATE with fewer than
- * five samples or constant values, TOLIMAN_E_RANGE as query_power. Since 0.1. */
+/* Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.
+ * So they never claim more than the peak has, and up to 1 % less power where df is 0.1/T; 1 - power is resolved to
+ * 1e-14 only. TOLIMAN_E_STATE with fewer than five samples or constant values, TOLIMAN_E_RANGE as query_power. Since
+ * 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 

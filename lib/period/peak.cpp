@@ -47,10 +47,8 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
     const auto smooth = [&](int64_t k) { return query.rank(k) == query.rank(top); };
     if (!peak.at_edge && smooth(top - 1) && smooth(top + 1)) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
-        if (bend < 0) {
+        if (bend < 0) // good for the place: its height may exceed a clean sine's
             shift = std::clamp(0.5 * (left - right) / bend, -0.5, 0.5);
-            peak.power = std::min(1.0, highest - 0.25 * (left - right) * shift);
-        }
     }
     peak.grid_frequency = grid.f0 + grid.df * static_cast<double>(top);
     peak.frequency = grid.f0 + grid.df * (static_cast<double>(top) + shift);

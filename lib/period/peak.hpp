@@ -21,7 +21,7 @@ struct Samples {
 // Fails unless they are as many as were pushed, and such as can be.
 void check_pushed(const Stream &stream, const Samples &samples);
 
-// Highest grid point, refined by a parabola through its neighbours. Allocates nothing.
+// Highest grid point, with the frequency of a parabola through its neighbours. Allocates nothing.
 Peak find_peak(const Stream &stream);
 
 constexpr size_t kMostPeaks = 64;

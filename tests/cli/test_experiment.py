@@ -51,12 +51,6 @@ class Experiment(ProgramTest):
             return list(csv.DictReader(line for line in file if line[0] != "#"))
 
 
-class Numbers(Experiment):
-    """The template method, worked out again."""
-
-    ARGUMENTS = ("--methods", "template", "--tables", "real", "--amplitudes", "3e-3,1e-5", "--seeds", 2,
-                 "--blind", 100, "--out", "x")
-
     def frames(self, seed, scene="tiny.json"):
         self.succeed("simulate", scene, "--seed", seed, "--out", "f.npy")
         return numpy.load(self.folder / "f.npy")
@@ -68,21 +62,28 @@ class Numbers(Experiment):
         self.succeed("psf", "moved.json", "--out", "p.npy")
         return numpy.load(self.folder / "p.npy")
 
-    def estimates(self, frames):
-        reference = self.image()
-        derivative = (self.image(1e-3) - self.image(-1e-3)) / 2e-3
-        weights = derivative / reference
-        return ((frames - reference) * weights).sum(axis=(1, 2)) / (derivative * weights).sum()
-
-    def search(self, values, grid):
+    def search(self, values, grid, block=1):
         """Period and log10 FAP of the highest peak, by astropy on a grid 200 times as fine about the grid's highest."""
-        periodogram = LombScargle(numpy.arange(60.0), values)
+        periodogram = LombScargle(numpy.arange(len(values)) * float(block), values)
         frequency = grid["f0"] + grid["df"] * numpy.arange(grid["nf"])
         top = frequency[periodogram.power(frequency, method="slow").argmax()]
         fine = numpy.clip(top + grid["df"] * numpy.linspace(-1, 1, 401), frequency[0], frequency[-1])
         power = periodogram.power(fine, method="slow")
         fap = periodogram.false_alarm_probability(power.max(), method="baluev", maximum_frequency=frequency[-1])
         return 1 / fine[power.argmax()], numpy.log10(fap)
+
+
+class Numbers(Experiment):
+    """The template method, worked out again."""
+
+    ARGUMENTS = ("--methods", "template", "--tables", "real", "--amplitudes", "3e-3,1e-5", "--seeds", 2,
+                 "--blind", 100, "--out", "x")
+
+    def estimates(self, frames):
+        reference = self.image()
+        derivative = (self.image(1e-3) - self.image(-1e-3)) / 2e-3
+        weights = derivative / reference
+        return ((frames - reference) * weights).sum(axis=(1, 2)) / (derivative * weights).sum()
 
     def test_against_numpy_and_astropy(self):
         result = self.experiment(*self.ARGUMENTS)
@@ -152,17 +153,100 @@ class Numbers(Experiment):
         self.assertLess(abs(strong["log10_fap"] / strong["expected_log10_fap"] - 1), 0.15)
 
 
+class Components(Experiment):
+    """What is learnt from the series itself, worked out again from its frames."""
+
+    def series(self):
+        frames = self.frames(1).reshape(60, -1)
+        reference = self.image().ravel()
+        residuals = (frames - reference) / numpy.sqrt(reference)
+
+        def principal(x):
+            left, singular, _ = numpy.linalg.svd(x - x.mean(axis=0), full_matrices=False)
+            return left[:, 0] * singular[0]
+
+        x = residuals - residuals.mean(axis=0)
+        rms = numpy.sqrt((x**2).mean())
+        atom = principal(residuals) @ x  # any start that sees the signal
+        for _ in range(300):
+            atom /= numpy.linalg.norm(atom)
+            codes = x @ atom
+            codes = numpy.sign(codes) * numpy.maximum(abs(codes) - rms, 0)
+            atom = codes @ x
+        return {
+            "pca": principal(frames), "pca-white": principal(residuals),
+            "pca-blocks": principal(residuals.reshape(30, 2, -1).mean(axis=1)), "dictionary": codes,
+        }
+
+    def test_against_numpy_and_astropy(self):
+        result = self.experiment("--methods", "pca,pca-white,pca-blocks,dictionary", "--tables", "real", "--amplitudes",
+                                 "3e-3,1e-5", "--seeds", 1, "--blind", 5, "--out", "x")
+        table, daily = result["tables"][0], result["grid"]
+        self.assertEqual(table["controls"], [])  # nothing to learn from in series without signal
+        truth = 3e-3 * numpy.sin(2 * numpy.pi * numpy.arange(60) / 20 + 0.4)
+        for method, values in self.series().items():
+            share = 1e-2 if method == "dictionary" else 2e-3  # it ends where little is gained
+            block = 60 // len(values)
+            grid = {**daily, "nf": int((0.5 / block - 1.5 / 60) / (0.1 / 60) + 1e-9) + 1}
+            period, log10_fap = self.search(values, grid, block)
+            line = numpy.polyfit(truth.reshape(-1, block).mean(axis=1), values, 1)
+            rest = values - numpy.polyval(line, truth.reshape(-1, block).mean(axis=1))
+            sigma = numpy.sqrt(block * (rest**2).sum() / (len(values) - 2))
+            (row,) = [r for r in self.rows("x") if r["method"] == method and float(r["amplitude_px"]) == 3e-3]
+            for key, expected in (
+                ("period_days", period), ("log10_fap", log10_fap), ("sigma", sigma),
+                ("efficiency", table["crb_px"] * abs(line[0]) / sigma),
+            ):
+                self.assertAlmostEqual(float(row[key]) / expected, 1, delta=share, msg=(method, key))
+            self.assertAlmostEqual(abs(float(row["slope"]) / line[0]), 1, delta=share)  # either sign
+            self.assertEqual(row["found"], "1")
+        weak = [rung["found"] for rung in table["ladder"] if rung["amplitude_px"] == 1e-5]
+        self.assertEqual(weak, [0, 0, 0, 0])  # a fortieth of the threshold
+
+
+def one_wavelength(frames):
+    scene = json.loads((SCENES / "chapter.json").read_text())
+    scene["cadence"].update(frames=frames)
+    scene["signal"].update(period_days=frames / 3, amplitude_px=5e-6)
+    scene["band"] = {"wavelength_nm": 580}
+    for star in scene["stars"].values():
+        star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+    return scene
+
+
+class Unsupervised(Experiment):
+    def test_is_that_of_train(self):
+        """On the series' own frames, for the first seed and large amplitudes alone. `train` takes other noise, beside
+        which a signal of 1e-2 px is large."""
+        scene = one_wavelength(12)
+        scene["signal"]["amplitude_px"] = 1e-2
+        self.write(scene, "s.json")
+        self.experiment("--methods", "untrained-paper,cae-unsupervised", "--tables", "real", "--amplitudes",
+                        "1e-2,1e-5", "--seeds", 2, "--blind", 1, "--out", "x", scene="s.json")
+        rows = {}
+        for row in self.rows("x"):
+            rows.setdefault(row["method"], []).append(row)
+        tried = lambda method: [(float(r["amplitude_px"]), int(r["seed"])) for r in rows[method]]
+        self.assertEqual(tried("untrained-paper"), [(1e-2, 1), (1e-2, 2), (1e-5, 1), (1e-5, 2), (0, 1)])
+        self.assertEqual(tried("cae-unsupervised"), [(1e-2, 1)])
+        train = ("train", "s.json", "--mode", "unsupervised", "--layout", "paper", "--input", "raw", "--out", "w.tlmw")
+        self.succeed("simulate", "s.json", "--seed", 1, "--out", "f.npy")
+        self.succeed(*train, "--epochs", 10)
+        text = self.succeed("encode", "--weights", "w.tlmw", "f.npy")
+        values = numpy.array([float(line.split(",")[2]) for line in text.splitlines()[1:]])
+        slope, level = numpy.polyfit(1e-2 * numpy.sin(2 * numpy.pi * numpy.arange(12) / 4 + 0.4), values, 1)
+        (row,) = rows["cae-unsupervised"]
+        self.assertAlmostEqual(float(row["mean"]) / values.mean(), 1, delta=1e-2)
+        self.assertAlmostEqual(float(row["slope"]) / slope, 1, delta=0.1)
+        self.assertNotAlmostEqual(float(rows["untrained-paper"][0]["mean"]) / values.mean(), 1, delta=0.02)
+
+
 class Networks(Experiment):
     def test_every_table(self):
         """One wavelength, one seed: slow is the training alone."""
-        scene = json.loads((SCENES / "chapter.json").read_text())
-        scene["cadence"].update(frames=60)
-        scene["signal"].update(period_days=20, amplitude_px=5e-6)
-        scene["band"] = {"wavelength_nm": 580}
-        for star in scene["stars"].values():
-            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
-        self.write(scene, "s.json")
-        result = self.experiment("--amplitudes", "1e-4,1e-8", "--seeds", 1, "--blind", 2, "--out", "x", scene="s.json")
+        self.write(one_wavelength(60), "s.json")
+        result = self.experiment("--quick", "--tables", "real,equal,robust", "--amplitudes", "1e-4,1e-8", "--seeds", 1,
+                                 "--blind", 2, "--out", "x", scene="s.json")
         mismatches = ["defocus", "separation", "scale", "pointing-0.1", "pointing-0.5"]
         tables = {table["table"]: table for table in result["tables"]}
         self.assertEqual(
@@ -171,12 +255,18 @@ class Networks(Experiment):
         )
         self.assertAlmostEqual(tables["real"]["flux_ratio"], 3.12, delta=1e-9)
         self.assertAlmostEqual(tables["equal"]["flux_ratio"], 1, delta=1e-9)
+        of_scene = ["cae", "template", "untrained"]
         for name in ("real", "equal"):
             found = {(r["method"], r["amplitude_px"]): r["found"] for r in tables[name]["ladder"]}
+            self.assertEqual([method for method, amplitude in found if amplitude == 1e-4],
+                             [*of_scene, "pca", "pca-white", "pca-blocks", "dictionary", "untrained-paper"])
+            self.assertEqual(found["pca-white", 1e-4] + found["pca-blocks", 1e-4], 2)
             self.assertEqual(found["cae", 1e-4] + found["template", 1e-4], 2)
             self.assertEqual(found["cae", 1e-8] + found["template", 1e-8] + found["untrained", 1e-8], 0)
         controls = {(t, c["method"]): c for t in tables for c in tables[t]["controls"]}
-        self.assertEqual(len(controls), 45)
+        self.assertEqual(len(controls), 15 * len(of_scene) + 2)
+        for name in list(tables)[2:]:
+            self.assertEqual([rung["method"] for rung in tables[name]["ladder"]], of_scene)
         self.assertAlmostEqual(controls["real", "cae"]["efficiency"], 0.96, delta=0.2)
         self.assertLess(controls["real", "untrained"]["efficiency"], 0.1)
         for method in ("cae", "template"):
@@ -279,7 +369,7 @@ class Refusals(Experiment):
         for word in ("0", "-1e-6", "0.2", "nan", "much", "1e-6x"):
             self.refused(2, "--amplitudes", word, "above 0, at most 0.1 px", arguments=(f"--amplitudes={word}",))
         self.refused(2, "1e-6: stands there twice", arguments=("--amplitudes", "1e-6,1e-6"))
-        self.refused(2, "--methods magic: unknown; there are cae, template, untrained", arguments=("--methods", "magic"))
+        self.refused(2, "--methods magic: unknown; there are cae, template, untrained, pca", arguments=("--methods", "magic"))
         self.refused(2, "cae: stands there twice", arguments=("--methods", "cae,cae"))
         self.refused(2, "--tables", "kitchen", arguments=("--tables", "kitchen"))
         for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):

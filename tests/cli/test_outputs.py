@@ -381,9 +381,10 @@ class Encode(OutputTest):
             with self.subTest(name):
                 done = self.run_program("encode", "--weights", self.weights, f"{name}.fits")
                 self.assertEqual(done.returncode, 3, done.stderr)
-                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                complaints = [line for line in done.stderr.splitlines() if ": warning: " not in line]
+                self.assertEqual(len(complaints), 1, done.stderr) # a frame before may be far from the scene's
                 for text in (f"toliman: {name}.fits: ", *texts):
-                    self.assertIn(text, done.stderr)
+                    self.assertIn(text, complaints[0])
 
     def test_bad_npy(self):
         def npy(header, data=b"", version=1):

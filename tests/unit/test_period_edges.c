@@ -407,8 +407,37 @@ static void peak_at_the_edge_is_flagged(void **unused) {
     assert_fails(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "a frequency above 0");
 }
 
+/* Clean sines between grid points: a parabola through the powers would top above the sine's own, even above 1. */
+static void peak_claims_no_more_than_there_is(void **unused) {
+    (void)unused;
+    for (int quarter = 0; quarter < 4; quarter++) {
+        const double frequency = 0.01 + 0.25 * quarter / (10.0 * N);
+        for (int i = 0; i < N; i++) {
+            times[i] = i;
+            values[i] = sin(2 * M_PI * frequency * i + 0.4);
+        }
+        toliman_period *period = NULL;
+        toliman_period_peak fit = {.struct_size = sizeof fit}, peak = {.struct_size = sizeof peak};
+        double power[200], highest = 0;
+        assert_ok(toliman_period_create(0.01 - 10.0 / (10 * N), 1.0 / (10 * N), 200, NULL, &period));
+        assert_ok(toliman_period_push_many(period, times, values, NULL, N));
+        assert_ok(toliman_period_query_power(period, 0, 200, power));
+        for (int k = 0; k < 200; k++)
+            highest = fmax(highest, power[k]);
+        assert_ok(toliman_period_query_peak(period, &peak));
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
+        assert_close(peak.frequency, frequency, 0, 0.1 / (10 * N));
+        assert_true(peak.power == highest);
+        assert_true(peak.log10_residual >= fit.log10_residual && peak.log10_fap >= fit.log10_fap);
+        if (quarter > 0)
+            assert_close(peak.log10_residual, log10(1 - highest), 0, 1e-9);
+        toliman_period_destroy(period);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(peak_claims_no_more_than_there_is),
         cmocka_unit_test(sigma_ratios_match_113_bits),
         cmocka_unit_test(sigmas_beyond_the_promise_are_refused),
         cmocka_unit_test(small_values_keep_their_digits_or_are_refused),

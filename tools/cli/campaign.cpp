@@ -13,7 +13,7 @@ namespace cli {
 namespace {
 
 constexpr uint64_t kControlFrames = 2000; // a seed, where they serve the efficiency alone: known to 1.6 %
-constexpr uint64_t kFewSeeds = 5;         // where there is no ladder
+constexpr uint64_t kFewSeeds = 10;        // where there is no ladder
 constexpr double kStep = 1e-5;            // px, for the slope of a method on expected images
 
 std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {
@@ -40,6 +40,14 @@ void regress(const std::vector<double> &truth, const std::vector<double> &values
         rest += gap * gap;
     }
     row.sigma = std::sqrt(rest / static_cast<double>(truth.size() - 2));
+}
+
+// Of every whole block.
+std::vector<double> block_means(const std::vector<double> &values, size_t block) {
+    std::vector<double> means(values.size() / block);
+    for (size_t i = 0; i < means.size() * block; i++)
+        means[i / block] += values[i] / static_cast<double>(block);
+    return means;
 }
 
 std::vector<double> expected(const Scene &scene) {
@@ -199,6 +207,15 @@ std::vector<Campaign::Cell> Campaign::cells(const Table &table, uint64_t seed) c
     return cells;
 }
 
+// Whether a method is asked about a series.
+bool Campaign::fits(const MethodKind &method, const Table &table, const Row &row) {
+    if (row.amplitude_px == 0 && method.learns_from_series)
+        return false;
+    if (method.slow && (row.seed > kSlowSeeds || row.amplitude_px < kSlowLeastPx))
+        return false;
+    return table.ladder || method.knows_scene;
+}
+
 // What is left to do, so that methods of one scene and seed are made once.
 std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
     std::vector<Work> all;
@@ -213,8 +230,7 @@ std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
                     row.amplitude_px = cell.amplitude_px;
                     row.seed = seed;
                     row.series = cell.series;
-                    const bool asked = cell.amplitude_px > 0 || !method_kind(method).learns_from_series;
-                    if (asked && !journal.holds(row))
+                    if (fits(method_kind(method), table, row) && !journal.holds(row))
                         work.rows.push_back(row);
                 }
                 if (!work.rows.empty())
@@ -275,15 +291,18 @@ void Campaign::try_out(Work &work, Workshop &workshop, const std::function<void(
     for (size_t i = 0; i < methods.size(); i++) {
         Row &row = work.rows[i];
         const std::vector<double> values = methods[i]->series();
+        const size_t block = methods[i]->block();
+        const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
         const toliman_period_peak peak =
-            find_period({scene_->path, cadence_.times, values, {}}, grid_, false, quiet).peak;
+            find_period(series, block > 1 ? default_grid(series) : grid_, false, quiet).peak;
         row.period_days = peak.period;
         row.log10_fap = peak.log10_fap;
         row.mean = mean(values);
         if (blind)
             row.sigma = deviation(values);
         else
-            regress(truth, values, row);
+            regress(block_means(truth, block), values, row);
+        row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
     }
 }
 

@@ -57,6 +57,7 @@ class Campaign {
     struct Work; // a cell and the rows that it lacks
     class Workshop;
     std::vector<Cell> cells(const Table &table, uint64_t seed) const;
+    static bool fits(const MethodKind &method, const Table &table, const Row &row);
     std::vector<Work> left(const Journal &journal) const;
     void try_out(Work &work, Workshop &workshop, const std::function<void(double)> &show) const;
     void make_tables();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "failure.hpp"
+#include "series_methods.hpp"
 
 namespace cli {
 
@@ -47,14 +48,14 @@ class TemplateMethod : public FrameByFrame {
 
 class NetworkMethod : public FrameByFrame {
   public:
-    NetworkMethod(const Scene &scene, uint64_t seed, bool trained)
+    NetworkMethod(const Scene &scene, uint64_t seed, const toliman_cae_options *options)
         : FrameByFrame(scene),
-          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)) {
-        if (!trained)
-            return;
+          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, options)) {}
+
+    void train() {
         toliman_cae_train_options options;
         toliman_cae_train_options_init(&options);
-        options.progress = [](const char *, double, void *) -> int32_t { return stop_signal() != 0; };
+        options.progress = stop_asked;
         check(toliman_cae_train(cae_.get(), &options, nullptr));
     }
 
@@ -70,18 +71,36 @@ class NetworkMethod : public FrameByFrame {
 
 const std::vector<MethodKind> &method_kinds() {
     static const std::vector<MethodKind> kinds = {
-        {"cae", "the autoencoder, trained once for each seed of weights, on the scene and no frame", false,
+        {"cae", "the autoencoder, trained once for each seed of weights, on the scene and no frame", true, false, false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
-             return std::make_unique<NetworkMethod>(scene, seed, true);
+             auto method = std::make_unique<NetworkMethod>(scene, seed, nullptr);
+             method->train();
+             return method;
          }},
-        {"template", "least squares on the scene's derivative image: the yardstick", false,
+        {"template", "least squares on the scene's derivative image: the yardstick", true, false, false,
          [](const Scene &scene, uint64_t) -> std::unique_ptr<Method> {
              return std::make_unique<TemplateMethod>(scene);
          }},
-        {"untrained", "the autoencoder with random weights: what it finds needs no training", false,
+        {"untrained", "the autoencoder with random weights: what it finds needs no training", true, false, false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
-             return std::make_unique<NetworkMethod>(scene, seed, false);
+             return std::make_unique<NetworkMethod>(scene, seed, nullptr);
          }},
+        {"pca", "first principal component of the series' own frames, of counts", false, true, false,
+         [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::raw, seed); }},
+        {"pca-white", "the same of residuals over their sigma", false, true, false,
+         [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::whitened, seed); }},
+        {"pca-blocks", "the same of their means over 1/27 of the series each, one value a block", false, true, false,
+         [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::blocks, seed); }},
+        {"dictionary", "one sparse atom (lambda 1) of residuals over their sigma", false, true, false,
+         [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::dictionary, seed); }},
+        {"untrained-paper", "the chapter's network and input (maximum pooling, counts), random weights", false, false,
+         false,
+         [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
+             const toliman_cae_options options = chapter_network();
+             return std::make_unique<NetworkMethod>(scene, seed, &options);
+         }},
+        {"cae-unsupervised", "the same trained on the series' own frames for 10 epochs, without prior", false, true,
+         true, make_unsupervised},
     };
     return kinds;
 }

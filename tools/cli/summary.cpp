@@ -84,8 +84,11 @@ std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &jou
         summary.pca_threshold_px =
             campaign.theory().pca_threshold_px(summary.crb_px, static_cast<double>(table.frames->pixels()));
         for (const double amplitude : table.amplitudes)
-            for (const std::string &method : campaign.options().methods)
-                summary.rungs.push_back(rung_of(campaign, table, campaign.rows(journal, table, method, amplitude)));
+            for (const std::string &method : campaign.options().methods) {
+                const std::vector<Row> rows = campaign.rows(journal, table, method, amplitude);
+                if (!rows.empty())
+                    summary.rungs.push_back(rung_of(campaign, table, rows));
+            }
         for (const std::string &method : campaign.options().methods) {
             const std::vector<Row> blind = campaign.rows(journal, table, method, 0);
             if (!blind.empty())

@@ -145,7 +145,7 @@ class Periodogram:
         return power
 
     def peak(self):
-        """Highest peak, refined by a parabola."""
+        """Highest peak: frequency refined by a parabola, power and FAP of the highest grid point."""
         peak = Peak(struct_size=ctypes.sizeof(Peak))
         check(_query_peak(self._handle, byref(peak)))
         return peak
