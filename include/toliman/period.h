@@ -190,6 +190,37 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
                                                                        toliman_period **out) TOLIMAN_NOEXCEPT;
 
+/* How toliman_period_batch works. Since 0.1. */
+typedef struct toliman_period_batch_options {
+    uint32_t struct_size;
+    uint32_t flags; /* TOLIMAN_PERIOD_..., default 0 */
+    double
+        tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13 */
+    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
+    uint32_t reserved;
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_period_batch_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options) TOLIMAN_NOEXCEPT;
+
+/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: the model, weights and grid of a streaming
+ * periodogram without its state. sigma and options may be NULL; n may be 0, and the power then is. |power - the exact
+ * one| is at most the tolerance, for any times, values and sigmas: a non-uniform FFT gives sums of known error, the
+ * error of each power follows from it, and the few that are not good enough (few cycles in the time span, cosine and
+ * sine that nearly coincide, weights of very different size) are repeated by compensated direct sums, and where those
+ * cancel too by exact ones. Small archives are summed directly, as is quicker. Defined for every input, as query_power.
+ * Memory of the call: 32 bytes a sample and 110 to 150 a frequency, and where exact sums are needed 225 a frequency
+ * more. Same input, same bits on one kind of processor; FFTW's last bits differ between them, direct sums have none.
+ * TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for another tolerance,
+ * |t| above 1e100, |y| above 1e300, phases beyond 2^50 cycles, or where exact sums would be needed and sigmas differ by
+ * more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
+                                                                   const double *y, const double *sigma, size_t n,
+                                                                   const toliman_period_batch_options *options,
+                                                                   double *power) TOLIMAN_NOEXCEPT;
+
 TOLIMAN_END_DECLS
 
 #endif

@@ -27,6 +27,12 @@ Solved solve(const Moments &m, long double noise) noexcept {
     return solved;
 }
 
+double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept {
+    if (solved.rank > 0 && solved.rank + (fixed_mean ? 0 : 1) >= samples)
+        return 1;
+    return static_cast<double>(std::clamp(solved.explained / spread, 0.0L, 1.0L));
+}
+
 PowerQuery::PowerQuery(const Stream &stream) noexcept
     : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0) {
     const Wide weight = stream.weight();
@@ -79,9 +85,7 @@ double PowerQuery::at(int64_t k) const noexcept {
     const Grid &grid = stream_.grid();
     const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
     const Solved solved = solve(m, noise_ + kCoincident * (m.cc + m.ss));
-    if (solved.rank > 0 && solved.rank + (grid.fixed_mean ? 0 : 1) >= stream_.totals().count)
-        return 1; // as many free parameters as samples
-    return static_cast<double>(std::clamp(solved.explained / spread_, 0.0L, 1.0L));
+    return explained_share(solved, spread_, grid.fixed_mean, stream_.totals().count);
 }
 
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
