@@ -20,9 +20,9 @@ using kernels::kDirectLanes;
 
 // Nanoseconds on an AVX-512 core, for the choice between the two: of a sample and frequency, of a sample spread onto
 // three pairs of grids, and of a cell transformed.
-constexpr double kDirectCost = 3, kSpreadCost = 100, kCellCost = 30;
-// A term of the direct sums, relative to itself.
-constexpr double kDirectError = 1e-15;
+constexpr double kDirectCost = 2.7, kSpreadCost = 160, kCellCost = 80;
+// A direct sum, relative to the sum of its terms' sizes; what samples lose when made ready included.
+constexpr double kDirectError = 4e-15;
 constexpr double kNone = -1; // in place of a power that has not the tolerance
 
 class Batch {
@@ -51,6 +51,8 @@ class Batch {
     void by_direct_sums();
     double direct_power(const double *high, const double *low) const noexcept;
     void by_exact_sums();
+    Stream exact_stream(Grid grid, const std::function<void(double)> &report) const;
+    double exact_power(const Stream &stream, size_t k) const;
     std::vector<size_t> left() const;
     void frequency(double k, double &high, double &low) const noexcept;
     double tolerance() const noexcept { return std::max(job_.tolerance, kLeastTolerance); }
@@ -167,18 +169,38 @@ double Batch::direct_power(const double *high, const double *low) const noexcept
     return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kNone;
 }
 
-// Weights or times that cancel in any sum of doubles: all samples into exact ones.
+// What cancels in any sum of doubles: all samples into exact sums, of these frequencies alone if they are few.
 void Batch::by_exact_sums() {
     const std::vector<size_t> wanted = left();
     if (wanted.empty())
         return;
+    const char *const stage = "exact sums";
     Grid grid = job_.grid;
-    grid.nf = static_cast<int64_t>(wanted.back()) + 1;
+    if (wanted.size() * kernels::kBlock > wanted.back()) {
+        grid.nf = static_cast<int64_t>(wanted.back()) + 1;
+        const Stream stream = exact_stream(grid, [&](double part) { job_.progress.report(stage, part); });
+        for (size_t k : wanted)
+            power_[k] = exact_power(stream, k);
+    } else {
+        for_all(stage, wanted.size(), [&](size_t i) {
+            double high, low;
+            frequency(static_cast<double>(wanted[i]), high, low);
+            Grid alone = grid; // of two, the second of which is high + low
+            alone.f0 = std::nextafter(high, 0);
+            alone.df = (high - alone.f0) + low;
+            alone.nf = 2;
+            power_[wanted[i]] = exact_power(exact_stream(alone, nullptr), 1);
+        });
+    }
+}
+
+Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report) const {
     grid.time_offset = archive_.reference;
     grid.value_offset = archive_.first_value;
     grid.value_bound = archive_.value_bound;
     grid.sigma_floor = archive_.least_sigma;
-    grid.sigma_ceiling = archive_.most_sigma;
+    // Wide sums in any case: terms of narrow ones have the errors of doubles.
+    grid.sigma_ceiling = std::max(archive_.most_sigma, 2 * kNarrowRatio * archive_.least_sigma);
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {
@@ -186,13 +208,16 @@ void Batch::by_exact_sums() {
         const Sample sample = stream.sample(samples.t[i], 0, samples.y[i], sigma);
         stream.check(sample, static_cast<int64_t>(i));
         stream.push(sample);
-        if (i % 1024 == 0)
-            job_.progress.report("exact sums", static_cast<double>(i) / static_cast<double>(samples.n));
+        if (report && i % 1024 == 0)
+            report(static_cast<double>(i) / static_cast<double>(samples.n));
     }
+    return stream;
+}
+
+double Batch::exact_power(const Stream &stream, size_t k) const {
     const PowerQuery query(stream);
     query.check();
-    for (size_t k : wanted)
-        power_[k] = query.at(static_cast<int64_t>(k));
+    return query.at(static_cast<int64_t>(k));
 }
 
 } // namespace

@@ -9,15 +9,16 @@ namespace toliman::period {
 namespace {
 
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
-constexpr long double kSharpness = 0.985L * 0.75L; // of pi width: the least error at twice as many cells as modes
+constexpr long double kOversampling = 2.25L;                               // cells a mode
+constexpr long double kSharpness = 0.985L * (1 - 1 / (2 * kOversampling)); // of pi width: about the least error
 
-// Largest error of a sum with one sample anywhere, per weight: measured, and held by tests/kernel/test_spread.c.
+// Largest error of a sum, per weight, rounding included: measured, and held by tests/kernel/test_spread.c.
 struct Width {
     size_t width, lanes;
     double error;
 };
-constexpr Width kWidths[] = {{5, 8, 2.1e-4},    {7, 8, 1.8e-6},    {9, 12, 2.3e-8},
-                             {11, 12, 5.2e-10}, {13, 16, 7.0e-12}, {15, 16, 3e-14}};
+constexpr Width kWidths[] = {{5, 8, 1.3e-4},    {7, 8, 1.1e-6},    {9, 12, 1.2e-8},
+                             {11, 12, 1.3e-10}, {13, 16, 1.3e-12}, {15, 16, 1.6e-14}};
 
 // The least even number from n on without a prime factor above 5: FFTW is quick with those.
 size_t smooth_size(size_t n) noexcept {
@@ -73,7 +74,8 @@ Nufft::Choice Nufft::choose(size_t modes, double error) noexcept {
     const Width *found = std::find_if(std::begin(kWidths), std::end(kWidths) - 1,
                                       [&](const Width &width) { return width.error <= error; });
     const size_t least = 2 * kernels::kSpreadLanes; // so that no kernel meets itself
-    return {modes, smooth_size(std::max(2 * modes, least)), found->width, found->lanes, found->error};
+    const auto cells = static_cast<size_t>(kOversampling * static_cast<long double>(modes)) + 1;
+    return {modes, smooth_size(std::max(cells, least)), found->width, found->lanes, found->error};
 }
 
 Nufft::Nufft(const Choice &choice)

@@ -6,7 +6,7 @@
 
 namespace toliman::period {
 
-// Kaiser-Bessel kernel, evaluated as polynomials, on a grid of at least twice as many cells as modes (Barnett, Magland
+// Kaiser-Bessel kernel, evaluated as polynomials, on a grid of more cells than modes (Barnett, Magland
 // and af Klinteberg 2019, SIAM J. Sci. Comput. 41, C479, on kernels of this kind; Fessler and Sutton 2003 on this one).
 class Nufft {
   public:
