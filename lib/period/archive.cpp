@@ -59,9 +59,7 @@ double power_of_two(double largest) noexcept {
 
 } // namespace
 
-Archive::Archive(const BatchSamples &given, double last)
-    : samples(given), n(given.n), largest_sum(0), reference(0), first_value(0), value_bound(0), least_sigma(1),
-      most_sigma(1) {
+Archive::Archive(const BatchSamples &given, double last) : samples(given), n(given.n) {
     checked_product(n, 4 * sizeof(double), "samples");
     if (n == 0)
         return;
@@ -74,6 +72,7 @@ Archive::Archive(const BatchSamples &given, double last)
     if (sigma != nullptr) {
         least_sigma = *std::min_element(sigma, sigma + n);
         most_sigma = *std::max_element(sigma, sigma + n);
+        sigma_scale = power_of_two(least_sigma);
     }
     first_value = samples.y[0];
     Compensated weight, time;
@@ -85,23 +84,25 @@ Archive::Archive(const BatchSamples &given, double last)
         value_bound = std::max(value_bound, std::fabs(samples.y[i] - first_value));
     }
     const long double part = 1 / weight.value();
-    reference = static_cast<double>(first_time + time.value() * part);
+    const auto mean_time = static_cast<double>(first_time + time.value() * part);
+    reference = *std::min_element(samples.t, samples.t + n, [&](double a, double b) {
+        return std::fabs(a - mean_time) < std::fabs(b - mean_time);
+    });
     for (size_t i = 0; i < n; i++) {
         w[i] = static_cast<double>(w[i] * part);
         const Pair t = difference(samples.t[i], reference);
         t_high[i] = t.high;
         t_low[i] = t.low;
         if (!(std::fabs(t.high) * last <= kMostCycles))
-            fail(Status::range, "sample %zu: t = %g: more than 2^50 cycles from the mean of all times", i,
-                 samples.t[i]);
+            fail(Status::range, "sample %zu: t = %g: more than 2^50 cycles from the mean time", i, samples.t[i]);
     }
     if (value_bound == 0)
         return;
     // Values about the mean, which is taken of differences from the first value: equal values give exactly 0.
-    const double scale = power_of_two(value_bound);
+    value_scale = power_of_two(value_bound);
     const auto value = [&](size_t i) {
         const Pair gap = difference(samples.y[i], first_value);
-        return Pair{gap.high * scale, gap.low * scale};
+        return Pair{gap.high * value_scale, gap.low * value_scale};
     };
     Compensated sum, square, least;
     for (size_t i = 0; i < n; i++) {

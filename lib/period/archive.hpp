@@ -13,12 +13,14 @@ struct Archive {
 
     BatchSamples samples; // as they came
     size_t n;
-    Buffer<double> t_high, t_low; // t less its weighted mean, an unevaluated sum
+    Buffer<double> t_high, t_low; // t less the reference, an unevaluated sum
     Buffer<double> w;             // weights; their sum is 1
     Buffer<double> x;             // w times the value about the mean, in standard deviations; empty if that is 0
-    double largest_sum;           // of |x|; at most 1
-    double reference;             // what t_high + t_low counts from
-    double first_value, value_bound, least_sigma, most_sigma;
+    double largest_sum = 0;       // of |x|; at most 1
+    double reference = 0; // the time nearest to the weighted mean: even times and one heavy sample then have phases 0
+    double first_value = 0, value_bound = 0; // values are within value_bound of the first
+    double least_sigma = 1, most_sigma = 1;
+    double value_scale = 1, sigma_scale = 1; // powers of two that bring value_bound and least_sigma near 1
 };
 
 } // namespace toliman::period

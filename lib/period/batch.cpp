@@ -23,6 +23,8 @@ using kernels::kDirectLanes;
 constexpr double kDirectCost = 2.7, kSpreadCost = 160, kCellCost = 80;
 // A direct sum, relative to the sum of its terms' sizes; what samples lose when made ready included.
 constexpr double kDirectError = 4e-15;
+// Rounding of 2 x 2 equations in double, times their determinant.
+constexpr double kSolveError = 5e-16;
 constexpr double kNone = -1; // in place of a power that has not the tolerance
 
 class Batch {
@@ -112,9 +114,10 @@ double Batch::fast_power(const std::complex<double> &w, const std::complex<doubl
     const double determinant = cc * ss - cs * cs, part = 1 / determinant;
     const double a = (x.real() * ss - x.imag() * cs) * part, b = (x.imag() * cc - x.real() * cs) * part;
     const double size = std::fabs(a) + std::fabs(b);
-    const double wrong = error * size * (2 * archive_.largest_sum + size * (0.5 + 2 * (std::fabs(c) + std::fabs(s))));
+    const double wrong = error * size * (2 * archive_.largest_sum + size * (0.5 + 2 * (std::fabs(c) + std::fabs(s)))) +
+                         kSolveError * part;
     // The determinant itself must be far from its error, and as many parameters as samples are another's business.
-    const bool good = wrong <= job_.tolerance && determinant > 100 * error && archive_.n > 3;
+    const bool good = determinant > 100 * error && wrong <= job_.tolerance && archive_.n > 3;
     return good ? std::clamp(a * x.real() + b * x.imag(), 0.0, 1.0) : kNone;
 }
 
@@ -146,8 +149,8 @@ void Batch::by_direct_sums() {
     });
 }
 
-// 1 - cosine in place of the cosine, so that slow phases keep their digits; errors as in fast_power, relative to the
-// sums' terms.
+// 1 - cosine in place of the cosine, so that slow phases keep their digits. Errors are as in fast_power, relative to
+// the sizes of the terms, and twice that as long as the smaller eigenvalue is beyond doubt.
 double Batch::direct_power(const double *high, const double *low) const noexcept {
     using namespace kernels;
     const auto sum = [&](DirectSum i) {
@@ -162,10 +165,13 @@ double Batch::direct_power(const double *high, const double *low) const noexcept
         m.ss = vv;
     }
     m.determinant = m.cc * m.ss - m.cs * m.cs;
-    const Solved solved = solve(m, kCoincident * (m.cc + m.ss));
-    const long double size =
-        std::fabs(solved.cosine) * std::sqrt(fixed_mean ? 1 : uu) + std::fabs(solved.sine) * std::sqrt(vv);
-    const bool good = kDirectError * (2 * size + size * size) <= tolerance();
+    const long double both = m.cc + m.ss, size_c = std::sqrt(fixed_mean ? 1 : uu), size_s = std::sqrt(vv);
+    const long double doubt_root = size_c * std::sqrt(m.ss) + size_s * std::sqrt(m.cc);
+    const long double doubt = kDirectError * doubt_root * doubt_root;
+    const bool beyond_doubt = doubt <= m.determinant / 4 || m.determinant + doubt <= kCoincident * both * both / 2;
+    const Solved solved = solve(m, kCoincident * both);
+    const long double size = std::fabs(solved.cosine) * size_c + std::fabs(solved.sine) * size_s;
+    const bool good = beyond_doubt && 2 * kDirectError * (2 * size + size * size) <= tolerance();
     return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kNone;
 }
 
@@ -195,17 +201,18 @@ void Batch::by_exact_sums() {
 }
 
 Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report) const {
+    const double value_scale = archive_.value_scale, sigma_scale = archive_.sigma_scale;
     grid.time_offset = archive_.reference;
-    grid.value_offset = archive_.first_value;
-    grid.value_bound = archive_.value_bound;
-    grid.sigma_floor = archive_.least_sigma;
+    grid.value_offset = archive_.first_value * value_scale;
+    grid.value_bound = archive_.value_bound * value_scale;
+    grid.sigma_floor = archive_.least_sigma * sigma_scale;
     // Wide sums in any case: terms of narrow ones have the errors of doubles.
-    grid.sigma_ceiling = std::max(archive_.most_sigma, 2 * kNarrowRatio * archive_.least_sigma);
+    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kNarrowRatio * grid.sigma_floor);
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {
-        const double sigma = samples.sigma != nullptr ? samples.sigma[i] : grid.sigma_floor;
-        const Sample sample = stream.sample(samples.t[i], 0, samples.y[i], sigma);
+        const double sigma = samples.sigma != nullptr ? samples.sigma[i] * sigma_scale : grid.sigma_floor;
+        const Sample sample = stream.sample(samples.t[i], 0, samples.y[i] * value_scale, sigma);
         stream.check(sample, static_cast<int64_t>(i));
         stream.push(sample);
         if (report && i % 1024 == 0)
