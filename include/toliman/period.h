@@ -212,12 +212,12 @@ TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options 
  * sine that nearly coincide, weights of very different size) are repeated by compensated direct sums, or where these
  * cancel by exact ones. Small archives are summed directly, as is quicker. Special cases are as of query_power: the
  * power is 0 for constant values and 1 for as many free parameters as samples, and where the smaller eigenvalue of
- * cosine and sine is below 1e-17 of both they coincide. Memory while it runs: 32 bytes a sample and 125 to 145 a
- * frequency; 225 a frequency more if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last
- * bits differ between kinds, those of direct sums do not. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and
- * impossible grids; TOLIMAN_E_RANGE for another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50
- * cycles, and where exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED.
- * power is written as a whole or not at all. Since 0.1. */
+ * cosine and sine is below 1e-17 of both they coincide. Memory while it runs: 35 bytes a sample and 170 a frequency, 20
+ * more on each further thread up to six; 225 more a frequency if exact sums are needed. Same input, same bits on one
+ * kind of processor: FFTW's last bits differ between kinds, those of direct sums do not. TOLIMAN_E_ARGUMENT for what is
+ * not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for another tolerance, |t| above 1e100, |y| above 1e300,
+ * phases of more than 2^50 cycles, and where exact sums are needed but sigmas differ by more than 1e8;
+ * TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

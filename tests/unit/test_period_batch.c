@@ -1,6 +1,7 @@
 /* Batch periodogram: its tolerance on hard cases against 113-bit sums, the streaming one, threads, refusals. */
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "assert_close.h"
 #include "quad_period.h"
@@ -230,6 +231,32 @@ static void archive_is_as_streamed_on_any_threads(void **unused) {
     free(t), free(y), free(sigma);
 }
 
+static double most_bytes(void) {
+    struct rusage usage;
+    assert_int_equal(getrusage(RUSAGE_SELF, &usage), 0);
+    return 1024.0 * (double)usage.ru_maxrss;
+}
+
+/* What the header says, and a tenth for the allocator. */
+static void memory_is_as_told(void **unused) {
+    (void)unused;
+    enum { LARGE = 400000 };
+    double *t = malloc(LARGE * sizeof *t), *y = malloc(LARGE * sizeof *y), *power = malloc(LARGE * sizeof *power);
+    for (int i = 0; i < LARGE; i++) {
+        t[i] = uniform();
+        y[i] = power[i] = uniform();
+    }
+    toliman_period_batch_options options = options_of(1e-9, 0);
+    options.threads = 1;
+    const double before = most_bytes();
+    assert_ok(toliman_period_batch(1, 0.1, 1000, t, y, NULL, LARGE, &options, power));
+    const double samples = most_bytes() - before;
+    assert_ok(toliman_period_batch(1, 0.1, LARGE, t, y, NULL, LARGE, &options, power));
+    assert_at_most(samples / LARGE, 38.5);
+    assert_at_most((most_bytes() - before) / LARGE, 1.1 * (35 + 170));
+    free(t), free(y), free(power);
+}
+
 typedef struct {
     int calls, stop_at, exact;
     double least, most;
@@ -419,10 +446,15 @@ static void extreme_scales_are_defined(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hard_cases_have_their_tolerance),    cmocka_unit_test(power_is_no_better_than_needed),
-        cmocka_unit_test(small_archives_are_as_streamed),     cmocka_unit_test(archive_is_as_streamed_on_any_threads),
-        cmocka_unit_test(progress_is_told_and_may_cancel),    cmocka_unit_test(coincident_frequency_is_fitted),
-        cmocka_unit_test(few_frequencies_are_summed_exactly), cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(hard_cases_have_their_tolerance),
+        cmocka_unit_test(power_is_no_better_than_needed),
+        cmocka_unit_test(small_archives_are_as_streamed),
+        cmocka_unit_test(archive_is_as_streamed_on_any_threads),
+        cmocka_unit_test(memory_is_as_told),
+        cmocka_unit_test(progress_is_told_and_may_cancel),
+        cmocka_unit_test(coincident_frequency_is_fitted),
+        cmocka_unit_test(few_frequencies_are_summed_exactly),
+        cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(extreme_scales_are_defined),
     };
     return cmocka_run_group_tests_name("period_batch", tests, NULL, NULL);
