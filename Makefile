@@ -5,7 +5,8 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-weights fap install format lint clean help
+.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-period bench-weights fap install format lint
+.PHONY: clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -23,6 +24,9 @@ bench-sim: benches ## measure the simulator's speed against its error (3 minutes
 
 bench-cae: benches ## measure the autoencoder against the processor's peak, PyTorch and oneDNN (1 minute)
 	@$(PYTHON) tests/bench/bench_cae.py $(BUILD)/bin $(BUILD)/bench-cae.json
+
+bench-period: benches ## measure the periodograms' speed against their error and astropy's (1 minute)
+	@$(PYTHON) tests/bench/bench_period.py $(BUILD)/bin $(BUILD)/bench-period.json
 
 bench-weights: benches ## measure the weights file's bytes against what they are worth (1 minute)
 	@$(PYTHON) tests/bench/bench_weights.py $(BUILD)/bin

@@ -289,6 +289,39 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
                                                                        toliman_period **out) TOLIMAN_NOEXCEPT;
 
+/* How toliman_period_batch works. Since 0.1. */
+typedef struct toliman_period_batch_options {
+    uint32_t struct_size;
+    uint32_t flags; /* TOLIMAN_PERIOD_..., default 0 */
+    double
+        tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13 */
+    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
+    uint32_t reserved;
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_period_batch_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options) TOLIMAN_NOEXCEPT;
+
+/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of a
+ * streaming periodogram, there is no state. sigma and options may be NULL; n may be 0. Every power is within the
+ * tolerance of the exact one, whatever the times, values and sigmas: a non-uniform FFT gives sums of known error, from
+ * which the error of each power follows, and powers that are not good enough (few cycles in the time span, cosine and
+ * sine that nearly coincide, weights of very different size) are repeated by compensated direct sums, or where these
+ * cancel by exact ones. Small archives are summed directly, as is quicker. Special cases are as of query_power: the
+ * power is 0 for constant values and 1 for as many free parameters as samples, and where the smaller eigenvalue of
+ * cosine and sine is below 1e-17 of both they coincide. Memory while it runs: 35 bytes a sample and 170 a frequency, 20
+ * more on each further thread up to six; 225 more a frequency if exact sums are needed. Same input, same bits on one
+ * kind of processor: FFTW's last bits differ between kinds, those of direct sums do not. TOLIMAN_E_ARGUMENT for what is
+ * not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for another tolerance, |t| above 1e100, |y| above 1e300,
+ * phases of more than 2^50 cycles, and where exact sums are needed but sigmas differ by more than 1e8;
+ * TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
+                                                                   const double *y, const double *sigma, size_t n,
+                                                                   const toliman_period_batch_options *options,
+                                                                   double *power) TOLIMAN_NOEXCEPT;
+
 TOLIMAN_END_DECLS
 
 #endif

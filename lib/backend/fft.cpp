@@ -47,4 +47,21 @@ void Square::transform() noexcept {
     fftw_execute(plan_->plan);
 }
 
+Real::Real(size_t n) {
+    make_planning_safe();
+    Buffer<double> memory(n + 2); // for its alignment: an estimated plan looks at nothing else
+    plan_ = fftw_plan_dft_r2c_1d(static_cast<int>(n), memory.data(), reinterpret_cast<fftw_complex *>(memory.data()),
+                                 FFTW_ESTIMATE);
+    if (plan_ == nullptr)
+        throw std::bad_alloc();
+}
+
+Real::~Real() {
+    fftw_destroy_plan(static_cast<fftw_plan>(plan_));
+}
+
+void Real::transform(double *x) const noexcept {
+    fftw_execute_dft_r2c(static_cast<fftw_plan>(plan_), x, reinterpret_cast<fftw_complex *>(x));
+}
+
 } // namespace toliman::fft

@@ -25,4 +25,18 @@ class Square {
     std::unique_ptr<Plan> plan_;
 };
 
+// Forward transforms of n real numbers (n even) in place: x[0 ... n-1] becomes n/2 + 1 complex numbers, real and
+// imaginary parts by turns, of memory on 64-byte boundaries. Runs on several threads at once.
+class Real {
+  public:
+    explicit Real(size_t n);
+    ~Real();
+    Real(const Real &) = delete;
+    Real &operator=(const Real &) = delete;
+    void transform(double *x) const noexcept;
+
+  private:
+    void *plan_;
+};
+
 } // namespace toliman::fft

@@ -46,4 +46,26 @@ static inline void cis_cycles(double cycles, double &cosine, double &sine) noexc
     cis_quarters(quarter, cycles - 0.25 * quarter, cosine, sine);
 }
 
+// a b - p exactly, where p = a b rounded: by FMA or by Dekker's splitting, equal results.
+static inline double product_error(double a, double b, double p) noexcept {
+#if defined(__FMA__) || defined(__aarch64__)
+    return __builtin_fma(a, b, -p);
+#else
+    constexpr double split = 134217729.0; // 2^27 + 1
+    const double ca = split * a, a_high = ca - (ca - a), a_low = a - a_high;
+    const double cb = split * b, b_high = cb - (cb - b), b_low = b - b_high;
+    return ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low;
+#endif
+}
+
+// Given     f, t as unevaluated sums, |f t| < 2^51
+// Returned  cos and sin of 2 pi f t
+static inline void cis_product(double f_high, double f_low, double t_high, double t_low, double &cosine,
+                               double &sine) noexcept {
+    const double p = f_high * t_high;
+    const double rest = product_error(f_high, t_high, p) + (f_high * t_low + f_low * t_high);
+    const double r = reduce_cycles(p), quarter = nearest_whole(4.0 * r);
+    cis_quarters(quarter, (r - 0.25 * quarter) + rest, cosine, sine);
+}
+
 } // namespace toliman::kernels

@@ -28,6 +28,12 @@ Solved solve(const Moments &m, long double noise) noexcept {
     return solved;
 }
 
+double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept {
+    if (solved.rank > 0 && solved.rank + (fixed_mean ? 0 : 1) >= samples)
+        return 1;
+    return static_cast<double>(std::clamp(solved.explained / spread, 0.0L, 1.0L));
+}
+
 PowerQuery::PowerQuery(const Stream &stream) noexcept
     : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0) {
     const Wide weight = stream.weight();
@@ -82,10 +88,7 @@ Solved PowerQuery::solved(int64_t k) const noexcept {
 double PowerQuery::at(int64_t k) const noexcept {
     if (!(spread_ > 0))
         return 0;
-    const Solved best = solved(k);
-    if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
-        return 1; // as many free parameters as samples
-    return static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
+    return explained_share(solved(k), spread_, stream_.grid().fixed_mean, stream_.totals().count);
 }
 
 Model PowerQuery::model(int64_t k) const noexcept {

@@ -17,6 +17,9 @@ struct Solved {
 };
 Solved solve(const Moments &moments, long double noise) noexcept;
 
+// The share of `spread` that a solution explains, in [0, 1]; 1 where there are as many free parameters as samples.
+double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept;
+
 // Cosine and sine coincide where one eigenvalue is below this part of both together.
 constexpr long double kCoincident = 1e-17L;
 

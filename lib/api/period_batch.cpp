@@ -1,0 +1,46 @@
+// toliman_period_batch of include/toliman/period.h
+#include <toliman/period.h>
+
+#include "api/guard.hpp"
+#include "period/batch.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+extern "C" {
+
+void toliman_period_batch_options_init(toliman_period_batch_options *options) noexcept {
+    if (options == nullptr)
+        return;
+    *options = {};
+    options->struct_size = sizeof *options;
+    options->tolerance = period::BatchJob().tolerance;
+}
+
+toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t, const double *y,
+                                    const double *sigma, size_t n, const toliman_period_batch_options *options,
+                                    double *power) noexcept {
+    return guard([&] {
+        toliman_period_batch_options defaults;
+        toliman_period_batch_options_init(&defaults);
+        const toliman_period_batch_options known = accept(options, defaults, "options", sizeof defaults);
+        if ((known.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
+            fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
+        if (n > 0) {
+            required(t, "t");
+            required(y, "y");
+        }
+        required(power, "power");
+        period::BatchJob job;
+        job.grid.f0 = f0;
+        job.grid.df = df;
+        job.grid.nf = nf;
+        job.grid.fixed_mean = (known.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
+        job.tolerance = known.tolerance;
+        job.threads = known.threads;
+        job.progress = {known.progress, known.progress_data};
+        period::batch_power(job, {t, y, sigma, n}, power);
+    });
+}
+
+} // extern "C"

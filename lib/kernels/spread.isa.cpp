@@ -1,0 +1,98 @@
+#include "kernels/spread.hpp"
+
+#include <cstdint>
+
+#include "kernels/cis.hpp"
+
+namespace toliman::kernels {
+namespace TOLIMAN_ISA {
+namespace {
+
+constexpr size_t kChunk = 64; // samples whose phases are found in one vector loop
+
+struct Chunk {
+    alignas(64) double first[kChunk], place[kChunk]; // first cell; argument of the polynomials
+    alignas(64) double strengths[4][kChunk];
+};
+
+void find_phases(const SpreadSamples &samples, const SpreadPhases &phases, double half_width, size_t pairs,
+                 size_t begin, size_t n, Chunk &chunk) noexcept {
+    for (size_t j = 0; j < n; j++) {
+        const double t = samples.t_high[begin + j], t_low = samples.t_low[begin + j];
+        // Turns as an unevaluated sum within half a turn, and cells as another: no digit goes with the number of
+        // either.
+        const double turns = phases.df * t, rest = product_error(phases.df, t, turns) + phases.df * t_low;
+        const double part = reduce_cycles(turns), sum = part + rest, sum_low = (part - sum) + rest;
+        const double turn = reduce_cycles(sum), cells = phases.cells * turn, nearest = nearest_whole(cells);
+        const double off = (cells - nearest) + (product_error(phases.cells, turn, cells) + phases.cells * sum_low);
+        const double first = nearest - half_width;
+        chunk.first[j] = first < 0 ? first + phases.cells : first;
+        chunk.place[j] = -2 * off;
+    }
+    for (size_t j = 0; j < n; j++) {
+        double c, s;
+        cis_product(phases.f_high, phases.f_low, samples.t_high[begin + j], samples.t_low[begin + j], c, s);
+        chunk.strengths[0][j] = c;
+        chunk.strengths[1][j] = s;
+    }
+    for (size_t p = pairs; p-- > 0;) // the first pair, which holds cosine and sine, last
+        for (size_t j = 0; j < n; j++) {
+            const double weight = samples.weights[p][begin + j];
+            chunk.strengths[2 * p + 1][j] = weight * chunk.strengths[1][j];
+            chunk.strengths[2 * p][j] = weight * chunk.strengths[0][j];
+        }
+}
+
+template <size_t lanes, size_t pairs>
+void spread_chunk(const Chunk &chunk, size_t n, const SpreadShape &shape, double *const *grids) noexcept {
+    alignas(64) double kernel[lanes];
+    for (size_t j = 0; j < n; j++) {
+        const double s = chunk.place[j];
+        const double *coefficients = shape.coefficients + shape.degree * lanes;
+        for (size_t i = 0; i < lanes; i++)
+            kernel[i] = coefficients[i];
+        for (size_t d = shape.degree; d-- > 0;) {
+            coefficients -= lanes;
+            for (size_t i = 0; i < lanes; i++)
+                kernel[i] = kernel[i] * s + coefficients[i];
+        }
+        const auto first = static_cast<size_t>(static_cast<int64_t>(chunk.first[j]));
+        for (size_t g = 0; g < 2 * pairs; g++) {
+            const double strength = chunk.strengths[g][j];
+            double *out = grids[g] + first;
+            for (size_t i = 0; i < lanes; i++)
+                out[i] += strength * kernel[i];
+        }
+    }
+}
+
+template <size_t lanes>
+void spread_lanes(const Chunk &chunk, size_t n, const SpreadShape &shape, size_t pairs, double *const *grids) noexcept {
+    if (pairs == 1)
+        spread_chunk<lanes, 1>(chunk, n, shape, grids);
+    else
+        spread_chunk<lanes, 2>(chunk, n, shape, grids);
+}
+
+void spread(const SpreadSamples &samples, const SpreadShape &shape, const SpreadPhases &phases, size_t pairs,
+            double *const *grids) noexcept {
+    Chunk chunk;
+    const double half_width = static_cast<double>(shape.width / 2);
+    for (size_t begin = 0; begin < samples.n; begin += kChunk) {
+        const size_t n = samples.n - begin < kChunk ? samples.n - begin : kChunk;
+        find_phases(samples, phases, half_width, pairs, begin, n, chunk);
+        if (shape.lanes == 8)
+            spread_lanes<8>(chunk, n, shape, pairs, grids);
+        else if (shape.lanes == 12)
+            spread_lanes<12>(chunk, n, shape, pairs, grids);
+        else
+            spread_lanes<16>(chunk, n, shape, pairs, grids);
+    }
+}
+
+} // namespace
+} // namespace TOLIMAN_ISA
+
+extern const SpreadKernels TOLIMAN_ISA_TABLE(spread) = {TOLIMAN_ISA::spread};
+
+} // namespace toliman::kernels

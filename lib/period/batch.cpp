@@ -1,0 +1,246 @@
+#include "period/batch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/workers.hpp"
+#include "kernels/direct.hpp"
+#include "period/archive.hpp"
+#include "period/nufft.hpp"
+#include "period/power.hpp"
+
+namespace toliman::period {
+
+namespace {
+
+using kernels::kDirectLanes;
+
+// Nanoseconds on an AVX-512 core, for the choice between the two: of a sample and frequency, of a sample spread onto
+// three pairs of grids, and of a cell transformed.
+constexpr double kDirectCost = 2.7, kSpreadCost = 160, kCellCost = 80;
+// A direct sum, relative to the sum of its terms' sizes; what samples lose when made ready included.
+constexpr double kDirectError = 4e-15;
+// Rounding of 2 x 2 equations in double, times their determinant.
+constexpr double kSolveError = 5e-16;
+constexpr double kNone = -1; // in place of a power that has not the tolerance
+
+class Batch {
+  public:
+    Batch(const BatchJob &job, const Archive &archive, double *power)
+        : job_(job), archive_(archive), power_(power), nf_(static_cast<size_t>(job.grid.nf)),
+          workers_(worker_count(job.threads)) {}
+
+    void run() {
+        const Nufft::Choice choice = Nufft::choose(nf_, job_.tolerance / 4);
+        const auto n = static_cast<double>(archive_.n), nf = static_cast<double>(nf_);
+        const bool direct = job_.tolerance < kLeastTolerance ||
+                            kDirectCost * n * nf < kSpreadCost * n + kCellCost * static_cast<double>(choice.cells);
+        if (direct)
+            std::fill(power_, power_ + nf_, kNone);
+        else
+            fast(choice);
+        by_direct_sums();
+        by_exact_sums();
+    }
+
+  private:
+    void fast(const Nufft::Choice &choice);
+    double fast_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
+                      double error) const noexcept;
+    void by_direct_sums();
+    double direct_power(const double *high, const double *low) const noexcept;
+    void by_exact_sums();
+    Stream exact_stream(Grid grid, const std::function<void(double)> &report) const;
+    double exact_power(const Stream &stream, size_t k) const;
+    std::vector<size_t> left() const;
+    void frequency(double k, double &high, double &low) const noexcept;
+    double tolerance() const noexcept { return std::max(job_.tolerance, kLeastTolerance); }
+    void for_all(const char *stage, size_t jobs, const std::function<void(size_t)> &work) const {
+        run_jobs(workers_, jobs, work, [&](double fraction) { job_.progress.report(stage, fraction); });
+    }
+
+    const BatchJob &job_;
+    const Archive &archive_;
+    double *power_;
+    size_t nf_;
+    unsigned workers_;
+};
+
+// f0 + k df as an unevaluated sum.
+void Batch::frequency(double k, double &high, double &low) const noexcept {
+    const double f0 = job_.grid.f0, df = job_.grid.df, step = df * k, step_error = std::fma(df, k, -step);
+    high = f0 + step;
+    const double back = high - f0;
+    low = (f0 - (high - back)) + (step - back) + step_error;
+}
+
+// Sums of w and x at f and of w at 2 f, each on a pair of grids.
+void Batch::fast(const Nufft::Choice &choice) {
+    const Nufft nufft(choice);
+    constexpr size_t kGrids = 6;
+    Buffer<double> grids[kGrids];
+    double *at[kGrids];
+    for (size_t g = 0; g < kGrids; g++) {
+        grids[g].resize(nufft.grid_size());
+        at[g] = grids[g].data();
+    }
+    double high, low;
+    frequency(static_cast<double>(nf_ / 2), high, low);
+    const double df = job_.grid.df;
+    for_all("spread", 2, [&](size_t twice) {
+        const double times = twice != 0 ? 2 : 1;
+        nufft.spread(
+            {archive_.t_high.data(), archive_.t_low.data(), {archive_.w.data(), archive_.x.data()}, archive_.n},
+            times * df, times * high, times * low, twice != 0 ? 1 : 2, at + (twice != 0 ? 4 : 0));
+    });
+    for_all("transform", kGrids, [&](size_t g) { nufft.transform(at[g]); });
+    constexpr size_t kPart = 4096;
+    for_all("solve", (nf_ + kPart - 1) / kPart, [&](size_t part) {
+        for (size_t k = part * kPart; k < std::min(nf_, (part + 1) * kPart); k++)
+            power_[k] = fast_power(nufft.sum(at[0], at[1], k), nufft.sum(at[2], at[3], k), nufft.sum(at[4], at[5], k),
+                                   nufft.error());
+    });
+}
+
+// The power, or kNone where `error` in every sum may make it wrong by more than the tolerance. With P = b' M^-1 b and
+// a = M^-1 b, errors d in b and D in M make it wrong by 2 a'd + a'D a.
+double Batch::fast_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
+                         double error) const noexcept {
+    const double moving = job_.grid.fixed_mean ? 0.0 : 1.0, c = moving * w.real(), s = moving * w.imag();
+    const double cc = 0.5 + 0.5 * w2.real() - c * c, ss = 0.5 - 0.5 * w2.real() - s * s, cs = 0.5 * w2.imag() - c * s;
+    const double determinant = cc * ss - cs * cs, part = 1 / determinant;
+    const double a = (x.real() * ss - x.imag() * cs) * part, b = (x.imag() * cc - x.real() * cs) * part;
+    const double size = std::fabs(a) + std::fabs(b);
+    const double wrong = error * size * (2 * archive_.largest_sum + size * (0.5 + 2 * (std::fabs(c) + std::fabs(s)))) +
+                         kSolveError * part;
+    // The determinant itself must be far from its error, and as many parameters as samples are another's business.
+    const bool good = determinant > 100 * error && wrong <= job_.tolerance && archive_.n > 3;
+    return good ? std::clamp(a * x.real() + b * x.imag(), 0.0, 1.0) : kNone;
+}
+
+std::vector<size_t> Batch::left() const {
+    std::vector<size_t> found;
+    for (size_t k = 0; k < nf_; k++)
+        if (power_[k] == kNone)
+            found.push_back(k);
+    return found;
+}
+
+void Batch::by_direct_sums() {
+    const std::vector<size_t> wanted = left();
+    for_all("sum", (wanted.size() + kDirectLanes - 1) / kDirectLanes, [&](size_t part) {
+        const size_t begin = part * kDirectLanes, count = std::min(kDirectLanes, wanted.size() - begin);
+        double half_high[kDirectLanes], half_low[kDirectLanes];
+        for (size_t j = 0; j < kDirectLanes; j++) {
+            frequency(static_cast<double>(wanted[begin + std::min(j, count - 1)]), half_high[j], half_low[j]);
+            half_high[j] *= 0.5;
+            half_low[j] *= 0.5;
+        }
+        double high[kernels::kDirectSums * kDirectLanes] = {}, low[kernels::kDirectSums * kDirectLanes] = {};
+        kernels::direct_kernels().direct(
+            half_high, half_low,
+            {archive_.t_high.data(), archive_.t_low.data(), archive_.w.data(), archive_.x.data(), archive_.n}, high,
+            low);
+        for (size_t j = 0; j < count; j++)
+            power_[wanted[begin + j]] = direct_power(high + j, low + j);
+    });
+}
+
+// 1 - cosine in place of the cosine, so that slow phases keep their digits. Errors are as in fast_power, relative to
+// the sizes of the terms, and twice that as long as the smaller eigenvalue is beyond doubt.
+double Batch::direct_power(const double *high, const double *low) const noexcept {
+    using namespace kernels;
+    const auto sum = [&](DirectSum i) {
+        return static_cast<long double>(high[i * kDirectLanes]) + low[i * kDirectLanes];
+    };
+    const bool fixed_mean = job_.grid.fixed_mean;
+    const long double u = sum(kU), v = sum(kV), uu = sum(kUU), uv = sum(kUV), vv = sum(kVV);
+    Moments m = {uu - u * u, u * v - uv, vv - v * v, -sum(kXU), sum(kXV), 0};
+    if (fixed_mean) {
+        m.cc = 1 - 2 * u + uu;
+        m.cs = v - uv;
+        m.ss = vv;
+    }
+    m.determinant = m.cc * m.ss - m.cs * m.cs;
+    const long double both = m.cc + m.ss, size_c = std::sqrt(fixed_mean ? 1 : uu), size_s = std::sqrt(vv);
+    const long double doubt_root = size_c * std::sqrt(m.ss) + size_s * std::sqrt(m.cc);
+    const long double doubt = kDirectError * doubt_root * doubt_root;
+    const bool beyond_doubt = doubt <= m.determinant / 4 || m.determinant + doubt <= kCoincident * both * both / 2;
+    const Solved solved = solve(m, kCoincident * both);
+    const long double size = std::fabs(solved.cosine) * size_c + std::fabs(solved.sine) * size_s;
+    const bool good = beyond_doubt && 2 * kDirectError * (2 * size + size * size) <= tolerance();
+    return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kNone;
+}
+
+// What cancels in any sum of doubles: all samples into exact sums, of these frequencies alone if they are few.
+void Batch::by_exact_sums() {
+    const std::vector<size_t> wanted = left();
+    if (wanted.empty())
+        return;
+    const char *const stage = "exact sums";
+    Grid grid = job_.grid;
+    if (wanted.size() * kernels::kBlock > wanted.back()) {
+        grid.nf = static_cast<int64_t>(wanted.back()) + 1;
+        const Stream stream = exact_stream(grid, [&](double part) { job_.progress.report(stage, part); });
+        for (size_t k : wanted)
+            power_[k] = exact_power(stream, k);
+    } else {
+        for_all(stage, wanted.size(), [&](size_t i) {
+            double high, low;
+            frequency(static_cast<double>(wanted[i]), high, low);
+            Grid alone = grid; // of two, the second of which is high + low
+            alone.f0 = std::nextafter(high, 0);
+            alone.df = (high - alone.f0) + low;
+            alone.nf = 2;
+            power_[wanted[i]] = exact_power(exact_stream(alone, nullptr), 1);
+        });
+    }
+}
+
+Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report) const {
+    const double value_scale = archive_.value_scale, sigma_scale = archive_.sigma_scale;
+    grid.time_offset = archive_.reference;
+    grid.value_offset = archive_.first_value * value_scale;
+    grid.value_bound = archive_.value_bound * value_scale;
+    grid.sigma_floor = archive_.least_sigma * sigma_scale;
+    // Wide sums in any case: terms of narrow ones have the errors of doubles.
+    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kNarrowRatio * grid.sigma_floor);
+    Stream stream(grid);
+    const BatchSamples &samples = archive_.samples;
+    for (size_t i = 0; i < samples.n; i++) {
+        const double sigma = samples.sigma != nullptr ? samples.sigma[i] * sigma_scale : grid.sigma_floor;
+        const Sample sample = stream.sample(samples.t[i], 0, samples.y[i] * value_scale, sigma);
+        stream.check(sample, static_cast<int64_t>(i));
+        stream.push(sample);
+        if (report && i % 1024 == 0)
+            report(static_cast<double>(i) / static_cast<double>(samples.n));
+    }
+    return stream;
+}
+
+double Batch::exact_power(const Stream &stream, size_t k) const {
+    const PowerQuery query(stream);
+    query.check();
+    return query.at(static_cast<int64_t>(k));
+}
+
+} // namespace
+
+void batch_power(const BatchJob &job, const BatchSamples &samples, double *power) {
+    if (!(job.tolerance >= 0 && job.tolerance <= kMostTolerance))
+        fail(Status::range, "tolerance = %g: must be in [0, %g]", job.tolerance, kMostTolerance);
+    Grid grid = job.grid;
+    grid.sigma_ceiling = grid.sigma_floor;
+    grid.check();
+    const auto nf = static_cast<size_t>(grid.nf);
+    const Archive archive(samples, grid.last());
+    Buffer<double> result(nf);
+    if (!archive.constant())
+        Batch(job, archive, result.data()).run();
+    std::copy(result.begin(), result.end(), power);
+}
+
+} // namespace toliman::period

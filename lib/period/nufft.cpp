@@ -1,0 +1,140 @@
+#include "period/nufft.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace toliman::period {
+
+namespace {
+
+constexpr long double kPi = 3.14159265358979323846264338327950288L;
+constexpr long double kOversampling = 2.25L;                               // cells a mode
+constexpr long double kSharpness = 0.985L * (1 - 1 / (2 * kOversampling)); // of pi width: about the least error
+
+// Largest error of a sum, per weight, rounding included: measured, and held by tests/kernel/test_spread.c.
+struct Width {
+    size_t width, lanes;
+    double error;
+};
+constexpr Width kWidths[] = {{5, 8, 1.3e-4},    {7, 8, 1.1e-6},    {9, 12, 1.2e-8},
+                             {11, 12, 1.3e-10}, {13, 16, 1.3e-12}, {15, 16, 1.6e-14}};
+
+// The least even number from n on without a prime factor above 5: FFTW is quick with those.
+size_t smooth_size(size_t n) noexcept {
+    for (n += n % 2;; n += 2) {
+        size_t rest = n;
+        for (size_t prime : {size_t{2}, size_t{3}, size_t{5}})
+            while (rest % prime == 0)
+                rest /= prime;
+        if (rest == 1)
+            return n;
+    }
+}
+
+// Bessel's I_0 of sqrt(square).
+long double bessel(long double square) noexcept {
+    long double sum = 1, term = 1;
+    for (int k = 1; term > sum * 1e-22L; k++) {
+        term *= square / 4 / (static_cast<long double>(k) * k);
+        sum += term;
+    }
+    return sum;
+}
+
+// Coefficients of the polynomial of this degree through f at Chebyshev's points of [-1, 1].
+template <class Function> std::vector<long double> polynomial(size_t degree, Function f) {
+    const size_t n = degree + 1;
+    std::vector<long double> values(n), sum(n), chebyshev(n), before(n);
+    const auto angle = [&](size_t j) {
+        return kPi * (static_cast<long double>(j) + 0.5L) / static_cast<long double>(n);
+    };
+    for (size_t j = 0; j < n; j++)
+        values[j] = f(std::cos(angle(j)));
+    chebyshev[0] = 1; // T_0, then T_1 ... as sums of powers
+    for (size_t order = 0; order < n; order++) {
+        long double share = 0;
+        for (size_t j = 0; j < n; j++)
+            share += values[j] * std::cos(static_cast<long double>(order) * angle(j));
+        share *= (order == 0 ? 1.0L : 2.0L) / static_cast<long double>(n);
+        for (size_t power = 0; power < n; power++)
+            sum[power] += share * chebyshev[power];
+        for (size_t power = n; power-- > 0;) { // T_{m+1} = 2 x T_m - T_{m-1}
+            const long double raised = power > 0 ? chebyshev[power - 1] : 0;
+            before[power] = (order == 0 ? 1.0L : 2.0L) * raised - before[power];
+        }
+        std::swap(before, chebyshev);
+    }
+    return sum;
+}
+
+} // namespace
+
+Nufft::Choice Nufft::choose(size_t modes, double error) noexcept {
+    const Width *found = std::find_if(std::begin(kWidths), std::end(kWidths) - 1,
+                                      [&](const Width &width) { return width.error <= error; });
+    const size_t least = 2 * kernels::kSpreadLanes; // so that no kernel meets itself
+    const auto cells = static_cast<size_t>(kOversampling * static_cast<long double>(modes)) + 1;
+    return {modes, smooth_size(std::max(cells, least)), found->width, found->lanes, found->error};
+}
+
+Nufft::Nufft(const Choice &choice)
+    : choice_(choice), shape_{choice.width, choice.lanes, choice.width + 3, nullptr}, fft_(choice.cells) {
+    const long double beta = kSharpness * kPi * static_cast<long double>(choice.width);
+    make_coefficients(beta);
+    make_corrections(beta);
+}
+
+void Nufft::make_coefficients(long double beta) {
+    const auto width = static_cast<long double>(shape_.width);
+    coefficients_.resize((shape_.degree + 1) * shape_.lanes);
+    for (size_t cell = 0; cell < shape_.width; cell++) {
+        const long double left = static_cast<long double>(cell) - (width - 1) / 2;
+        const auto row = polynomial(shape_.degree, [&](long double s) {
+            const long double z = 2 * (left + s / 2) / width;
+            return bessel(beta * beta * (1 - z * z)) / bessel(beta * beta);
+        });
+        for (size_t power = 0; power <= shape_.degree; power++)
+            coefficients_[power * shape_.lanes + cell] = static_cast<double>(row[power]);
+    }
+    shape_.coefficients = coefficients_.data();
+}
+
+// The kernel's transform is width sinh(r)/(r I_0(beta)), r = sqrt(beta^2 - (pi width k/cells)^2), and r is above 10.
+void Nufft::make_corrections(long double beta) {
+    const long double width = static_cast<long double>(shape_.width),
+                      step = kPi * width / static_cast<long double>(choice_.cells);
+    const auto scale = static_cast<double>(2 * bessel(beta * beta) / std::exp(beta) / width);
+    corrections_.resize(choice_.modes / 2 + 1);
+    for (size_t k = 0; k <= choice_.modes / 2; k++) {
+        const auto place = static_cast<double>(step * static_cast<long double>(k)), sharp = static_cast<double>(beta);
+        const double r = std::sqrt((sharp - place) * (sharp + place));
+        // beta - r without cancelling
+        corrections_[k] = scale * r * std::exp(place * place / (sharp + r));
+    }
+}
+
+void Nufft::spread(const kernels::SpreadSamples &samples, double df, double f_high, double f_low, size_t pairs,
+                   double *const *grids) const noexcept {
+    kernels::spread_kernels().spread(samples, shape_, {df, f_high, f_low, static_cast<double>(choice_.cells)}, pairs,
+                                     grids);
+    for (size_t g = 0; g < 2 * pairs; g++)
+        for (size_t i = 0; i < kernels::kSpreadLanes; i++)
+            grids[g][i] += grids[g][choice_.cells + i];
+}
+
+void Nufft::transform(double *grid) const noexcept {
+    fft_.transform(grid);
+}
+
+// The transforms are those of real grids with exp(-i ...): at minus the mode they are conjugate.
+std::complex<double> Nufft::sum(const double *cosines, const double *sines, size_t k) const noexcept {
+    const bool below = k < choice_.modes / 2;
+    const size_t mode = below ? choice_.modes / 2 - k : k - choice_.modes / 2;
+    const double sign = below ? 1 : -1, correction = corrections_[mode];
+    const double a = cosines[2 * mode], b = sign * cosines[2 * mode + 1];
+    const double c = sines[2 * mode], d = sign * sines[2 * mode + 1];
+    return {(a - d) * correction, (b + c) * correction};
+}
+
+} // namespace toliman::period

@@ -1,0 +1,230 @@
+// Measures the periodograms on one core and prints one JSON object a line; bench_period.py runs it beside astropy and
+// lays out the tables. Times are processor time, medians; errors are against sums in long double of exact phases.
+//
+// Usage: bench_period FILE N F0 DF NF; FILE holds N times, values and sigmas, in float64.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <toliman/period.h>
+
+#include "base/wide.hpp"
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+
+static Isa chosen = Isa::baseline;
+
+// In place of the library's own choice, so that one program can measure every instruction set.
+Isa host_isa() noexcept {
+    return chosen;
+}
+
+const char *host_isa_name() noexcept {
+    return chosen == Isa::avx512 ? "avx512" : chosen == Isa::avx2 ? "avx2" : "baseline";
+}
+
+} // namespace toliman::kernels
+
+namespace {
+
+using toliman::Wide;
+using toliman::kernels::Isa;
+
+struct Series {
+    std::vector<double> t, y, sigma;
+    double f0, df;
+    int64_t nf;
+    size_t n() const { return t.size(); }
+};
+
+struct Reference {
+    std::vector<int64_t> k;
+    std::vector<double> power;
+    double error(const std::vector<double> &other) const { // of as many frequencies as there are
+        double worst = 0;
+        for (size_t i = 0; i < k.size(); i++)
+            if (static_cast<size_t>(k[i]) < other.size())
+                worst = std::max(worst, std::fabs(other[static_cast<size_t>(k[i])] - power[i]));
+        return worst;
+    }
+};
+
+double processor_s() {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double median_s(int repeats, const std::function<void()> &work) {
+    std::vector<double> times;
+    for (int i = 0; i < repeats; i++) {
+        const double start = processor_s();
+        work();
+        times.push_back(processor_s() - start);
+    }
+    std::sort(times.begin(), times.end());
+    return times[times.size() / 2];
+}
+
+void check(toliman_status status) {
+    if (status == TOLIMAN_OK)
+        return;
+    std::fprintf(stderr, "bench_period: %s\n", toliman_last_error());
+    std::exit(1);
+}
+
+Series read(char **arguments) {
+    const auto n = static_cast<size_t>(std::atoll(arguments[2]));
+    Series series = {std::vector<double>(n),  std::vector<double>(n),  std::vector<double>(n),
+                     std::atof(arguments[3]), std::atof(arguments[4]), std::atoll(arguments[5])};
+    FILE *const file = std::fopen(arguments[1], "rb");
+    for (std::vector<double> *column : {&series.t, &series.y, &series.sigma})
+        if (file == nullptr || std::fread(column->data(), sizeof(double), n, file) != n) {
+            std::fprintf(stderr, "bench_period: %s: cannot be read\n", arguments[1]);
+            std::exit(1);
+        }
+    std::fclose(file);
+    return series;
+}
+
+// Floating mean, by the normal equations of 1, cosine and sine.
+double exact_power(const Series &series, int64_t k) {
+    const Wide f = static_cast<Wide>(series.f0) + static_cast<Wide>(k) * static_cast<Wide>(series.df);
+    long double w = 0, wy = 0, c = 0, s = 0, cc = 0, cs = 0, ss = 0, yc = 0, ys = 0, yy = 0;
+    const long double y0 = series.y[0];
+    for (size_t i = 0; i < series.n(); i++) {
+        const Wide cycles = f * static_cast<Wide>(series.t[i]);
+        const auto part = static_cast<long double>(cycles - static_cast<Wide>(static_cast<int64_t>(cycles)));
+        const long double angle = 6.283185307179586476925286766559L * part, cosine = std::cos(angle);
+        const long double sine = std::sin(angle), sigma = series.sigma[i], weight = 1 / (sigma * sigma);
+        const long double y = series.y[i] - y0;
+        w += weight, wy += weight * y, yy += weight * y * y;
+        c += weight * cosine, s += weight * sine;
+        cc += weight * cosine * cosine, cs += weight * cosine * sine, ss += weight * sine * sine;
+        yc += weight * y * cosine, ys += weight * y * sine;
+    }
+    cc -= c * c / w, cs -= c * s / w, ss -= s * s / w;
+    yc -= wy * c / w, ys -= wy * s / w, yy -= wy * wy / w;
+    return static_cast<double>((yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * yy));
+}
+
+// At the highest power, at an early frequency, which every part has, and at a dozen more.
+Reference reference_of(const Series &series, const std::vector<double> &power) {
+    Reference reference;
+    reference.k.push_back(std::max_element(power.begin(), power.end()) - power.begin());
+    reference.k.push_back(5);
+    for (int64_t i = 0; i < 12; i++)
+        reference.k.push_back((2 * i + 1) * series.nf / 24);
+    for (int64_t k : reference.k)
+        reference.power.push_back(exact_power(series, k));
+    std::string text = "{\"part\": \"reference\", \"k\": [", powers;
+    for (size_t i = 0; i < reference.k.size(); i++) {
+        char number[40];
+        std::snprintf(number, sizeof number, "%s%.17g", i > 0 ? ", " : "", reference.power[i]);
+        text += (i > 0 ? ", " : "") + std::to_string(reference.k[i]);
+        powers += number;
+    }
+    std::printf("%s], \"power\": [%s]}\n", text.c_str(), powers.c_str());
+    return reference;
+}
+
+std::vector<double> batch(const Series &series, double tolerance, int64_t nf) {
+    toliman_period_batch_options options;
+    toliman_period_batch_options_init(&options);
+    options.tolerance = tolerance;
+    options.threads = 1;
+    std::vector<double> power(static_cast<size_t>(nf));
+    check(toliman_period_batch(series.f0, series.df, nf, series.t.data(), series.y.data(), series.sigma.data(),
+                               series.n(), &options, power.data()));
+    return power;
+}
+
+void measure_batch(const Series &series) {
+    const Reference reference = reference_of(series, batch(series, 1e-13, series.nf));
+    for (double tolerance : {1e-3, 1e-6, 1e-9, 1e-11, 1e-13}) {
+        std::vector<double> power;
+        const double seconds = median_s(5, [&] { power = batch(series, tolerance, series.nf); });
+        std::printf("{\"part\": \"batch\", \"tolerance\": %g, \"seconds\": %.6f, \"error\": %.3g}\n", tolerance,
+                    seconds, reference.error(power));
+    }
+    // Direct sums take a time proportional to the frequencies: where that is long, a part of them is measured.
+    constexpr double kMost = 5e8;
+    const double terms = static_cast<double>(series.n()) * static_cast<double>(series.nf);
+    const auto part =
+        std::max<int64_t>(16, static_cast<int64_t>(std::min(1.0, kMost / terms) * static_cast<double>(series.nf)));
+    std::vector<double> power;
+    const double seconds = median_s(1, [&] { power = batch(series, 0, part); });
+    std::printf("{\"part\": \"direct\", \"seconds\": %.6f, \"measured\": %g, \"error\": %.3g}\n",
+                seconds * static_cast<double>(series.nf) / static_cast<double>(part),
+                static_cast<double>(part) / static_cast<double>(series.nf), reference.error(power));
+    // All samples into exact sums and one query; the time is proportional to the samples.
+    const auto pushed = std::min(series.n(), static_cast<size_t>(kMost / static_cast<double>(series.nf)));
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.sigma_floor = *std::min_element(series.sigma.begin(), series.sigma.end());
+    toliman_period *period = nullptr;
+    check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
+    power.resize(static_cast<size_t>(series.nf));
+    const double all = median_s(1, [&] {
+        check(toliman_period_push_many(period, series.t.data(), series.y.data(), series.sigma.data(), pushed));
+        check(toliman_period_query_power(period, 0, power.size(), power.data()));
+    });
+    toliman_period_destroy(period);
+    const double share = static_cast<double>(pushed) / static_cast<double>(series.n());
+    std::printf("{\"part\": \"stream\", \"seconds\": %.6f, \"measured\": %g, \"error\": ", all / share, share);
+    std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
+}
+
+// One frame more and the power of every frequency.
+void measure_frame(const Series &series) {
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.sigma_floor = 0.1;
+    toliman_period *period = nullptr;
+    check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
+    constexpr size_t kPushes = 1000;
+    size_t next = 0;
+    const double push = median_s(5, [&] {
+        for (size_t i = 0; i < kPushes; i++, next = (next + 1) % series.n())
+            check(toliman_period_push(period, series.t[next], series.y[next], series.sigma[next]));
+    });
+    std::vector<double> power(static_cast<size_t>(series.nf));
+    constexpr int kQueries = 100;
+    const double query = median_s(5, [&] {
+        for (int i = 0; i < kQueries; i++)
+            check(toliman_period_query_power(period, 0, power.size(), power.data()));
+    });
+    toliman_period_destroy(period);
+    const double nf = static_cast<double>(series.nf);
+    std::printf("{\"part\": \"frame\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f}\n",
+                toliman::kernels::host_isa_name(), push / kPushes / nf * 1e9, query / kQueries / nf * 1e9,
+                push / kPushes + query / kQueries);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 6) {
+        std::fprintf(stderr, "Usage: bench_period FILE N F0 DF NF\n");
+        return 2;
+    }
+    const Series series = read(argv);
+    std::vector<Isa> isas = {Isa::baseline};
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2"))
+        isas.push_back(Isa::avx2);
+    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
+        isas.push_back(Isa::avx512);
+#endif
+    for (Isa isa : isas) {
+        toliman::kernels::chosen = isa;
+        measure_frame(series);
+    }
+    measure_batch(series); // with the widest
+}

@@ -1,0 +1,136 @@
+/* Sums of a non-uniform FFT against 113-bit sums at the worst places, and equal bits on every instruction set. */
+#include <quadmath.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+
+int shim_spread_isas(void);
+void shim_spread(int isa, const double *t_high, const double *t_low, const double *w, const double *x, size_t n,
+                 size_t width, size_t lanes, const double *coefficients, double df, double f_high, double f_low,
+                 double cells, size_t pairs, double *const *grids);
+double shim_nufft(size_t modes, double error, const double *t_high, const double *t_low, const double *w,
+                  const double *x, size_t n, double df, double f_high, double f_low, double *sums_w, double *sums_x,
+                  size_t *cells);
+
+enum { N = 150, MODES = 101 };
+static double t_high[N], t_low[N], w[N], x[N];
+
+static uint64_t state = 11;
+
+static double uniform(void) { /* -1 to 1 */
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return ((double)(state >> 11) + 0.5) * 0x1p-52 - 1;
+}
+
+static void fill(double span) {
+    for (int i = 0; i < N; i++) {
+        t_high[i] = span * uniform();
+        t_low[i] = t_high[i] * 0x1p-54 * uniform();
+        w[i] = (1 + 0.9 * uniform()) / N;
+        x[i] = uniform() / N;
+    }
+}
+
+static __complex128 exact_sum(const double *weights, size_t n, __float128 f) {
+    __complex128 sum = 0;
+    for (size_t i = 0; i < n; i++) {
+        const __float128 cycles = f * ((__float128)t_high[i] + t_low[i]), part = cycles - rintq(cycles);
+        sum += weights[i] * cexpiq(2 * M_PIq * part);
+    }
+    return sum;
+}
+
+/* Largest difference from the exact sum, as part of the sum of |weights|. */
+static double worst_error(const double *sums, const double *weights, size_t n, size_t modes, size_t step, double df,
+                          double f_high, double f_low) {
+    double worst = 0, all = 0;
+    for (size_t i = 0; i < n; i++)
+        all += fabs(weights[i]);
+    for (size_t k = 0; k < modes; k += step) {
+        const __float128 f = (__float128)df * ((int)k - (int)(modes / 2)) + f_high + f_low;
+        const __complex128 exact = exact_sum(weights, n, f);
+        worst = fmax(worst, (double)hypotq(sums[2 * k] - crealq(exact), sums[2 * k + 1] - cimagq(exact)) / all);
+    }
+    return worst;
+}
+
+/* One sample anywhere between two cells: the table's error is kept, and is no exaggeration. */
+static void test_error_of_one_sample(void **unused) {
+    (void)unused;
+    static const double asked[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
+    for (size_t a = 0; a < sizeof asked / sizeof asked[0]; a++) {
+        double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, promised = 0;
+        for (int place = 0; place <= 24; place++) {
+            size_t cells;
+            shim_nufft(MODES, asked[a], t_high, t_low, w, x, 0, 1, 0, 0, sums_w, sums_x, &cells);
+            t_high[0] = (40 + place / 24.0) / (double)cells;
+            t_low[0] = 0;
+            w[0] = x[0] = 1;
+            promised = shim_nufft(MODES, asked[a], t_high, t_low, w, x, 1, 1, 0.375, 0, sums_w, sums_x, &cells);
+            worst = fmax(worst, worst_error(sums_w, w, 1, MODES, 1, 1, 0.375, 0));
+        }
+        assert_true(promised <= asked[a]);
+        if (!(worst <= promised && worst > promised / 20))
+            fail_msg("asked %g: promised %g, found %g", asked[a], promised, worst);
+    }
+}
+
+/* As many cycles as there are digits, many modes, two doubles of time: nothing is lost. */
+static void test_many_samples(void **unused) {
+    (void)unused;
+    static const struct {
+        double span, df, f_high, f_low;
+        size_t modes;
+    } cases[] = {{10, 0.01, 3, 0, MODES},      {1e3, 0.1, 1e8, 1e-9, MODES},
+                 {1e9, 1e-3, 1e5, 0, 8},       {0.5, 0.999, 20, 0, 200000},
+                 {1e12, 1e2, 0, 0, 33},        {1e-6, 1, 3, 0, MODES},
+                 {1e4, 1e-5, 1, 1e-17, 20001}, {3, 0.1, 1, 0, 1}};
+    for (size_t c = 0; c < sizeof cases / sizeof cases[0]; c++) {
+        const size_t modes = cases[c].modes, step = modes > 200 ? modes / 97 : 1;
+        double *sums_w = malloc(2 * modes * sizeof(double)), *sums_x = malloc(2 * modes * sizeof(double));
+        fill(cases[c].span);
+        for (double asked = 1e-4; asked > 1e-15; asked *= 1e-3) {
+            size_t cells;
+            const double promised = shim_nufft(modes, asked, t_high, t_low, w, x, N, cases[c].df, cases[c].f_high,
+                                               cases[c].f_low, sums_w, sums_x, &cells);
+            const double error_w = worst_error(sums_w, w, N, modes, step, cases[c].df, cases[c].f_high, cases[c].f_low);
+            const double error_x = worst_error(sums_x, x, N, modes, step, cases[c].df, cases[c].f_high, cases[c].f_low);
+            if (!(error_w <= promised && error_x <= promised))
+                fail_msg("case %zu, asked %g: promised %g, found %g and %g", c, asked, promised, error_w, error_x);
+        }
+        free(sums_w), free(sums_x);
+    }
+}
+
+static void test_same_bits(void **unused) {
+    (void)unused;
+    enum { CELLS = 60, SIZE = CELLS + 16 };
+    static const size_t lanes[] = {8, 12, 16};
+    double coefficients[4 * 16];
+    for (size_t i = 0; i < 64; i++)
+        coefficients[i] = uniform();
+    fill(1e5);
+    for (size_t l = 0; l < 3; l++)
+        for (size_t pairs = 1; pairs <= 2; pairs++) {
+            double first[4][SIZE], grids[4][SIZE];
+            double *const at[] = {grids[0], grids[1], grids[2], grids[3]};
+            for (int isa = 0; isa < shim_spread_isas(); isa++) {
+                memset(grids, 0, sizeof grids);
+                shim_spread(isa, t_high, t_low, w, x, N, lanes[l] - 1, lanes[l], coefficients, 0.37, 1.5, 1e-17, CELLS,
+                            pairs, at);
+                if (isa == 0)
+                    memcpy(first, grids, sizeof first);
+                assert_memory_equal(first, grids, sizeof first);
+            }
+        }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_error_of_one_sample),
+        cmocka_unit_test(test_many_samples),
+        cmocka_unit_test(test_same_bits),
+    };
+    return cmocka_run_group_tests_name("spread", tests, NULL, NULL);
+}
