@@ -173,7 +173,7 @@ void measure_batch(const Series &series) {
     power.resize(static_cast<size_t>(series.nf));
     const double all = median_s(1, [&] {
         check(toliman_period_push_many(period, series.t.data(), series.y.data(), series.sigma.data(), pushed));
-        check(toliman_period_query_power(period, 0, power.size(), power.data()));
+        check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
     toliman_period_destroy(period);
     const double share = static_cast<double>(pushed) / static_cast<double>(series.n());
@@ -198,7 +198,7 @@ void measure_frame(const Series &series) {
     constexpr int kQueries = 100;
     const double query = median_s(5, [&] {
         for (int i = 0; i < kQueries; i++)
-            check(toliman_period_query_power(period, 0, power.size(), power.data()));
+            check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
     toliman_period_destroy(period);
     const double nf = static_cast<double>(series.nf);
