@@ -421,7 +421,7 @@ static void peak_claims_no_more_than_there_is(void **unused) {
         double power[200], highest = 0;
         assert_ok(toliman_period_create(0.01 - 10.0 / (10 * N), 1.0 / (10 * N), 200, NULL, &period));
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
-        assert_ok(toliman_period_query_power(period, 0, 200, power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 200, power));
         for (int k = 0; k < 200; k++)
             highest = fmax(highest, power[k]);
         assert_ok(toliman_period_query_peak(period, &peak));
