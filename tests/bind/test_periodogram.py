@@ -8,6 +8,7 @@ import tempfile
 import unittest
 
 import numpy
+from astropy.timeseries import LombScargle
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
@@ -27,6 +28,24 @@ class Readme(unittest.TestCase):
         with contextlib.redirect_stdout(said):
             exec(code, {**GRID, "t": t, "y": y, "sigma": sigma})
         self.assertIn("Peak(period=16.997", said.getvalue())
+
+
+class Normalisations(unittest.TestCase):
+    def test_as_astropy_has_them(self):
+        random = numpy.random.default_rng(2)
+        times = numpy.sort(random.uniform(0, 300, 120))
+        errors = random.uniform(0.3, 2, 120)
+        values = 5 + numpy.sin(0.7 * times) + errors * random.normal(size=120)
+        frequency = GRID["f0"] + GRID["df"] * numpy.arange(GRID["nf"])
+        for fit_mean in (True, False):
+            with Periodogram(**GRID, fit_mean=fit_mean, value_offset=5, value_bound=32, sigma_floor=0.3) as ours:
+                ours.push_many(times, values, errors)
+                for name in ("standard", "model", "log", "psd"):
+                    peer = LombScargle(times, values, errors, fit_mean=fit_mean, normalization=name)
+                    numpy.testing.assert_allclose(ours.power(name), peer.power(frequency, method="slow"), rtol=1e-9,
+                                                  atol=1e-9)
+                with self.assertRaises(ValueError):
+                    ours.power("loud")
 
 
 class Handle(unittest.TestCase):
