@@ -24,33 +24,17 @@
 #include "cae/network.hpp"
 #include "cae/unsupervised.hpp"
 #include "cae/weights.hpp"
+#include "chosen_isa.hpp"
 #include "kernels/adam.hpp"
 
 using namespace toliman::cae;
 
 namespace {
 
-toliman::kernels::Isa chosen = toliman::kernels::Isa::baseline;
-
-} // namespace
-
-// In place of the library's own choice, so that one program can measure every instruction set.
-namespace toliman::kernels {
-
-Isa host_isa() noexcept {
-    return chosen;
-}
-
-const char *host_isa_name() noexcept {
-    return chosen == Isa::avx512 ? "avx512" : chosen == Isa::avx2 ? "avx2" : "baseline";
-}
-
-} // namespace toliman::kernels
-
-namespace {
-
 using toliman::Buffer;
+using toliman::kernels::chosen;
 using toliman::kernels::Isa;
+using toliman::kernels::runs;
 
 constexpr int kRepeats = 9;
 constexpr size_t kFrames = 20, kBatch = 16;
@@ -80,17 +64,6 @@ void check(toliman_status status) {
         std::fprintf(stderr, "bench_cae: %s\n", toliman_last_error());
         std::exit(1);
     }
-}
-
-bool runs(Isa isa) {
-#if defined(__x86_64__)
-    if (isa == Isa::avx512)
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-               __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-    if (isa == Isa::avx2)
-        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-#endif
-    return isa == Isa::baseline;
 }
 
 // Products and sums a second of float32 vectors that never leave the registers.

@@ -14,22 +14,7 @@
 #include <toliman/period.h>
 
 #include "base/wide.hpp"
-#include "kernels/isa.hpp"
-
-namespace toliman::kernels {
-
-static Isa chosen = Isa::baseline;
-
-// In place of the library's own choice, so that one program can measure every instruction set.
-Isa host_isa() noexcept {
-    return chosen;
-}
-
-const char *host_isa_name() noexcept {
-    return chosen == Isa::avx512 ? "avx512" : chosen == Isa::avx2 ? "avx2" : "baseline";
-}
-
-} // namespace toliman::kernels
+#include "chosen_isa.hpp"
 
 namespace {
 
