@@ -200,14 +200,9 @@ int main(int argc, char **argv) {
         return 2;
     }
     const Series series = read(argv);
-    std::vector<Isa> isas = {Isa::baseline};
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2"))
-        isas.push_back(Isa::avx2);
-    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
-        isas.push_back(Isa::avx512);
-#endif
-    for (Isa isa : isas) {
+    for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
+        if (!toliman::kernels::runs(isa))
+            continue;
         toliman::kernels::chosen = isa;
         measure_frame(series);
     }
