@@ -19,6 +19,7 @@ Examples:
   toliman run chapter.json                    simulate, train, encode fresh noise, find the period
   toliman experiment chapter.json --out table  which method finds which amplitude
   toliman period rv.csv                       period of a series t,y[,sigma]
+  toliman merge a.tlmp b.tlmp --out c.tlmp    sums of several periodograms in one
   toliman psf chapter.json --out psf.npy      the expected image
   toliman train chapter.json --out w.tlmw     weights for `encode`
   toliman simulate chapter.json --frames 0:100 --out frames.npy
