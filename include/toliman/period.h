@@ -35,7 +35,7 @@ typedef struct toliman_period_options {
     double sigma_floor; /* smallest sigma to come; default 1 */
     /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above they are wide, 50 bits
-     * more for every term: a push takes three times as long, a query of the power some fifteen times. */
+     * more for every term: a push takes three times as long, a query of the power some sixty times. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
@@ -134,7 +134,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
  * parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
- * TOLIMAN_E_RANGE if the values scatter too little for value_bound. Since 0.1. */
+ * Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
+ * varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
+ * if the values scatter too little for value_bound. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          uint32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;

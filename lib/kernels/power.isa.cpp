@@ -6,121 +6,140 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-constexpr double kBase = 0x1p32;
-
+// Whether vectors can shift and convert signed integers of 64 bits.
 #if defined(__AVX512DQ__)
-// The upper part of hi 2^32 + lo, whose lower 32 bits are those of lo.
-inline uint64_t upper_part(int64_t lo, int64_t hi) noexcept {
-    return static_cast<uint64_t>(hi + (lo >> 32));
-}
-// Halves of x as doubles, the upper one with its sign.
-inline double lower_half(uint64_t x) noexcept {
-    return static_cast<double>(static_cast<int64_t>(x & 0xffffffffu));
-}
-inline double upper_half(uint64_t x) noexcept {
-    return static_cast<double>(static_cast<int64_t>(x) >> 32);
-}
-// An upper part as a double, exact.
-inline double whole(uint64_t x) noexcept {
-    return static_cast<double>(static_cast<int64_t>(x));
-}
+constexpr bool kSigned = true;
 #else
-// The same by their bits: conversions and signed shifts of 64-bit integers do not vectorise below AVX-512.
-inline uint64_t upper_part(int64_t lo, int64_t hi) noexcept {
-    const uint64_t carry = ((static_cast<uint64_t>(lo) ^ 0x8000000000000000u) >> 32) - 0x80000000u;
-    return static_cast<uint64_t>(hi) + carry;
-}
-inline double with_exponent(uint64_t x) noexcept {
-    x |= 0x4330000000000000u;
-    double value;
-    __builtin_memcpy(&value, &x, sizeof value);
-    return value; // 2^52 + x
-}
-inline double lower_half(uint64_t x) noexcept {
-    return with_exponent(x & 0xffffffffu) - 0x1p52;
-}
-inline double upper_half(uint64_t x) noexcept {
-    return with_exponent((x ^ 0x8000000000000000u) >> 32) - (0x1p52 + 0x1p31);
-}
-inline double whole(uint64_t x) noexcept {
-    return upper_half(x) * kBase + lower_half(x);
-}
+constexpr bool kSigned = false;
 #endif
 
-// hi 2^32 + lo, rounded to double.
-inline double plain(int64_t lo, int64_t hi) noexcept {
-    return whole(upper_part(lo, hi)) * kBase + lower_half(static_cast<uint64_t>(lo));
+// Bits of 2^52 and 2^84, below which an integer can stand as the lower bits of a double.
+constexpr uint64_t kBits52 = 0x4330000000000000u, kBits84 = 0x4530000000000000u;
+constexpr uint64_t kSign = 0x8000000000000000u, kLowerHalf = 0xffffffffu;
+
+inline double with_bits(uint64_t bits) noexcept {
+    double value;
+    __builtin_memcpy(&value, &bits, sizeof value);
+    return value;
 }
 
-struct Pair {
-    double high, low; // an unevaluated sum
+inline double power_of_two(int n) noexcept {
+    return with_bits(static_cast<uint64_t>(1023 + n) << 52);
+}
+
+struct Halves {
+    double upper, lower; // an exact sum; of an integer x, floor(x/2^32) 2^32 and the rest
 };
 
-// hi 2^32 + lo, off by 2^-105 of it at most.
-inline Pair pair(int64_t lo, int64_t hi) noexcept {
-    const uint64_t upper = upper_part(lo, hi);
-    const double a = upper_half(upper) * (kBase * kBase), b = lower_half(upper) * kBase; // a is 0 or the larger
-    const double most = a + b, rest = (b - (most - a)) + lower_half(static_cast<uint64_t>(lo));
-    const double high = most + rest;
-    return {high, rest - (high - most)};
+// a - b and its rounding error (Knuth).
+inline Halves difference(double a, double b) noexcept {
+    const double upper = a - b, back = upper - a;
+    return {upper, (a - (upper - back)) - (b + back)};
 }
 
-// a b and its rounding error (Dekker, Veltkamp): exact without fused multiply-add.
-inline Pair product(double a, double b) noexcept {
-    constexpr double kSplit = 0x1p27 + 1;
-    const double ac = kSplit * a, bc = kSplit * b, ah = ac - (ac - a), bh = bc - (bc - b), al = a - ah, bl = b - bh;
-    const double high = a * b;
-    return {high, ((ah * bh - high) + ah * bl + al * bh) + al * bl};
-}
-
-// a + b and its rounding error (Knuth).
-inline Pair sum(double a, double b) noexcept {
-    const double high = a + b, back = high - a;
-    return {high, (a - (high - back)) + (b - back)};
-}
-
-// y - mean x, in units of 2^-50; rest: what y has below, in units of 2^-100.
-inline double centred(const Pair &y, const Pair &rest, const Pair &x, const PowerShared &shared) noexcept {
-    constexpr double kUnit = 0x1p-50;
-    const Pair most = product(shared.mean_high, x.high);
-    const double low = shared.mean_high * x.low + shared.mean_low * x.high;
-    const Pair gap = sum(y.high, -most.high), all = sum(gap.high, rest.high * kUnit);
-    return all.high + (all.low + (gap.low + ((y.low - most.low) - low + rest.low * kUnit)));
-}
-
-// large_mean: many standard deviations from 0.
-template <bool large_mean>
-void power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
-              double *out) noexcept {
-    constexpr double kUnit = 0x1p-50;
-    const double part = shared.part * kUnit, moving = shared.fixed_mean ? 0.0 : 1.0, mean = shared.mean_high;
-    const double per_spread = 1 / shared.spread;
-    for (size_t k = 0; k < n; k++) {
-        const auto number = [&](int i) { return plain(lo[i][k], hi[i][k]); };
-        const double c1 = number(kC1), s1 = number(kS1), c = part * c1, s = part * s1;
-        double yc, ys;
-        if (large_mean) {
-            const auto exact = [&](int i) { return pair(lo[i][k], hi[i][k]); };
-            yc = part * centred(exact(kYC), exact(kYCLow), exact(kC1), shared);
-            ys = part * centred(exact(kYS), exact(kYSLow), exact(kS1), shared);
-        } else {
-            yc = part * ((number(kYC) - mean * c1) + number(kYCLow) * kUnit);
-            ys = part * ((number(kYS) - mean * s1) + number(kYSLow) * kUnit);
-        }
-        const double half_c2 = 0.5 * part * number(kC2), half_s2 = 0.5 * part * number(kS2);
-        const double cc = (0.5 + half_c2) - moving * c * c, ss = (0.5 - half_c2) - moving * s * s;
-        const double cs = half_s2 - moving * c * s, determinant = cc * ss - cs * cs;
-        const double explained = (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / determinant * per_spread;
-        const double most = explained < 1 ? explained : 1.0;
-        out[k] = determinant < kLeastDeterminant ? kNeedsMore : most > 0 ? most : 0.0;
+// Reads a sum as x = (hi 2^32 + lo)/2^shift to the nearest integer, halves up: the same however the sum is split.
+class Reading {
+  public:
+    // Sums up to `most` 2^50 become integers up to 2^bits.
+    Reading(double most, int bits) noexcept {
+        const int above = most < 1 ? 0 : 63 - __builtin_clzll(static_cast<uint64_t>(most)) - (bits - 51);
+        if (above <= 0)
+            return;
+        shift_ = above;
+        offset_ = kSigned ? 0 : kSign >> above;
+        bias_ = (kSigned ? 0 : kSign) + (uint64_t{1} << (above - 1));
+        excess_ += static_cast<double>(offset_);
     }
+    int shift() const noexcept { return shift_; }
+
+    double brief(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^51
+        constexpr uint64_t kMiddle = uint64_t{1} << 51;
+        const uint64_t x = integer(lo, hi);
+        return kSigned ? static_cast<double>(static_cast<int64_t>(x))
+                       : with_bits(x + (kBits52 + kMiddle - offset_)) - (0x1p52 + 0x1p51);
+    }
+    double full(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^62
+        const uint64_t x = integer(lo, hi);
+        return kSigned ? static_cast<double>(static_cast<int64_t>(x)) : (upper(x) - (excess_ + 0x1p52)) + lower(x);
+    }
+    Halves halves(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^62
+        const uint64_t x = integer(lo, hi);
+        return {upper(x) - excess_, lower(x) - 0x1p52};
+    }
+
+  private:
+    uint64_t integer(int64_t lo, int64_t hi) const noexcept { // x + offset
+        const uint64_t rounded = static_cast<uint64_t>(lo) + bias_;
+        const uint64_t low =
+            kSigned ? static_cast<uint64_t>(static_cast<int64_t>(rounded) >> shift_) : rounded >> shift_;
+        return (static_cast<uint64_t>(hi) << (32 - shift_)) + low;
+    }
+    static double upper(uint64_t x) noexcept { return with_bits((x >> 32) ^ (kBits84 + 0x80000000u)); }
+    static double lower(uint64_t x) noexcept { return with_bits((x & kLowerHalf) | kBits52); }
+
+    int shift_ = 0;
+    uint64_t bias_ = 0, offset_ = 0;
+    double excess_ = 0x1p84 + 0x1p63; // of upper() over the upper half; a multiple of 2^32 as it, so that all is exact
+};
+
+// far_mean: many standard deviations from 0. Then y - mean x is formed from halves of y and x: times the first 20 bits
+// of the mean they are exact, and the roundings left are those of numbers as small as the result.
+template <bool far_mean, bool fixed_mean>
+size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
+                double *out) noexcept {
+    // No sum of w y c is above W times the root mean square of y.
+    const double largest = shared.weight * __builtin_sqrt(shared.mean_high * shared.mean_high + shared.spread);
+    const Reading value(largest, 62), rest(static_cast<double>(shared.samples), 51), narrow(shared.weight, 51);
+    const Reading cosine(shared.weight, far_mean ? 62 : 51);
+    // Units are 2^-50 by the shifts: of c and s 2^cosine, of c2 and s2 2^narrow, of products of two and W^2 4^cosine;
+    // of y, yc and ys 2^value, of the limb below 2^rest 2^-50.
+    const double weight = shared.weight * power_of_two(50 - cosine.shift()), square = 0.5 * weight * weight;
+    const double half = 0.5 * weight * power_of_two(narrow.shift() - cosine.shift());
+    const double least = kLeastDeterminant * (weight * weight) * (weight * weight);
+    const double below = power_of_two(rest.shift() - value.shift() - 50);
+    const double unit = power_of_two(value.shift() - cosine.shift()), per_spread = unit * unit / (2 * shared.spread);
+    const double mean = shared.mean_high / unit, split = (0x1p33 + 1) * mean;
+    const double mean_first = split - (split - mean), mean_rest = (mean - mean_first) + shared.mean_low / unit;
+    size_t left = 0;
+    for (size_t k = 0; k < n; k++) {
+        double c, s, yc, ys;
+        if (far_mean) {
+            const auto centred = [&](int sum, int by, double &x) {
+                const Halves y = value.halves(lo[sum][k], hi[sum][k]), part = cosine.halves(lo[by][k], hi[by][k]);
+                x = part.upper + part.lower;
+                const Halves large = difference(y.upper, mean_first * part.upper);
+                return (((large.upper + y.lower) - mean_first * part.lower) - mean_rest * x) + large.lower;
+            };
+            yc = centred(kYC, kC1, c);
+            ys = centred(kYS, kS1, s);
+        } else {
+            c = cosine.brief(lo[kC1][k], hi[kC1][k]);
+            s = cosine.brief(lo[kS1][k], hi[kS1][k]);
+            yc = value.full(lo[kYC][k], hi[kYC][k]) - mean * c;
+            ys = value.full(lo[kYS][k], hi[kYS][k]) - mean * s;
+        }
+        yc += rest.brief(lo[kYCLow][k], hi[kYCLow][k]) * below;
+        ys += rest.brief(lo[kYSLow][k], hi[kYSLow][k]) * below;
+        const double c2 = half * narrow.brief(lo[kC2][k], hi[kC2][k]), s2 = half * narrow.brief(lo[kS2][k], hi[kS2][k]);
+        const double cc = fixed_mean ? square + c2 : (square + c2) - c * c;
+        const double ss = fixed_mean ? square - c2 : (square - c2) - s * s;
+        const double cs = fixed_mean ? s2 : s2 - c * s, determinant = cc * ss - cs * cs, cross = yc * cs;
+        const double explained = (yc * yc * ss - (cross + cross) * ys + ys * ys * cc) / determinant * per_spread;
+        const double power = explained + __builtin_fabs(explained), most = power < 1.0 ? power : 1.0;
+        const bool less = determinant < least;
+        out[k] = less ? kNeedsMore : most;
+        left += less;
+    }
+    return left;
 }
 
-void power(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
-           double *out) noexcept {
-    constexpr double kLarge = 64;
-    const bool large = shared.mean_high * shared.mean_high > kLarge * kLarge * shared.spread;
-    (large ? power_of<true> : power_of<false>)(lo, hi, n, shared, out);
+size_t power(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
+             double *out) noexcept {
+    constexpr double kFar = 8;
+    const bool far_mean = shared.mean_high * shared.mean_high > kFar * kFar * shared.spread;
+    if (shared.fixed_mean)
+        return (far_mean ? power_of<true, true> : power_of<false, true>)(lo, hi, n, shared, out);
+    return (far_mean ? power_of<true, false> : power_of<false, false>)(lo, hi, n, shared, out);
 }
 
 } // namespace

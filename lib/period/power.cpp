@@ -80,8 +80,14 @@ template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
             static_cast<long double>(yc), static_cast<long double>(ys), static_cast<long double>(cc * ss - cs * cs)};
 }
 
+Moments PowerQuery::moments_at(int64_t k) const noexcept {
+    constexpr long double kRoom = 1e-3L; // so large a determinant loses three digits of the long double's 19
+    const Moments quick = moments<long double>(k);
+    return stream_.grid().wide() && quick.determinant < kRoom ? moments<Wide>(k) : quick;
+}
+
 Solved PowerQuery::solved(int64_t k) const noexcept {
-    const Moments m = stream_.grid().wide() ? moments<Wide>(k) : moments<long double>(k);
+    const Moments m = moments_at(k);
     return solve(m, noise_ + kCoincident * (m.cc + m.ss));
 }
 
@@ -93,7 +99,7 @@ double PowerQuery::at(int64_t k) const noexcept {
 
 Model PowerQuery::model(int64_t k) const noexcept {
     const Grid &grid = stream_.grid();
-    const Moments m = grid.wide() ? moments<Wide>(k) : moments<long double>(k);
+    const Moments m = moments_at(k);
     const Solved best = solve(m, noise_ + kCoincident * (m.cc + m.ss));
     const auto part = static_cast<long double>(part_), bound = static_cast<long double>(grid.value_bound);
     const SumsAt<Wide> sums = stream_.sums<Wide>(k);
@@ -134,7 +140,8 @@ double PowerQuery::half_chi_square() const noexcept {
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
     const Grid &grid = stream_.grid();
     const int64_t samples = stream_.totals().count;
-    const bool vectors = spread_ > 0 && !grid.wide() && samples > 3 && samples < int64_t{1} << 34;
+    const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
+    const bool vectors = spread_ > far * far && !grid.wide() && samples > 3 && samples < int64_t{1} << 32;
     if (vectors) {
         const int64_t *lo[kernels::kNarrowSums], *hi[kernels::kNarrowSums];
         for (size_t sum = 0; sum < kernels::kNarrowSums; sum++) {
@@ -142,12 +149,14 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
             hi[sum] = stream_.high(sum, first);
         }
         kernels::PowerShared shared = {};
-        shared.part = static_cast<double>(part_);
+        shared.weight = static_cast<double>(stream_.weight());
+        shared.samples = samples;
         shared.mean_high = static_cast<double>(mean_);
         shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
         shared.spread = static_cast<double>(spread_);
         shared.fixed_mean = grid.fixed_mean;
-        kernels::power_kernels().power(lo, hi, count, shared, power);
+        if (kernels::power_kernels().power(lo, hi, count, shared, power) == 0)
+            return;
     }
     for (size_t i = 0; i < count; i++)
         if (!vectors || power[i] == kernels::kNeedsMore)

@@ -51,6 +51,7 @@ class PowerQuery {
 
   private:
     template <class Real> Moments moments(int64_t k) const noexcept;
+    Moments moments_at(int64_t k) const noexcept;
     Solved solved(int64_t k) const noexcept;
 
     const Stream &stream_;

@@ -74,7 +74,7 @@ class Stream {
 
     const Grid &grid() const noexcept { return grid_; }
     const Totals &totals() const noexcept { return totals_; }
-    // long double holds narrow sums; wide ones cancel in more digits than it has.
+    // long double holds narrow sums; wide ones may cancel in more digits than it has.
     template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;
     // Both parts of a sum, from frequency k on.
     const int64_t *low(size_t sum, int64_t k) const noexcept {
@@ -102,7 +102,8 @@ class Stream {
     void add(const Sample &sample, double sign) noexcept;
     void merge_equal(const Stream &other) noexcept;
     void merge_turned(const Stream &other);
-    size_t padded() const noexcept { return blocks_ * kernels::kBlock; }
+    // Odd blocks: sums a power of two apart would share few lines of the caches.
+    size_t padded() const noexcept { return (blocks_ | 1) * kernels::kBlock; }
     void fold() noexcept;
 
     Grid grid_;
