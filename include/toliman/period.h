@@ -6,9 +6,10 @@
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
  * Accuracy     power within 1e-12, for sigmas from sigma_floor to sigma_ceiling in any proportion (up to 1 to 1e8);
- *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05; and 3e-17 more for every standard
- *              deviation by which the mean is away from value_offset. Queries refuse values that scatter too little for
- *              value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
+ *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05, and 3e-17 more for every standard
+ *              deviation by which the mean is away from value_offset. With TOLIMAN_PERIOD_WIDE within 1e-12 even so,
+ *              down to f T = 1e-5 and up to 1e9 standard deviations. Queries refuse values that scatter too little
+ *              for value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -22,11 +23,12 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_period toliman_period;
 
 #define TOLIMAN_PERIOD_FIXED_MEAN 1u /* flag: subtract the weighted mean once instead of fitting it at each f */
+#define TOLIMAN_PERIOD_WIDE 2u       /* flag: wide sums, 50 bits more for every term */
 
 /* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags;      /* TOLIMAN_PERIOD_..., default 0 */
+    uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
     double time_offset;  /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
     double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
     /* Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
@@ -34,8 +36,9 @@ typedef struct toliman_period_options {
     double value_bound;
     double sigma_floor; /* smallest sigma to come; default 1 */
     /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
-     * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above they are wide, 50 bits
-     * more for every term: a push takes three times as long, a query of the power some sixty times. */
+     * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
+     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query of the
+     * power some sixty times. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
@@ -294,7 +297,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const cha
 /* How toliman_period_batch works. Since 0.1. */
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_PERIOD_..., default 0 */
+    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, default 0 */
     double
         tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13 */
     uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */

@@ -26,13 +26,14 @@ struct toliman_period {
 namespace {
 
 period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
-    if ((options.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
+    if ((options.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_WIDE)) != 0)
         fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
     period::Grid grid;
     grid.f0 = f0;
     grid.df = df;
     grid.nf = nf;
     grid.fixed_mean = (options.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
+    grid.wide_sums = (options.flags & TOLIMAN_PERIOD_WIDE) != 0;
     grid.time_offset = options.time_offset;
     grid.time_offset_ns = options.time_offset_ns;
     grid.unit_ns = options.unit_ns;
@@ -240,7 +241,7 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         const period::Stream &stream = required(period, "period").stream;
         const period::Grid &grid = stream.grid();
         toliman_period_info info = {};
-        info.flags = grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
+        info.flags = (grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0) | (grid.wide() ? TOLIMAN_PERIOD_WIDE : 0);
         info.nf = grid.nf;
         info.f0 = grid.f0;
         info.df = grid.df;

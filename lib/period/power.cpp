@@ -81,9 +81,12 @@ template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
 }
 
 Moments PowerQuery::moments_at(int64_t k) const noexcept {
-    constexpr long double kRoom = 1e-3L; // so large a determinant loses three digits of the long double's 19
+    // So large a determinant, and a mean so near, cost three digits of the long double's 19.
+    constexpr long double kRoom = 1e-3L, kNear = 1e3L;
+    const auto mean = static_cast<long double>(mean_);
     const Moments quick = moments<long double>(k);
-    return stream_.grid().wide() && quick.determinant < kRoom ? moments<Wide>(k) : quick;
+    const bool more = quick.determinant < kRoom || mean * mean > kNear * kNear * spread_;
+    return stream_.grid().wide() && more ? moments<Wide>(k) : quick;
 }
 
 Solved PowerQuery::solved(int64_t k) const noexcept {

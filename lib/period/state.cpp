@@ -11,7 +11,7 @@ namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'P'};
 constexpr uint32_t kVersion = 3;
-constexpr uint32_t kFixedMean = 1;
+constexpr uint32_t kFixedMean = 1, kWide = 2;
 constexpr char kKind[] = "periodogram state";
 constexpr size_t kExactSize = size_t{ExactSum::kPlaces} * 8;
 constexpr size_t kSumSize = 12; // i64 upper part, u32 lower part
@@ -65,10 +65,11 @@ Grid load_header(ByteReader &in) {
         fail(Status::format, "%s: version %u, this library reads %u only: push the samples anew", kKind, version,
              kVersion);
     const uint32_t flags = in.u32();
-    if ((flags & ~kFixedMean) != 0 || in.u32() != 0)
+    if ((flags & ~(kFixedMean | kWide)) != 0 || in.u32() != 0)
         fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
     grid.fixed_mean = (flags & kFixedMean) != 0;
+    grid.wide_sums = (flags & kWide) != 0;
     grid.nf = in.i64();
     for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
                           &grid.sigma_floor, &grid.sigma_ceiling})
@@ -100,7 +101,7 @@ std::vector<uint8_t> Stream::save() const {
     ByteWriter out;
     out.raw(kMagic, sizeof kMagic);
     out.u32(kVersion);
-    out.u32(grid_.fixed_mean ? kFixedMean : 0);
+    out.u32((grid_.fixed_mean ? kFixedMean : 0) | (grid_.wide() ? kWide : 0));
     out.u32(0);
     out.i64(grid_.nf);
     for (double value : {grid_.f0, grid_.df, grid_.time_offset, grid_.value_offset, grid_.value_bound,

@@ -74,7 +74,7 @@ uint64_t Grid::digest() const {
     identity.i64(time_offset_ns);
     identity.f64(unit_ns);
     identity.i64(nf);
-    identity.u8(fixed_mean);
+    identity.u8(static_cast<uint8_t>((fixed_mean ? 1 : 0) | (wide() ? 2 : 0)));
     return fnv1a(reinterpret_cast<const char *>(identity.bytes().data()), identity.bytes().size());
 }
 

@@ -18,7 +18,7 @@ constexpr double kMostTime = 1e100;                // its square must have an ex
 struct Grid {
     double f0 = 0, df = 0;
     int64_t nf = 0;
-    bool fixed_mean = false;
+    bool fixed_mean = false, wide_sums = false;
     double time_offset = 0, value_offset = 0;
     int64_t time_offset_ns = 0; // of times in nanoseconds, and how many of those a unit of time has
     double unit_ns = 1e9;
@@ -28,8 +28,8 @@ struct Grid {
 
     void check() const;
     uint64_t digest() const;
-    // Weights too different for sums of 2^-50: every sum has its lower limb.
-    bool wide() const noexcept { return sigma_ceiling > kNarrowRatio * sigma_floor; }
+    // Asked for, or weights too different for sums of 2^-50: every sum has its lower limb.
+    bool wide() const noexcept { return wide_sums || sigma_ceiling > kNarrowRatio * sigma_floor; }
     size_t sums() const noexcept { return wide() ? size_t{kernels::kSums} : kernels::kNarrowSums; }
     double last() const noexcept { return f0 + df * static_cast<double>(nf - 1); }
 };

@@ -365,8 +365,45 @@ static void memory_is_taken_at_creation(void **unused) {
         toliman_period_destroy(period);
     }
 }
+
+static long resident_pages(void) {
+    long size, resident;
+    FILE *const file = fopen("/proc/self/statm", "r");
+    assert_non_null(file);
+    assert_int_equal(fscanf(file, "%ld %ld", &size, &resident), 2);
+    fclose(file);
+    return resident;
+}
+
+/* A window that slides over a million samples, looked at now and then: not a byte, not a page more. */
+static void million_pushes_take_nothing(void **unused) {
+    (void)unused;
+    enum { WINDOW = 1000, MILLION = 1000000 };
+    toliman_period *period = make(NULL);
+    double power[NF];
+    long pages = 0;
+    for (int i = 0; i < MILLION; i++) {
+        assert_ok(toliman_period_push(period, i, i % 97, 1));
+        if (i >= WINDOW)
+            assert_ok(toliman_period_retract(period, i - WINDOW, (i - WINDOW) % 97, 1));
+        if (i % 10000 == 0)
+            assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
+        if (i == 10000) {
+            pages = resident_pages();
+            asked = 0;
+        }
+    }
+    assert_int_equal(asked, 0);
+    assert_true(resident_pages() <= pages);
+    assert_int_equal(toliman_period_count(period), WINDOW);
+    toliman_period_destroy(period);
+}
 #else
 static void memory_is_taken_at_creation(void **unused) {
+    (void)unused;
+}
+
+static void million_pushes_take_nothing(void **unused) {
     (void)unused;
 }
 #endif
@@ -448,6 +485,7 @@ int main(void) {
         cmocka_unit_test(crafted_state_is_refused),
         cmocka_unit_test(large_foreign_file_is_not_read),
         cmocka_unit_test(memory_is_taken_at_creation),
+        cmocka_unit_test(million_pushes_take_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
