@@ -46,6 +46,71 @@ class RealVelocities(ProgramTest):
     def test_fixed_mean(self):
         self.check_against_astropy(False)
 
+    def test_false_alarm_probabilities(self):
+        def log10_fap(*how, grid=("--f0", 0.02, "--df", 2e-5, "--nf", 500)):
+            result = json.loads(self.succeed("period", DATA, *grid, "--json", *how))
+            self.assertEqual(result["fap_method"], how[1] if how else "baluev")
+            return result["log10_fap"], result["peak"]
+        baluev, peak = log10_fap()
+        self.assertTrue(-3 < baluev < -0.2, baluev)
+        self.assertEqual(log10_fap("--fap", "baluev")[0], baluev)
+        self.assertLess(log10_fap("--fap", "naive")[0], baluev)
+        self.assertAlmostEqual(log10_fap("--fap", "single")[0], (150 - 3) / 2 * peak["log10_residual"], delta=1e-9)
+        self.assertGreater(log10_fap("--fap", "sequential")[0], baluev)
+        counted = log10_fap("--fap", "bootstrap", "--seed", 3)[0]
+        self.assertEqual(log10_fap("--fap", "bootstrap", "--seed", 3)[0], counted)
+        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
+        random, frequency = numpy.random.default_rng(1), 0.02 + 2e-5 * numpy.arange(500)
+        drawn = [random.integers(0, 150, 150) for _ in range(400)]
+        highest = [LombScargle(t - t[0], y[i], sigma[i]).power(frequency, method="cython").max() for i in drawn]
+        share = numpy.mean(numpy.array(highest) >= peak["power"])
+        self.assertAlmostEqual(10 ** counted, share, delta=5 * math.sqrt(share * (1 - share) / 400) + 0.01)
+        few = log10_fap("--fap", "bootstrap", "--resamplings", 99, grid=GRID)[0]
+        self.assertAlmostEqual(few, -2, delta=1e-12)
+        self.assertIn("(sequential)", self.succeed("period", DATA, "--fap", "sequential"))
+        self.refuse(2, "--fap", arguments=("period", DATA, "--fap", "analytic"))
+
+    def test_normalisations(self):
+        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
+        frequency = 1e-4 + 2e-5 * numpy.arange(2500)
+        for name in ("standard", "model", "log", "psd"):
+            self.succeed("period", DATA, *GRID, "--normalisation", name, "--power", "power.npy")
+            power = LombScargle(t - t[0], y, sigma, normalization=name).power(frequency, method="slow")
+            self.assertLess(abs(numpy.load(self.folder / "power.npy") / power - 1).max(), 1e-9)
+
+    def test_grids_that_do_not_suit(self):
+        def remarks(*grid):
+            done = self.run_program("period", DATA, *grid)
+            self.assertEqual(done.returncode, 0)
+            return done.stderr
+        self.assertEqual(remarks(), "")
+        self.assertIn("--df 0.0001 is above 1/(5 T) = 4.96", remarks("--f0", 3e-4, "--df", 1e-4, "--nf", 100))
+        self.assertIn("the grid goes beyond 1/(2 median dt) = 0.0314", remarks(*GRID))
+
+    def test_a_small_part_of_a_cycle(self):
+        """Frequencies of a hundredth of a cycle over the data, where sums of doubles say anything."""
+        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
+        f = 0.01 / (t[-1] - t[0])
+        self.succeed("period", DATA, "--f0", f, "--df", f / 10, "--nf", 4, "--power", "power.npy")
+        power = numpy.load(self.folder / "power.npy")
+        with mpmath.workdps(45):
+            for k in range(4):
+                frequency = mpmath.mpf(f) + k * mpmath.mpf(f / 10)
+                rows = [(1, mpmath.cos(2 * mpmath.pi * frequency * (mpmath.mpf(x) - t[0])),
+                         mpmath.sin(2 * mpmath.pi * frequency * (mpmath.mpf(x) - t[0]))) for x in t]
+                weight = [1 / mpmath.mpf(s) ** 2 for s in sigma]
+                total = [sum(w * mpmath.mpf(v) ** p for w, v in zip(weight, y)) for p in (0, 1, 2)]
+                normal = mpmath.matrix(3, 3)
+                right = mpmath.matrix(3, 1)
+                for row, w, v in zip(rows, weight, y):
+                    for i in range(3):
+                        right[i] += w * row[i] * mpmath.mpf(v)
+                        for j in range(3):
+                            normal[i, j] += w * row[i] * row[j]
+                fitted = (right.T * mpmath.lu_solve(normal, right))[0]
+                expected = (fitted - total[1] ** 2 / total[0]) / (total[2] - total[1] ** 2 / total[0])
+                self.assertLess(abs(power[k] / expected - 1), 1e-12)
+
     def test_standard_input(self):
         self.assertEqual(self.succeed("period", "-", input=DATA.read_text()), self.succeed("period", DATA))
 

@@ -37,10 +37,13 @@ class Streams(ProgramTest):
         for update in updates[20::10]:
             n = update["n"]
             power = LombScargle(t[:n] - t[0], y[:n], sigma[:n]).power(frequency, method="slow")
+            self.assertEqual(update["schema"], "toliman-period-update/1")
             self.assertEqual(update["t"], t[n - 1])
+            self.assertGreaterEqual(update["log10_fap_sequential"], update["log10_fap"])
             self.assertLess(abs(update["frequency"] - frequency[power.argmax()]), 1e-4)
             self.assertLess(abs(update["power"] - power.max()), 0.02)
         self.assertLess(updates[-1]["log10_fap"], -5)
+        self.assertLess(updates[-1]["log10_fap_sequential"], -4)
 
     def test_states_go_on_to_the_same_bits(self):
         self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS, "--save-state", "whole.tlmp")
@@ -91,6 +94,7 @@ class Streams(ProgramTest):
         self.succeed("period", "all.csv", "--follow", "--f0", 2e-3, "--df", 1e-4, "--nf", 900, *BOUNDS,
                      "--save-state", "b.tlmp")
         self.refuse(3, "b.tlmp: merge: a grid of 900 frequencies", arguments=("merge", "a.tlmp", "b.tlmp", "--out", "c"))
+        self.refuse(2, "--fap bootstrap draws from the samples", arguments=("period", "--from-state", "a.tlmp", "--fap", "bootstrap"))
         self.refuse(2, "--from-state", "--f0", arguments=("period", "--from-state", "a.tlmp", "--f0", 1))
         for text, why in (('{"t": 1, "y": 2}\n3,4\n', "3,4"), ('1,2\n{"t": 1, "y": 2}\n', "is a JSON object"),
                           ('{"t": 1}\n', 'has no number "y"'), ('{"t": 1, "y": "x"}\n', 'has no number "y"'),

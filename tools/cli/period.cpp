@@ -1,11 +1,13 @@
 // toliman period: the period of a series.
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "fap.hpp"
 #include "json.hpp"
 #include "npy.hpp"
 #include "output.hpp"
@@ -20,6 +22,8 @@ struct Options {
     std::optional<double> f0, df, value_bound, sigma_floor, sigma_ceiling;
     std::optional<int64_t> nf;
     size_t peaks = 1;
+    FapOptions fap;
+    std::string normalisation = "standard";
     bool fixed_mean = false, as_json = false, follow = false;
 };
 
@@ -28,6 +32,7 @@ constexpr char kDescription[] = R"(Period of a series: CSV with columns t,y or t
 Examples:
   toliman period examples/data/nu_oph_rv.csv
   toliman period rv.csv --f0 1e-4 --df 2e-5 --nf 2500 --peaks 5 --json --power power.npy
+  toliman period rv.csv --fap bootstrap --resamplings 10000
   toliman period chapter.run/series.csv --columns t,template
   receiver | toliman period - --follow --f0 1e-3 --df 1e-4 --nf 5000 --save-state now.tlmp
   toliman period tonight.csv --from-state now.tlmp
@@ -37,12 +42,18 @@ order. --columns takes columns of other names.
 
 Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
 1/(2 median dt), with T the time span plus one median step; where these are more than 2e6 they must be given. The FAP
-depends on the grid, so it stands in the result. A peak at the edge of the grid is remarked upon: the period may lie
-beyond.
+depends on the grid, so it stands in the result. Remarks tell of a peak at the edge of the grid, beyond which the period
+may lie, of a grid coarser than 1/(5 T), and of one that goes beyond 1/(2 median dt).
+
+--fap: baluev, the chance that noise peaks so high somewhere on the grid (an upper bound, nearly reached); naive, the same
+were there f T independent frequencies, too small by some 3 at 0.01; single, at a frequency known beforehand; bootstrap,
+counted among resamplings of the samples, whatever the noise is like; sequential, somewhere on the grid at any number of
+samples, for those who look again and again and stop when they like.
 
 --peaks lists more peaks, highest first; those that the sampling could make of a higher one are marked as aliases.
 
---follow prints a line of JSON after every sample, and needs a grid or a state. --save-state keeps the exact sums;
+--follow prints a line of JSON after every sample, and needs a grid or a state. Act on its log10_fap_sequential: of
+streams of noise one in three has a log10_fap (baluev) of -2 at some time, one in a hundred a log10_fap_sequential. --save-state keeps the exact sums;
 --from-state goes on from them, with or without more samples, to the same bits as all samples at once (`toliman merge`
 adds up such files). The first sample then sets the offsets of time and value, and others may have sigmas from 1/8 to 4
 times its own and values within 2^20 of it: --sigma-floor, --sigma-ceiling and --value-bound say otherwise. From sums
@@ -50,6 +61,11 @@ alone the peak is refined by a parabola, without standard errors.
 
 The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time.
 An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
+
+const std::map<std::string, uint32_t> kNormalisations = {{"standard", TOLIMAN_POWER_STANDARD},
+                                                         {"model", TOLIMAN_POWER_MODEL},
+                                                         {"log", TOLIMAN_POWER_LOG},
+                                                         {"psd", TOLIMAN_POWER_PSD}};
 
 std::vector<std::string> columns_of(const Options &options) {
     std::vector<std::string> columns = options.columns.empty() ? std::vector<std::string>() : names_of(options.columns);
@@ -79,15 +95,15 @@ Periodogram search(const Series &series, const FrequencyGrid &grid, bool fixed_m
     }
 }
 
-void print_peaks(const std::vector<toliman_period_peak> &peaks) {
+void print_peaks(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
     for (size_t i = 1; i < peaks.size(); i++)
         std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %.2f%s%s\n", i + 1, peaks[i].period, peaks[i].power,
-                    peaks[i].log10_fap, (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
+                    fap.log10(peaks[i].log10_residual), (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
                     (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the grid's edge" : "");
 }
 
 void print_summary(int64_t samples, const FrequencyGrid &grid, const Periodogram &periodogram,
-                   const std::vector<toliman_period_peak> &peaks) {
+                   const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
     const toliman_period_peak &peak = periodogram.peak;
     if (std::isnan(peak.amplitude)) { // from the sums alone
         std::printf("period      %.6g, half width %.3g, FWHM %.3g\n", peak.period, peak.half_width_error,
@@ -99,19 +115,19 @@ void print_summary(int64_t samples, const FrequencyGrid &grid, const Periodogram
         std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
     }
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
-    std::printf("log10 FAP   %.2f (Baluev)\n", peak.log10_fap);
-    print_peaks(peaks);
+    std::printf("log10 FAP   %.2f (%s)\n", fap.log10(peak.log10_residual), fap.method().c_str());
+    print_peaks(peaks, fap);
     std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
                 grid.df, static_cast<long long>(grid.nf));
     print_stdout("");
 }
 
-JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks) {
+JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
     JsonTree list(cJSON_CreateArray());
     for (const toliman_period_peak &peak : peaks) {
         Json one;
         one.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
-        one.set("log10_fap", peak.log10_fap).set("fwhm_error", peak.fwhm_error);
+        one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_error", peak.fwhm_error);
         one.set_flag("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
         one.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         cJSON_AddItemToArray(list.get(), one.release().release());
@@ -120,7 +136,7 @@ JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks) {
 }
 
 std::string as_json(int64_t samples, const FrequencyGrid &grid, const Periodogram &periodogram,
-                    const std::vector<toliman_period_peak> &peaks) {
+                    const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
     const toliman_period_peak &peak = periodogram.peak;
     Json json, at, on;
     at.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
@@ -131,9 +147,10 @@ std::string as_json(int64_t samples, const FrequencyGrid &grid, const Periodogra
     at.set_flag("at_edge", periodogram.at_edge());
     on.set("f0", grid.f0).set("df", grid.df).set("nf", static_cast<double>(grid.nf));
     json.set("schema", "toliman-period/1").set("n", static_cast<double>(samples));
-    json.set("peak", std::move(at)).set("log10_fap", peak.log10_fap).set("grid", std::move(on));
+    json.set("peak", std::move(at)).set("log10_fap", fap.log10(peak.log10_residual)).set("fap_method", fap.method());
+    json.set("grid", std::move(on));
     if (peaks.size() > 1)
-        json.set("peaks", peaks_json(peaks));
+        json.set("peaks", peaks_json(peaks, fap));
     return json.text();
 }
 
@@ -164,18 +181,43 @@ void write_power(const std::string &path, const std::vector<double> &power) {
     out.commit();
 }
 
-void deliver(const Options &options, int64_t samples, const FrequencyGrid &grid, const Periodogram &periodogram,
-             Progress &progress) {
-    progress.clear();
+// series: NULL where the sums are all there is; then the median time step is not known.
+void remark(const Periodogram &periodogram, const Series *series, const FrequencyGrid &grid, Progress &progress) {
     if (periodogram.at_edge())
         progress.warn(kEdgeRemark);
+    toliman_period_sampling sampling = {};
+    sampling.struct_size = sizeof sampling;
+    toliman::check(toliman_period_query_sampling(periodogram.handle.get(),
+                                                 series != nullptr ? series->t.data() : nullptr,
+                                                 series != nullptr ? series->t.size() : 0, &sampling));
+    char text[200];
+    if ((sampling.flags & TOLIMAN_PERIOD_COARSE) != 0) {
+        std::snprintf(text, sizeof text, "--df %g is above 1/(5 T) = %g: peaks may pass between two frequencies unseen",
+                      grid.df, sampling.coarsest_df);
+        progress.warn(text);
+    }
+    if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_PAST_CEILING) != 0) {
+        std::snprintf(text, sizeof text,
+                      "the grid goes beyond 1/(2 median dt) = %g, where even samples repeat what is below",
+                      sampling.ceiling);
+        progress.warn(text);
+    }
+}
+
+// series: NULL where the sums are all there is.
+void deliver(const Options &options, const Series *series, int64_t samples, const FrequencyGrid &grid,
+             const Periodogram &periodogram, Progress &progress) {
+    const Fap fap(options.fap, periodogram.handle, series, progress);
+    progress.clear();
+    remark(periodogram, series, grid, progress);
     if (!options.power_file.empty())
-        write_power(options.power_file, power_of(periodogram.handle, grid.nf));
+        write_power(options.power_file,
+                    power_of(periodogram.handle, grid.nf, kNormalisations.at(options.normalisation)));
     const std::vector<toliman_period_peak> peaks = peaks_of(periodogram, options.peaks);
     if (options.as_json)
-        print_stdout(as_json(samples, grid, periodogram, peaks));
+        print_stdout(as_json(samples, grid, periodogram, peaks, fap));
     else
-        print_summary(samples, grid, periodogram, peaks);
+        print_summary(samples, grid, periodogram, peaks, fap);
 }
 
 void stream(const Options &options, Progress &progress) {
@@ -194,7 +236,7 @@ void stream(const Options &options, Progress &progress) {
         return;
     toliman_period_info info = {};
     const Periodogram periodogram = from_sums(std::move(handle), info);
-    deliver(options, info.count, {info.f0, info.df, info.nf}, periodogram, progress);
+    deliver(options, nullptr, info.count, {info.f0, info.df, info.nf}, periodogram, progress);
 }
 
 void period(const Options &options, Progress &progress) {
@@ -205,7 +247,7 @@ void period(const Options &options, Progress &progress) {
     const Periodogram periodogram = search(series, grid, options.fixed_mean, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    deliver(options, static_cast<int64_t>(series.t.size()), grid, periodogram, progress);
+    deliver(options, &series, static_cast<int64_t>(series.t.size()), grid, periodogram, progress);
 }
 
 } // namespace
@@ -231,6 +273,9 @@ void add_period(CLI::App &app, Context &context) {
     command->add_option("--sigma-ceiling", options->sigma_ceiling, "largest sigma to come, with --follow");
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
     command->add_option("--power", options->power_file, "write the power of every frequency as .npy");
+    command->add_option("--normalisation", options->normalisation, "of --power: standard (default), model, log or psd")
+        ->check(CLI::IsMember(kNormalisations));
+    add_fap(*command, options->fap);
     command->callback([&context, options, file] {
         if (file->count() == 0 && options->from_state.empty())
             throw CLI::RequiredError("FILE");

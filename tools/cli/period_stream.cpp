@@ -35,12 +35,15 @@ void print_update(const toliman::periodogram &periodogram, const Sample &sample)
     if (status == TOLIMAN_E_STATE) // constant values so far
         return;
     check(status);
-    char line[320];
+    double sequential = 0;
+    check(toliman_period_query_fap(periodogram.get(), TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
+    char line[400];
     std::snprintf(line, sizeof line,
-                  "{\"n\":%lld,\"t\":%.17g,\"period\":%.10g,\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,"
+                  "{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%.10g,"
+                  "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
                   "\"at_edge\":%s}\n",
                   static_cast<long long>(toliman_period_count(periodogram.get())), sample.t, peak.period,
-                  peak.frequency, peak.power, peak.log10_fap,
+                  peak.frequency, peak.power, peak.log10_fap, sequential,
                   (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false");
     print_stdout(line);
 }

@@ -51,7 +51,12 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
     const auto [least, greatest] = std::minmax_element(series.y.begin(), series.y.end());
     const double spread = *greatest - *least;
     options.flags = fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
-    options.time_offset = *std::min_element(series.t.begin(), series.t.end());
+    const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+    options.time_offset = *first;
+    // Over a small part of a cycle narrow sums lose digits (period.h).
+    constexpr double kFewCycles = 0.05;
+    if ((grid.f0 > 0 ? grid.f0 : grid.df) * (*last - *first) < kFewCycles)
+        options.flags |= TOLIMAN_PERIOD_WIDE;
     options.value_offset = median(series.y);
     options.value_bound = std::clamp(std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))), 1e-99, 1e99);
     const double *sigma = nullptr;
@@ -89,10 +94,9 @@ void save_state(const toliman::periodogram &periodogram, const std::string &path
     out.commit();
 }
 
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf) {
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, uint32_t normalisation) {
     std::vector<double> power(static_cast<size_t>(nf));
-    toliman::check(
-        toliman_period_query_power(periodogram.get(), TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
+    toliman::check(toliman_period_query_power(periodogram.get(), normalisation, 0, power.size(), power.data()));
     return power;
 }
 

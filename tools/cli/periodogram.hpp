@@ -36,6 +36,7 @@ void save_state(const toliman::periodogram &periodogram, const std::string &path
 constexpr const char kEdgeRemark[] =
     "the peak stands at the edge of the grid and the period may lie beyond: --f0, --df and --nf give another grid";
 
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf);
+// In TOLIMAN_POWER_STANDARD or another.
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, uint32_t normalisation = 0);
 
 } // namespace cli

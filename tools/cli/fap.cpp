@@ -1,0 +1,65 @@
+#include "fap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "failure.hpp"
+#include "seed.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr const char kBootstrap[] = "bootstrap";
+const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_FAP_BALUEV},
+                                                 {"naive", TOLIMAN_FAP_NAIVE},
+                                                 {"single", TOLIMAN_FAP_SINGLE},
+                                                 {"sequential", TOLIMAN_FAP_SEQUENTIAL}};
+
+std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
+                             Progress &progress) {
+    toliman_period_bootstrap_options how;
+    toliman_period_bootstrap_options_init(&how);
+    how.seed = options.seed;
+    how.progress = Progress::callback;
+    how.progress_data = &progress;
+    std::vector<double> peaks(options.resamplings);
+    toliman::check(toliman_period_query_bootstrap(periodogram.get(), series.t.data(), series.y.data(),
+                                                  series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),
+                                                  &how, peaks.size(), peaks.data()));
+    return peaks;
+}
+
+} // namespace
+
+void add_fap(CLI::App &command, FapOptions &options) {
+    std::vector<std::string> names = {kBootstrap};
+    for (const auto &[name, method] : kMethods)
+        names.push_back(name);
+    command.add_option("--fap", options.method, "how the FAP is judged, default baluev")->check(CLI::IsMember(names));
+    command.add_option("--resamplings", options.resamplings, "of --fap bootstrap, default 1000")
+        ->check(CLI::Range(1u, 1000000u));
+    add_seed(command, options.seed, "of --fap bootstrap, default 0");
+}
+
+Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress)
+    : periodogram_(periodogram), method_(options.method) {
+    if (method_ != kBootstrap)
+        return;
+    if (series == nullptr)
+        throw Failure(kExitUsage, "--fap bootstrap draws from the samples themselves: not with --from-state, --follow");
+    resampled_ = resample(options, periodogram, *series, progress);
+}
+
+double Fap::log10(double log10_residual) const {
+    double log10_fap = 0;
+    if (method_ != kBootstrap) {
+        toliman::check(toliman_period_query_fap(periodogram_.get(), kMethods.at(method_), log10_residual, &log10_fap));
+        return log10_fap;
+    }
+    const auto above = std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
+    return std::log10(static_cast<double>(above + 1) / static_cast<double>(resampled_.size() + 1));
+}
+
+} // namespace cli
