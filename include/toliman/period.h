@@ -225,8 +225,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 #define TOLIMAN_FAP_SEQUENTIAL 3
 
 /* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
- * P = 0; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE with fewer than five
- * samples or constant values. Since 0.1. */
+ * P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
+ * for P > 0 with fewer than five samples or constant values. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method,
                                                                        double log10_residual,
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;

@@ -348,6 +348,10 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
         if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
             fail(Status::argument, "log10_residual = %g: must be in [%g, 0]", log10_residual,
                  period::kLeastLogResidual);
+        if (log10_residual == 0) { // nothing is claimed, as of constant values
+            *result = 0;
+            return;
+        }
         check_meaningful(stream);
         *result = log10_fap(fap, period::sampling_of(stream), log10_residual);
     });

@@ -177,6 +177,12 @@ static void defined_where_others_give_nan(void **unused) {
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
     assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
+    for (int32_t method = TOLIMAN_FAP_BALUEV; method <= TOLIMAN_FAP_SEQUENTIAL; method++) {
+        double log10_fap = -1;
+        assert_ok(toliman_period_query_fap(period, method, 0, &log10_fap));
+        assert_true(log10_fap == 0);
+        assert_fails(toliman_period_query_fap(period, method, -1, &log10_fap), TOLIMAN_E_STATE, "not all equal");
+    }
 
     const double three[3] = {1, -2, 4};
     assert_ok(toliman_period_reset(period));
