@@ -8,7 +8,7 @@
  * Accuracy     power within 1e-12, for sigmas from sigma_floor to sigma_ceiling in any proportion (up to 1 to 1e8);
  *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05, and 3e-17 more for every standard
  *              deviation by which the mean is away from value_offset. With TOLIMAN_PERIOD_WIDE within 1e-12 even so,
- *              down to f T = 1e-5 and up to 1e9 standard deviations. Queries refuse values that scatter too little
+ *              down to f T = 1e-5 and up to 1e12 standard deviations. Queries refuse values that scatter too little
  *              for value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
@@ -28,8 +28,10 @@ typedef struct toliman_period toliman_period;
 /* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
-    double time_offset;  /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
+    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
+    /* Subtracted from every t, exactly; default 0. Give the first time of long time stamps. Times in nanoseconds have
+     * their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant. */
+    double time_offset;
     double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
     /* Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
      * enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150. */
@@ -79,8 +81,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_ns(toliman_per
                                                                      double sigma) TOLIMAN_NOEXCEPT;
 
 /* Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
- * it, whatever was pushed in between. A window that slides is a push and a retract. Whether the sample was ever pushed
- * cannot be seen, only that as many are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
+ * it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
+ * multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
+ * are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
                                                                      double sigma) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_pair(toliman_period *period, double t,
@@ -94,10 +97,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(tolima
 
 /* Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
  * the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
- * value, a smaller value_bound or a larger sigma_floor the other's sums are turned to this one's first: power then
- * within 1e-12 still, but not the same bits. TOLIMAN_E_MISMATCH for other frequencies, kinds of mean or references in
- * nanoseconds; TOLIMAN_E_RANGE where what the other's options allow is beyond this one's; TOLIMAN_E_ARGUMENT for other
- * = period. Since 0.1. */
+ * value, or other bounds, the other's sums are turned to this one's first: power then within 1e-12 still, but not the
+ * same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean and for another time_offset_ns or unit_ns, which
+ * shards must share; TOLIMAN_E_RANGE where the root mean square of the other's values, from this value_offset, is above
+ * this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_ARGUMENT for other = period. Since
+ * 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -122,6 +126,8 @@ typedef struct toliman_period_info {
     double sigma_ceiling;
     int64_t time_offset_ns;
     double unit_ns;
+    int32_t weighted; /* 1: some sample's sigma is not sigma_floor */
+    int32_t reserved;
 } toliman_period_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -179,12 +185,15 @@ typedef struct toliman_period_peak {
     double fwhm_error;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
     double half_width_error; /* half of it, as the chapter's table prints it */
     double frequency_error;  /* least-squares standard error, +infinity if the samples cannot tell; NaN from
-                              * query_peak, which sees no samples */
+                              * query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
+                              * only the proportions count */
     double amplitude;        /* of the sinusoid; NaN from query_peak */
     double amplitude_error;  /* the same; NaN from query_peak */
     double phase;            /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
     double offset;           /* NaN as above */
-    double log10_fap;        /* Baluev's upper bound of the chance that noise alone peaks so high on this grid */
+    double log10_fap;    /* Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
+                          * For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL */
+    double period_error; /* frequency_error/frequency^2: the standard error of the period */
 } toliman_period_peak;
 
 /* Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.
@@ -219,9 +228,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 /* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
  * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
  * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
- * and none may be taken back. It is an alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half by sample 150,
- * without end; looks count by how much they differ (Siegmund 1985, Sequential Analysis). At 0.01 it is 20 times
- * BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
+ * and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
+ * Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
+ * Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
 #define TOLIMAN_FAP_SEQUENTIAL 3
 
 /* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
@@ -260,11 +269,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
 
 #define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
 #define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
+#define TOLIMAN_PERIOD_FEW_CYCLES                                                                                      \
+    4u /* the lowest frequency above 0 has less than 0.05 cycles in T, and sums are narrow */
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_FEW_CYCLES */
     double baseline;      /* T: time span and one step */
     double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
     double ceiling;       /* 1/(2 step); the same */
