@@ -262,7 +262,8 @@ static void test_merge_refuses(void **unused) {
     other = options;
     other.unit_ns = 86400e9;
     odd = make(&other);
-    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "unit_ns = 1000000000, the other has 0, 86400000000000");
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH,
+                 "unit_ns = 1000000000, the other has 0, 86400000000000");
     toliman_period_destroy(odd);
     toliman_period_destroy(period);
 }
