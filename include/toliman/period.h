@@ -5,11 +5,14 @@
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 1e-12, for sigmas from sigma_floor to sigma_ceiling in any proportion (up to 1 to 1e8);
- *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05, and 3e-17 more for every standard
- *              deviation by which the mean is away from value_offset. With TOLIMAN_PERIOD_WIDE within 1e-12 even so,
- *              down to f T = 1e-5 and up to 1e12 standard deviations. Queries refuse values that scatter too little
- *              for value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
+ * Accuracy     power within 1e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-15 + 1e-28 (1 + m) N/(W l):
+ *              N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean is away from
+ *              value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance of cos and sin 2 pi f t. It
+ *              is near 1/2 for ordinary times and sigmas, so that the power has 14 digits; it is small, (f T)^4 or
+ *              so, below half a cycle in the time span T, and likewise where f leaves samples of short nights, or even
+ *              ones near an alias, to a small part of a cycle. toliman_period_query_sampling says whether it is too
+ *              small for narrow sums. Queries refuse values that scatter too little for value_bound and the sigmas to
+ *              have 12 digits (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -40,7 +43,7 @@ typedef struct toliman_period_options {
     /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
      * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query of the
-     * power some sixty times. */
+     * power some fifty times. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
@@ -97,11 +100,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(tolima
 
 /* Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
  * the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
- * value, or other bounds, the other's sums are turned to this one's first: power then within 1e-12 still, but not the
- * same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean and for another time_offset_ns or unit_ns, which
- * shards must share; TOLIMAN_E_RANGE where the root mean square of the other's values, from this value_offset, is above
- * this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_ARGUMENT for other = period. Since
- * 0.1. */
+ * value, or other bounds, the other's sums are turned to this one's first: power then as accurate still, but not
+ * the same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean, for narrow sums into wide ones, and for
+ * another time_offset_ns or unit_ns, which shards must share; TOLIMAN_E_RANGE where the root mean square of the other's
+ * values, from this value_offset, is above this value_bound, or the mean of their 1/sigma^2 beyond these sigmas;
+ * TOLIMAN_E_ARGUMENT for other = period. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -259,23 +262,25 @@ TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_
 
 /* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
  * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
- * its sigma, with replacement. If k of the entries are at or below a peak's log10_residual, its FAP is (k + 1)/(count +
- * 1); entry a count - 1 is the level of FAP a. Assumes no distribution of the noise, but takes a push of all samples
- * and a query a time, and the memory of a periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the
- * progress callback, errors else as query_fit. Since 0.1. */
+ * its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
+ * query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
+ * Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
+ * periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
+ * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
     const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
 
 #define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
 #define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
-#define TOLIMAN_PERIOD_FEW_CYCLES                                                                                      \
-    4u /* the lowest frequency above 0 has less than 0.05 cycles in T, and sums are narrow */
+/* At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
+ * or coincide, which narrow sums cannot tell from each other. */
+#define TOLIMAN_PERIOD_NARROW 4u
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_FEW_CYCLES */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_NARROW */
     double baseline;      /* T: time span and one step */
     double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
     double ceiling;       /* 1/(2 step); the same */

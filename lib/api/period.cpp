@@ -413,7 +413,7 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
         sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
                          (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0) |
-                         (period::has_few_cycles(grid, cadence) ? TOLIMAN_PERIOD_FEW_CYCLES : 0);
+                         (period::PowerQuery(stream).needs_wide() ? TOLIMAN_PERIOD_NARROW : 0);
         deliver(sampling, out, "out", sizeof sampling);
     });
 }

@@ -73,6 +73,9 @@ void Stream::merge_turned(const Stream &other) {
              from.unit_ns);
     if (other.totals_.count == 0)
         return;
+    if (grid_.wide() && !from.wide())
+        fail(Status::mismatch,
+             "merge: the other's sums are narrow, these are wide: make both with TOLIMAN_PERIOD_WIDE");
 
     Turn turn = {};
     turn.time_high = from.time_offset - grid_.time_offset;

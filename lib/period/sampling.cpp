@@ -40,10 +40,4 @@ Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
     return {span + *middle, *middle};
 }
 
-bool has_few_cycles(const Grid &grid, const Cadence &cadence) noexcept {
-    constexpr double kFewest = 0.05;
-    const double lowest = grid.f0 > 0 ? grid.f0 : grid.df;
-    return !grid.wide() && cadence.span > 0 && lowest * cadence.span < kFewest;
-}
-
 } // namespace toliman::period

@@ -19,7 +19,4 @@ Cadence cadence_of(const Stream &stream) noexcept;
 // From the times that were pushed: the median step between distinct ones. Fails if they are not as many.
 Cadence cadence_of(const Stream &stream, const double *t, size_t count);
 
-// Whether narrow sums lose digits at the lowest frequency above 0.
-bool has_few_cycles(const Grid &grid, const Cadence &cadence) noexcept;
-
 } // namespace toliman::period

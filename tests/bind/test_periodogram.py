@@ -69,8 +69,8 @@ class Arguments(unittest.TestCase):
             x = numpy.polynomial.Legendre.fit(t, values, 2)
             expected = 1 - ((values - x(t)) ** 2).sum() / ((values - values.mean()) ** 2).sum()
             self.assertAlmostEqual(wide.power()[0] / expected, 1, delta=1e-4)
-            self.assertTrue(narrow.sampling().few_cycles)
-            self.assertFalse(wide.sampling().few_cycles)
+            self.assertTrue(narrow.sampling().narrow)
+            self.assertFalse(wide.sampling().narrow)
 
 
 class Normalisations(unittest.TestCase):

@@ -218,6 +218,20 @@ static void perfect_fit_has_a_probability(void **unused) {
     assert_true(fit.log10_fap == 0);
     assert_true(isinf(fit.frequency_error) && isinf(fit.amplitude_error));
     toliman_period_destroy(period);
+    uint64_t state = 4;
+    for (int draw = 0; draw < 300; draw++) { /* weights that do not add up to 1 but for rounding */
+        const size_t n = 5 + (size_t)(190 * uniform(&state));
+        for (size_t i = 0; i < n; i++) {
+            times[i] = 2451000.7;
+            values[i] = uniform(&state);
+            sigmas[i] = 1 + uniform(&state);
+        }
+        period = make(NULL);
+        assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
+        assert_ok(toliman_period_query_fit(period, times, values, sigmas, n, &fit));
+        assert_true(fit.power == 0 && isinf(fit.amplitude_error) && isinf(fit.period_error) && isinf(fit.fwhm));
+        toliman_period_destroy(period);
+    }
 }
 
 static void times_have_a_bound(void **unused) {

@@ -252,6 +252,14 @@ static void test_merge_refuses(void **unused) {
     assert_ok(toliman_period_push(odd, 2451000.5, 1, 0.09));
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "sigma_floor = 0.1");
     toliman_period_destroy(odd);
+    other = options;
+    other.flags = TOLIMAN_PERIOD_WIDE;
+    odd = make(&other);
+    assert_ok(toliman_period_push(period, 2451000.5, 1, 1));
+    assert_fails(toliman_period_merge(odd, period), TOLIMAN_E_MISMATCH, "are narrow, these are wide");
+    assert_ok(toliman_period_reset(period));
+    toliman_period_destroy(odd);
+    other = options;
     other.sigma_floor = 1;
     other.sigma_ceiling = 10;
     odd = make(&other);

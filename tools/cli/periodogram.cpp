@@ -50,13 +50,8 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
     toliman_period_options_init(&options);
     const auto [least, greatest] = std::minmax_element(series.y.begin(), series.y.end());
     const double spread = *greatest - *least;
-    options.flags = fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
-    const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
-    options.time_offset = *first;
-    // Over a small part of a cycle narrow sums lose digits (period.h).
-    constexpr double kFewCycles = 0.05;
-    if ((grid.f0 > 0 ? grid.f0 : grid.df) * (*last - *first) < kFewCycles)
-        options.flags |= TOLIMAN_PERIOD_WIDE;
+    options.flags = TOLIMAN_PERIOD_WIDE | (fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0); // no frequency loses digits
+    options.time_offset = *std::min_element(series.t.begin(), series.t.end());
     options.value_offset = median(series.y);
     options.value_bound = std::clamp(std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))), 1e-99, 1e99);
     const double *sigma = nullptr;
@@ -77,6 +72,7 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, bool fi
     result.peak.struct_size = sizeof result.peak;
     check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigma, series.t.size(),
                                    &result.peak));
+    stop_if_asked();
     return result;
 }
 

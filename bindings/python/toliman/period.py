@@ -52,8 +52,8 @@ class _Info(ctypes.Structure):
 
 class Sampling(ctypes.Structure):
     """baseline, coarsest_df, ceiling and independent of the samples' times as floats; coarse, past_ceiling: the grid's df
-    is above coarsest_df, its last frequency above the ceiling; few_cycles: the lowest frequency above 0 has less than
-    0.05 cycles in the baseline, for which the sums should be wide."""
+    is above coarsest_df, its last frequency above the ceiling; narrow: at some frequency the sums
+    give the power to less than 1e-9, for which they should be wide."""
 
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
         (name, c_double) for name in ("baseline", "coarsest_df", "ceiling", "independent")
@@ -68,8 +68,8 @@ class Sampling(ctypes.Structure):
         return bool(self.flags & _PAST_CEILING)
 
     @property
-    def few_cycles(self):
-        return bool(self.flags & _FEW_CYCLES)
+    def narrow(self):
+        return bool(self.flags & _NARROW)
 
 
 class _Bootstrap(ctypes.Structure):
@@ -77,7 +77,7 @@ class _Bootstrap(ctypes.Structure):
                 ("progress_data", c_void_p)]
 
 
-_FIXED_MEAN, _WIDE, _AT_EDGE, _COARSE, _PAST_CEILING, _FEW_CYCLES = 1, 2, 1, 1, 2, 4
+_FIXED_MEAN, _WIDE, _AT_EDGE, _COARSE, _PAST_CEILING, _NARROW = 1, 2, 1, 1, 2, 4
 _NORMALISATIONS = {"standard": 0, "model": 1, "log": 2, "psd": 3}
 _FAPS = {"baluev": 0, "naive": 1, "single": 2, "sequential": 3}
 _doubles = POINTER(c_double)
@@ -141,7 +141,7 @@ class Periodogram:
     time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
     between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
     order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
-    wide=True keeps all digits where the lowest frequency has less than 0.05 cycles over the data.
+    wide=True keeps all digits where sampling().narrow says that they are lost, as over small parts of a cycle.
     A grid that suits data of time span T and median step dt: f0 = 1.5/T, df = 0.1/T, nf = (0.5/dt - f0)/df.
     """
 
