@@ -5,7 +5,7 @@
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 1e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-15 + 1e-28 (1 + m) N/(W l):
+ * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-13 + 1e-28 (1 + m) N/(W l):
  *              N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean is away from
  *              value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance of cos and sin 2 pi f t. It
  *              is near 1/2 for ordinary times and sigmas, so that the power has 14 digits; it is small, (f T)^4 or
@@ -42,8 +42,8 @@ typedef struct toliman_period_options {
     double sigma_floor; /* smallest sigma to come; default 1 */
     /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query of the
-     * power some fifty times. */
+     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
+     * as long again. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */

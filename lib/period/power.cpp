@@ -169,10 +169,12 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
     const Grid &grid = stream_.grid();
     const int64_t samples = stream_.totals().count;
     const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
-    const bool vectors = spread_ > far * far && !grid.wide() && samples > 3 && samples < int64_t{1} << 32;
+    // Of wide sums vectors leave out the lowest limbs: nothing beside values that scatter by so much more.
+    const bool lowest = grid.wide() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
+    const bool vectors = spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
     if (vectors) {
-        const int64_t *lo[kernels::kNarrowSums], *hi[kernels::kNarrowSums];
-        for (size_t sum = 0; sum < kernels::kNarrowSums; sum++) {
+        const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
+        for (size_t sum = 0; sum < grid.sums(); sum++) {
             lo[sum] = stream_.low(sum, first);
             hi[sum] = stream_.high(sum, first);
         }
@@ -183,7 +185,8 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
         shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
         shared.spread = static_cast<double>(spread_);
         shared.fixed_mean = grid.fixed_mean;
-        if (kernels::power_kernels().power(lo, hi, count, shared, power) == 0)
+        const kernels::PowerKernels &known = kernels::power_kernels();
+        if ((grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power) == 0)
             return;
     }
     for (size_t i = 0; i < count; i++)
