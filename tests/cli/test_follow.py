@@ -77,6 +77,15 @@ class Follow(ProgramTest):
         self.assertEqual((done.returncode, done.stderr.count("skipped\n")), (0, 3), done.stderr)
         self.assert_state("s.tlmp", ROWS)
 
+    def test_references_come_from_the_first_sample_that_is_taken(self):
+        rows = [row.replace("\n", ",1\n") for row in ROWS]
+        bounds = ("--sigma-floor", "0.5", "--sigma-ceiling", "2", "--save-state")
+        done = self.follow("-900,1e7,9\n" + "".join(rows), *bounds, "s.tlmp")
+        self.assertIn("standard input:1: sigma = 9: above sigma_ceiling = 2", done.stderr)
+        self.assertIn("(--sigma-ceiling): skipped", done.stderr)
+        self.follow("".join(rows), *bounds, "calm.tlmp")
+        self.assertEqual((self.folder / "s.tlmp").read_bytes(), (self.folder / "calm.tlmp").read_bytes())
+
     def test_a_wrong_line_of_names_is_an_error(self):
         done = self.follow("y,time\n" + "".join(ROWS))
         self.assertEqual((done.returncode, done.stdout), (3, ""))

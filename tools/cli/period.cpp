@@ -64,7 +64,7 @@ adds up such files). What may come is fixed when sums begin: sigmas from 1/8 of 
 less where only that keeps the sums narrow; values within 2^20 of the first one with --follow, else within 2^20 times
 their spread of the median. --sigma-floor, --sigma-ceiling and --value-bound say otherwise. Samples with and without
 sigma do not mix. Below 1/20 of a cycle in the time span narrow sums lose digits: --wide keeps them, by itself where all
-samples are at hand. From sums alone the peak is refined by a parabola, without standard errors, and amplitude, phase and
+samples are at hand. From sums alone the peak is refined by a parabola, without an error of its own; amplitude, phase and
 offset are those of the grid's frequency nearest to it.
 
 The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time.
