@@ -61,7 +61,7 @@ class Streams(Series):
             self.succeed("period", name + ".csv", "--follow", *GRID, *BOUNDS, "--save-state", name + ".tlmp")
         self.assertEqual(self.succeed("merge", "again.tlmp", "part.tlmp", "--out", "merged.tlmp"), "")
         self.assertEqual(self.bytes_of("merged.tlmp"), self.bytes_of("more.tlmp"))
-        # The other shard has other references and bounds: merged, its power is that of all samples but for rounding.
+        # The other shard has other references: merged, its power is that of all samples but for rounding.
         self.succeed("period", "second.csv", "--follow", *GRID, *BOUNDS[2:4], "--save-state", "2.tlmp")
         self.assertEqual(self.succeed("merge", "part.tlmp", "2.tlmp", "--out", "merged.tlmp"), "")
         results = [json.loads(self.succeed("period", "--from-state", name, "--json", "--power", name + ".npy"))
@@ -196,6 +196,13 @@ class States(Series):
         self.refuse(3, "a.tlmp: is a saved state: --from-state takes it", arguments=("period", "a.tlmp"))
         self.refuse(6, "no/c: cannot be written: No such file",
                     arguments=("merge", "a.tlmp", "b.tlmp", "--out", "no/c"))
+
+    def test_what_does_not_fit_the_first_state(self):
+        self.succeed("period", "all.csv", *GRID, "--save-state", "a.tlmp")
+        self.write("far.csv", self.series + [0, 1e9, 0])
+        self.succeed("period", "far.csv", *GRID, "--save-state", "far.tlmp")
+        self.refuse(3, "far.tlmp: merge: the other's values", "(--value-bound, ", "that made the first state)",
+                    arguments=("merge", "a.tlmp", "far.tlmp", "--out", "c"))
 
     def test_what_cannot_be_written_is_told_first(self):
         (self.folder / "bad.csv").write_text("t,y\n1,junk\n")  # would be told once it is read

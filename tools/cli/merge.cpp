@@ -1,5 +1,4 @@
 // toliman merge: the sums of shards into one.
-#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <map>
@@ -19,6 +18,8 @@ struct Options {
     std::string out;
 };
 
+constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
+
 constexpr char kDescription[] = R"(Add up the saved sums of periodograms.
 
 Example:
@@ -27,9 +28,9 @@ Example:
   toliman merge here.tlmp there.tlmp --out all.tlmp
   toliman period --from-state all.tlmp
 
-The first file's grid and references stay; its bounds are widened to what the others allow. With equal ones the result
-has the bits that all samples in one periodogram would give, in any shards and order; others of the same frequencies are
-turned to the first's. No file may be given twice, as itself or as a copy, and sigmas stand in all files or in none.)";
+The first file's grid and references stay. With equal ones the result has the bits that all samples in one periodogram
+would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
+twice, as itself or as a copy, and sigmas stand in all files or in none.)";
 
 // The same samples make the same bytes: a state given twice would count them twice.
 class Once {
@@ -53,47 +54,22 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
                             " sigma, those before have " + (more.weighted != 0 ? "none" : "one"));
 }
 
-// No sums yet, with the grid and references of the first file and bounds that hold what any file may hold: the first's
-// own where these are enough.
-toliman::periodogram empty_sum(const std::vector<std::string> &files) {
-    Once once;
-    toliman_period_info first = {}, counted = {}; // the latter with samples
-    toliman_period_options how;
-    toliman_period_options_init(&how);
-    for (const std::string &file : files) {
-        const toliman::periodogram state = load_state(file);
-        const toliman_period_info info = info_of(state);
-        once.check(state, file);
-        if (first.nf == 0) {
-            first = info;
-            how.value_bound = info.value_bound;
-            how.sigma_floor = info.sigma_floor;
-        }
-        check_weights(counted, info, file);
-        counted = info.count > 0 ? info : counted;
-        const double farthest = std::fabs(info.value_offset - first.value_offset) + info.value_bound;
-        if (farthest > how.value_bound)
-            how.value_bound = std::exp2(std::ceil(std::log2(farthest)));
-        how.sigma_floor = std::fmin(how.sigma_floor, info.sigma_floor);
-        how.sigma_ceiling = std::fmax(how.sigma_ceiling, info.sigma_ceiling);
-        how.flags |= info.flags & TOLIMAN_PERIOD_WIDE;
-    }
-    how.flags |= first.flags;
-    how.time_offset = first.time_offset;
-    how.value_offset = first.value_offset;
-    how.time_offset_ns = first.time_offset_ns;
-    how.unit_ns = first.unit_ns;
-    return make_periodogram({first.f0, first.df, first.nf}, how);
-}
-
 void merge(const Options &options) {
     if (options.files.size() < 2)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
     check_output(options.out);
-    const toliman::periodogram sum = empty_sum(options.files);
-    for (const std::string &file : options.files)
-        if (toliman_period_merge(sum.get(), load_state(file).get()) != TOLIMAN_OK)
-            malformed(file, toliman_last_error());
+    const toliman::periodogram sum = load_state(options.files.front());
+    Once once;
+    once.check(sum, options.files.front());
+    for (size_t i = 1; i < options.files.size(); i++) {
+        const std::string &file = options.files[i];
+        const toliman::periodogram more = load_state(file);
+        once.check(more, file);
+        check_weights(info_of(sum), info_of(more), file);
+        const toliman_status status = toliman_period_merge(sum.get(), more.get());
+        if (status != TOLIMAN_OK)
+            malformed(file, toliman_last_error() + std::string(status == TOLIMAN_E_RANGE ? kBounds : ""));
+    }
     save_state(sum, options.out);
     std::fprintf(stderr, "%s: %lld samples\n", options.out.c_str(),
                  static_cast<long long>(toliman_period_count(sum.get())));

@@ -49,7 +49,7 @@ void PeriodReport::print() const {
                     peak.fwhm_error);
     else
         std::printf("period      %.6g +- %.2g (least squares), half width %.3g, FWHM %.3g\n", peak.period,
-                    peak.frequency_error * peak.period * peak.period, peak.half_width_error, peak.fwhm_error);
+                    peak.period_error, peak.half_width_error, peak.fwhm_error);
     std::printf("amplitude   %.6g +- %.2g, offset %.6g\n", peak.amplitude, peak.amplitude_error, peak.offset);
     std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
