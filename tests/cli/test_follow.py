@@ -39,6 +39,11 @@ class Follow(ProgramTest):
         while json.loads(child.stdout.readline())["t"] != float(rows[-1].split(",")[0]):
             pass
 
+    @staticmethod
+    def catches(child, number):
+        caught = pathlib.Path(f"/proc/{child.pid}/status").read_text().split("SigCgt:")[1].split()[0]
+        return int(caught, 16) >> (number - 1) & 1
+
     def samples(self, name):
         return json.loads(self.succeed("period", "--from-state", name, "--json"))["n"]
 
@@ -128,8 +133,8 @@ class Follow(ProgramTest):
             child = subprocess.Popen([PROGRAM, "period", "-", *how], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                      stderr=subprocess.PIPE, text=True)
             self.addCleanup(self.end, child)
-            while "poll" not in pathlib.Path(f"/proc/{child.pid}/wchan").read_text():
-                time.sleep(0.05)
+            while not self.catches(child, signal.SIGINT):
+                time.sleep(0.02)
             child.send_signal(signal.SIGINT)
             told = child.communicate(timeout=20)[1]
             self.assertEqual((child.returncode, told), (130, "toliman: stopped by a signal\n"))

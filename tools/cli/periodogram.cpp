@@ -79,7 +79,7 @@ toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_p
 }
 
 std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state) {
-    const std::string why = toliman_last_error();
+    std::string why = toliman_last_error();
     const toliman_period_info info = info_of(periodogram);
     const char *option = std::fabs(y - info.value_offset) > info.value_bound ? "--value-bound"
                          : sigma < info.sigma_floor                          ? "--sigma-floor"

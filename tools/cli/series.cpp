@@ -102,7 +102,7 @@ class SampleReader::Lines {
     // Editors of some systems put a mark before the text, U+FEFF.
     void begin(std::string &line) const {
         if (line.compare(0, 6, "\x93NUMPY") == 0)
-            malformed(name(), "is a .npy file: give it by its name, without --follow");
+            malformed(name(), "is a .npy file: give it by its name, without --follow and --from-state");
         if (line.compare(0, 4, "TLMP") == 0)
             malformed(name(), "is a saved state: --from-state takes it");
         if (line.compare(0, 3, "\xef\xbb\xbf") == 0)
