@@ -67,6 +67,8 @@ class RealVelocities(ProgramTest):
         self.assertAlmostEqual(10 ** counted, share, delta=5 * math.sqrt(share * (1 - share) / 400) + 0.01)
         few = log10_fap("--fap", "bootstrap", "--resamplings", 99, grid=GRID)[0]
         self.assertAlmostEqual(few, -2, delta=1e-12)
+        self.assertIn("log10 FAP   < -2.00 (bootstrap, none of 99)\n",
+                      self.succeed("period", DATA, *GRID, "--fap", "bootstrap", "--resamplings", 99))
         self.assertIn("(sequential)", self.succeed("period", DATA, "--fap", "sequential"))
         self.refuse(2, "--fap", arguments=("period", DATA, "--fap", "analytic"))
 
@@ -121,12 +123,26 @@ class RealVelocities(ProgramTest):
         numpy.savetxt(self.folder / "nights.csv", numpy.column_stack([t, y]), delimiter=",", fmt="%.17g")
         self.check_against_45_digits("nights.csv", t, y, numpy.ones(24), 0.05, 0.0137)
 
+    def test_a_named_pipe(self):
+        os.mkfifo(self.folder / "pipe")
+        writer = subprocess.Popen(["cp", DATA, "pipe"], cwd=self.folder)
+        self.assertEqual(self.succeed("period", "pipe"), self.succeed("period", DATA))
+        self.assertEqual(writer.wait(), 0)
+
     def test_standard_input(self):
         self.assertEqual(self.succeed("period", "-", input=DATA.read_text()), self.succeed("period", DATA))
 
     def test_summary_for_people(self):
         out = self.succeed("period", DATA)
         self.assertIn("period      531.9", out)
+        grid = json.loads(self.succeed("period", DATA, "--json"))
+        shortest, longest = (grid["searched"][name] for name in ("shortest", "longest"))
+        self.assertAlmostEqual(longest, 1 / grid["grid"]["f0"], delta=1e-9 * longest)
+        self.assertAlmostEqual(1 / shortest, grid["grid"]["f0"] + grid["grid"]["df"] * (grid["grid"]["nf"] - 1), 12)
+        self.assertIn(f"searched    periods from {shortest:.6g} to {longest:.6g}\n", out)
+        zero = ("period", DATA, "--f0", 0, "--df", 1e-4, "--nf", 301)
+        self.assertIn("searched    periods from 33.3333 to inf\n", self.succeed(*zero))
+        self.assertIsNone(json.loads(self.succeed(*zero, "--json"))["searched"]["longest"])
         self.assertIn("log10 FAP", out)
 
 

@@ -240,7 +240,8 @@ static void power_is_as_exact_as_promised(void **unused) {
             assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
             assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 1, &power));
             assert_ok(toliman_period_query_sampling(period, times, n, &sampling));
-            const double error = fabs(power - expected), promised = (wide ? 1e-13 : 2e-15) + (wide ? 1e-28 : 4e-15) * loss;
+            const double error = fabs(power - expected),
+                         promised = (wide ? 1e-13 : 2e-15) + (wide ? 1e-28 : 4e-15) * loss;
             if (!(error <= promised))
                 fail_msg("draw %d, wide %u: wrong by %.2e, promised %.2e", draw, wide, error, promised);
             if (error > 1e-9 && (sampling.flags & TOLIMAN_PERIOD_NARROW) == 0)
