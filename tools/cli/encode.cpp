@@ -6,6 +6,7 @@
 #include "command.hpp"
 #include "failure.hpp"
 #include "frames_in.hpp"
+#include "network.hpp"
 #include "output.hpp"
 
 namespace cli {
@@ -50,15 +51,10 @@ void shape_of(const std::string &text, size_t &rows, size_t &cols) {
 }
 
 void encode(const EncodeOptions &options, Progress &progress) {
-    const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.weights.c_str());
-    toliman_cae_info info = {};
-    info.struct_size = sizeof info;
-    toliman::check(toliman_cae_get_info(cae.get(), &info));
+    const Network network(options.weights);
+    const toliman_cae_info &info = network.info;
     size_t rows, cols;
     shape_of(options.shape, rows, cols);
-    if (info.trained == 0)
-        throw Failure(kExitInput, options.weights + ": holds a training that was stopped, no trained network: `toliman "
-                                                    "train --resume` goes on with it");
     const bool in_pixels = info.cosine > 0; // unsupervised training leaves the latent without a unit
     const char *head = in_pixels ? "file,frame,latent_px\n" : "file,frame,latent\n"; // printed with the first line
     bool far = false;
@@ -73,7 +69,7 @@ void encode(const EncodeOptions &options, Progress &progress) {
         for (size_t k = 0; k < frames.count(); k++) {
             frames.read(image.data());
             double latent;
-            const toliman_status status = toliman_cae_encode(cae.get(), image.data(), frames.cols(), &latent);
+            const toliman_status status = toliman_cae_encode(network.cae.get(), image.data(), frames.cols(), &latent);
             if (status != TOLIMAN_OK)
                 throw Failure(kExitInput, path + ": frame " + std::to_string(k) + ": " + toliman_last_error());
             if (in_pixels && !far && std::fabs(latent) > kFarSigmas * info.crb_px) {

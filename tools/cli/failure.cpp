@@ -1,5 +1,7 @@
 #include "failure.hpp"
 
+#include <new>
+
 namespace cli {
 
 void malformed(const std::string &path, const std::string &why) {
@@ -26,6 +28,21 @@ ExitCode exit_code(toliman_status status) noexcept {
         return kExitInterrupted;
     default:
         return kExitInternal;
+    }
+}
+
+Ending ending_of(const std::function<void()> &work) {
+    try {
+        work();
+        return {};
+    } catch (const Failure &failure) {
+        return {failure.code(), failure.what()};
+    } catch (const toliman::error &error) {
+        return {exit_code(error.status()), error.what()};
+    } catch (const std::bad_alloc &) {
+        return {kExitInternal, "out of memory"};
+    } catch (const std::exception &error) {
+        return {kExitInternal, error.what()};
     }
 }
 

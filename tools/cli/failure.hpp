@@ -1,5 +1,6 @@
 // How the program ends: exit codes of the documentation and one clear line on stderr.
 #pragma once
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -33,5 +34,12 @@ class Failure : public std::runtime_error {
 
 // Exit code of a failed library call.
 ExitCode exit_code(toliman_status status) noexcept;
+
+// What some work came to: kExitOk, or the code and the reason of what it threw.
+struct Ending {
+    ExitCode code = kExitOk;
+    std::string why;
+};
+Ending ending_of(const std::function<void()> &work);
 
 } // namespace cli

@@ -36,11 +36,22 @@ Json &Json::set(const char *name, JsonTree &&value) {
     return *this;
 }
 
-std::string text_of(const JsonTree &tree) {
-    char *printed = cJSON_Print(tree.get());
+namespace {
+
+std::string owned(char *printed) {
     std::string text = printed != nullptr ? std::string(printed) + "\n" : "";
     cJSON_free(printed);
     return text;
+}
+
+} // namespace
+
+std::string text_of(const JsonTree &tree) {
+    return owned(cJSON_Print(tree.get()));
+}
+
+std::string line_of(const JsonTree &tree) {
+    return owned(cJSON_PrintUnformatted(tree.get()));
 }
 
 } // namespace cli

@@ -14,6 +14,8 @@ using JsonTree = std::unique_ptr<cJSON, FreeJson>;
 
 // The tree as text, indented, with a line end.
 std::string text_of(const JsonTree &tree);
+// The same on one line.
+std::string line_of(const JsonTree &tree);
 
 class Json {
   public:
@@ -25,6 +27,7 @@ class Json {
     Json &set(const char *name, Json &&value); // nested
     Json &set(const char *name, JsonTree &&value);
     std::string text() const { return text_of(object_); }
+    std::string line() const { return line_of(object_); }
     JsonTree release() { return std::move(object_); }
 
   private:

@@ -1,11 +1,10 @@
 // toliman: the command line of libtoliman.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <unistd.h>
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "fast_blas.hpp"
 #include "help.hpp"
 #include "suggest.hpp"
 
@@ -32,20 +31,6 @@ Examples:
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
 3 an input file missing or malformed, 4 finished but samples skipped (--strict), 6 output cannot be written,
 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
-
-// OpenBLAS chooses kernels and threads once, when it is loaded: set both and start again. The environment wins.
-void restart_with_fast_blas(char **argv) {
-    toliman_machine machine = {};
-    machine.struct_size = sizeof machine;
-    toliman::check(toliman_get_machine(&machine));
-    bool changed = false;
-    if (machine.blas_is_slow != 0 && std::getenv("OPENBLAS_CORETYPE") == nullptr)
-        changed = ::setenv("OPENBLAS_CORETYPE", machine.blas_better, 1) == 0;
-    if (machine.blas_threads != 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr)
-        changed = ::setenv("OPENBLAS_NUM_THREADS", "1", 1) == 0 || changed;
-    if (changed)
-        ::execv("/proc/self/exe", argv); // on failure go on as we are: slower, not wrong
-}
 
 int complain(int code, const char *text) {
     std::fprintf(stderr, "toliman: %s\n", text);
@@ -106,16 +91,10 @@ int parse_and_run(int argc, char **argv) {
 } // namespace
 
 int main(int argc, char **argv) {
-    try {
+    int code = kExitOk;
+    const Ending ending = ending_of([&] {
         restart_with_fast_blas(argv);
-        return parse_and_run(argc, argv);
-    } catch (const Failure &failure) {
-        return complain(failure.code(), failure.what());
-    } catch (const toliman::error &error) {
-        return complain(exit_code(error.status()), error.what());
-    } catch (const std::bad_alloc &) {
-        return complain(kExitInternal, "out of memory");
-    } catch (const std::exception &error) {
-        return complain(kExitInternal, error.what());
-    }
+        code = parse_and_run(argc, argv);
+    });
+    return ending.code == kExitOk ? code : complain(ending.code, ending.why.c_str());
 }

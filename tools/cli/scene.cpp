@@ -9,13 +9,13 @@ namespace cli {
 
 namespace {
 
-toliman::simulator open_scene(const std::string &path, Progress &progress) {
+toliman_sim_options shown_by(Progress &progress) {
     toliman_sim_options options;
     toliman_sim_options_init(&options);
     options.progress = Progress::callback;
     options.log = Progress::log;
     options.progress_data = options.log_data = &progress;
-    return toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options);
+    return options;
 }
 
 toliman_sim_info info_of(const toliman::simulator &sim) {
@@ -37,8 +37,11 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
 
 } // namespace
 
-Scene::Scene(const std::string &file, Progress &progress)
-    : path(file), sim(open_scene(file, progress)), info(info_of(sim)) {}
+Scene::Scene(const std::string &file, Progress &progress) : Scene(file, shown_by(progress)) {}
+
+Scene::Scene(const std::string &file, const toliman_sim_options &options)
+    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create, file.c_str(), &options)),
+      info(info_of(sim)) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
     : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),

@@ -11,6 +11,7 @@ namespace cli {
 
 struct Scene {
     Scene(const std::string &file, Progress &progress);
+    Scene(const std::string &file, const toliman_sim_options &options);
     // A variant of the scene file: its files start where those of the file do; without progress and remarks.
     Scene(const std::string &file, const std::string &json);
 

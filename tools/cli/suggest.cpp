@@ -47,7 +47,7 @@ std::string unknown_word(const CLI::App &app, int argc, char **argv) {
     add_options(app, options);
     for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
         commands.push_back(command->get_name());
-    bool chosen = false;
+    bool chosen = commands.empty(); // a program without any
     for (int i = 1; i < argc; i++) {
         const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
         if (word == "--") // files follow

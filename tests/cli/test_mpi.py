@@ -1,0 +1,135 @@
+"""toliman-mpi: the same bits for any number of ranks, and errors that end all. TOLIMAN_MPI is the program."""
+import csv
+import json
+import os
+import subprocess
+import sys
+import unittest
+
+import numpy
+from astropy.timeseries import LombScargle
+from program import ROOT, SCENES, ProgramTest
+
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+PROGRAM = os.environ.get("TOLIMAN_MPI", "")
+MPIRUN = ["mpirun", "--quiet", "--oversubscribe", "--bind-to", "none"]
+if os.geteuid() == 0:
+    MPIRUN.append("--allow-run-as-root")
+FRAMES, AMPLITUDE, PERIOD = 97, 3e-6, 40
+
+
+def digest(data):
+    """FNV-1a of 64 bits."""
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return f"{value:016x}"
+
+
+class Mpi(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.scene("s.json", FRAMES)
+
+    def scene(self, name, frames):
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["telescope"]["pupil_samples"], scene["band"]["step_nm"] = 64, 10
+        scene["cadence"]["frames"] = frames
+        scene["signal"].update(amplitude_px=AMPLITUDE, period_days=PERIOD)
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def ranks(self, count, *arguments, more=()):
+        command = [*MPIRUN, "-n", str(count), PROGRAM, *map(str, arguments), *map(str, more)]
+        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, timeout=250)
+
+    def output(self, count, *arguments):
+        done = self.ranks(count, *arguments)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout
+
+    def end(self, code, text, count, *arguments, more=()):
+        done = self.ranks(count, *arguments, more=more)
+        self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
+        told = [line for line in done.stderr.splitlines() if line.startswith("toliman")]
+        self.assertEqual(len(told), 1, done.stderr)
+        self.assertTrue(told[0].startswith("toliman-mpi: " + text), told[0])
+
+    def state_of(self, times, values, grid):
+        """Digest of the state of one periodogram that takes the samples backwards."""
+        from toliman import Periodogram
+        with Periodogram(grid["f0"], grid["df"], grid["nf"], time_offset=times[0], wide=True) as periodogram:
+            for t, y in zip(reversed(times), reversed(values)):
+                periodogram.push(t, y)
+            periodogram.save(str(self.folder / "state.tlmp"))
+        return digest((self.folder / "state.tlmp").read_bytes())
+
+    def test_template_on_1_2_3_4_ranks_is_that_of_run(self):
+        outputs = {self.output(count, "s.json", "--seed", 5, "--json") for count in (1, 2, 3, 4)}
+        self.assertEqual(len(outputs), 1)
+        found = json.loads(outputs.pop())
+        run = json.loads(self.succeed("run", "s.json", "--seed", 5, "--out", "run", "--json"))
+        self.assertEqual((found["grid"], found["frames"], found["seed"]), (run["grid"], FRAMES, 5))
+        with open(self.folder / "run" / "series.csv") as stream:
+            rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+        times, values = ([float(row[name]) for row in rows] for name in ("t", "template"))
+        self.assertEqual(found["digest"], self.state_of(times, values, found["grid"]))
+        grid = found["grid"]
+        frequency = grid["f0"] + grid["df"] * numpy.arange(grid["nf"])
+        power = LombScargle(times, values).power(frequency, method="slow")
+        self.assertLess(abs(1 / found["period_days"] - frequency[power.argmax()]), grid["df"])
+        self.assertLess(abs(found["power"] - power.max()), 1e-2)
+        self.assertLess(found["log10_fap"], -2)
+        self.assertLess(abs(found["period_days"] - PERIOD), 2)
+
+    def test_weights_encode_as_the_program_does(self):
+        self.succeed("train", "s.json", "--steps", 20, "--out", "w.tlmw")
+        outputs = {self.output(count, "s.json", "--weights", "w.tlmw", "--json") for count in (1, 2, 4)}
+        self.assertEqual(len(outputs), 1)
+        found = json.loads(outputs.pop())
+        self.assertEqual(found["estimator"], "cae")
+        self.succeed("simulate", "s.json", "--out", "frames.npy")
+        lines = self.succeed("encode", "--weights", "w.tlmw", "frames.npy").splitlines()[1:]
+        times, values = [float(k) for k in range(FRAMES)], [float(line.split(",")[2]) for line in lines]
+        self.assertEqual(found["digest"], self.state_of(times, values, found["grid"]))
+
+    def test_a_campaign_is_its_series(self):
+        campaign = self.output(2, "s.json", "--campaign", 3, "--seed", 8)
+        self.assertEqual(campaign, "".join(self.output(1, "s.json", "--seed", s, "--json") for s in (8, 9, 10)))
+        self.assertEqual(len({json.loads(line)["digest"] for line in campaign.splitlines()}), 3)
+
+    def test_more_ranks_than_frames(self):
+        self.scene("five.json", 5)
+        self.assertEqual(self.output(6, "five.json"), self.output(1, "five.json"))
+
+    def test_text_and_help(self):
+        found = json.loads(self.output(1, "s.json", "--json"))
+        text = self.output(2, "s.json")
+        for part in (f"{found['period_days']:.2f} days", f"log10 FAP {found['log10_fap']:.1f}", found["digest"]):
+            self.assertIn(part, text)
+        self.assertEqual(self.output(2, "--help").count("Examples:"), 1)
+
+    def test_what_fails_everywhere_is_told_once(self):
+        self.end(2, "unknown option --sede (did you mean --seed", 2, "s.json", "--sede", 1)
+        self.end(2, "--campaign", 2, "s.json", "--campaign", 0)
+        self.end(2, "--campaign 2: its last seed", 2, "s.json", "--seed", 2**64 - 1, "--campaign", 2)
+        self.end(2, "--seed", 2, "s.json", "--seed", -1)
+        self.end(3, "", 2, "none.json")
+        self.end(3, "", 2, "s.json", "--weights", "none.tlmw")
+        self.scene("few.json", 4)
+        self.end(2, "few.json: cadence.frames = 4", 2, "few.json")
+
+    def test_what_fails_on_one_rank_ends_all(self):
+        self.end(3, "rank 1: ", 1, "s.json", more=(":", "-n", 1, PROGRAM, "none.json"))
+        self.end(2, "rank 0: ", 1, "s.json", "--campaign", 0, more=(":", "-n", 2, PROGRAM, "s.json"))
+
+    def test_a_full_disk_is_an_output_that_cannot_be_written(self):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([PROGRAM, "s.json"], cwd=self.folder, stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertIn("toliman-mpi: ", done.stderr)
+
+
+if __name__ == "__main__":
+    if not PROGRAM:
+        sys.exit(77)
+    unittest.main()

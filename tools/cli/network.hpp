@@ -1,0 +1,17 @@
+// The trained network of a weights file.
+#pragma once
+#include <string>
+
+#include <toliman/toliman.hpp>
+
+namespace cli {
+
+struct Network {
+    // A Failure for the file of a training that was stopped.
+    explicit Network(const std::string &path);
+
+    toliman::autoencoder cae;
+    toliman_cae_info info = {};
+};
+
+} // namespace cli

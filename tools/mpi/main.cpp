@@ -1,0 +1,220 @@
+// toliman-mpi: frames of a scene over the ranks of a job, and one exact periodogram of them all.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+
+#include "fast_blas.hpp"
+#include "json.hpp"
+#include "network.hpp"
+#include "output.hpp"
+#include "periodogram.hpp"
+#include "ranks.hpp"
+#include "scene.hpp"
+#include "seed.hpp"
+#include "suggest.hpp"
+
+namespace {
+
+using namespace cli;
+using toliman::check;
+
+constexpr char kDescription[] = R"(Simulate a scene, estimate its frames and find the period, on all ranks of an MPI job.
+
+Examples:
+  mpirun -n 4 toliman-mpi chapter.json
+  mpirun -n 4 toliman-mpi chapter.json --weights chapter.tlmw --seed 7 --json
+  mpirun -n 4 toliman-mpi chapter.json --campaign 20 >campaign.jsonl
+
+Each rank makes a range of the frames on one processor, and their exact sums are added up: what is printed has the same
+bits for any number of ranks. The grid is that of `toliman run`. Exit codes are those of `toliman`.)";
+
+struct Options {
+    std::string scene, weights;
+    uint64_t seed = 0;
+    int64_t campaign = 1;
+    bool seed_given = false, as_json = false;
+};
+
+// False where the command line only asked for help, which the first rank gives.
+bool parse(int argc, char **argv, bool first, Options &options) {
+    CLI::App app(kDescription, "toliman-mpi");
+    app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
+    app.add_option("SCENE", options.scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    CLI::Option *seed = add_seed(app, options.seed, "seed of the noise, default the scene's");
+    CLI::Option *campaign = app.add_option("--campaign", options.campaign, "series, with as many seeds from the first");
+    campaign->check(CLI::Range(1, 1000000));
+    app.add_option("--weights", options.weights, "weights file of `toliman train`; without it the template estimates");
+    app.add_flag("--json", options.as_json, "a line of JSON, as a campaign has for each series");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success &success) {
+        if (first)
+            app.exit(success);
+        return false;
+    } catch (const CLI::ParseError &error) {
+        const std::string unknown = unknown_word(app, argc, argv);
+        throw Failure(kExitUsage, unknown.empty() ? error.what() : unknown);
+    }
+    options.seed_given = seed->count() > 0;
+    options.as_json = options.as_json || campaign->count() > 0;
+    return true;
+}
+
+// One thread a rank; one rank alone speaks.
+toliman_sim_options quiet_but(bool speaks, Progress &progress) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.threads = 1;
+    if (speaks)
+        options.log = Progress::log;
+    options.log_data = &progress;
+    return options;
+}
+
+class Job {
+  public:
+    Job(const Options &options, bool speaks)
+        : progress_(Progress::Style::none), scene_(options.scene, quiet_but(speaks, progress_)),
+          first_seed_(options.seed_given ? options.seed : scene_.info.seed) {
+        check_cadence(scene_, "toliman-mpi");
+        if (first_seed_ > UINT64_MAX - static_cast<uint64_t>(options.campaign - 1))
+            throw Failure(kExitUsage, "--campaign " + std::to_string(options.campaign) + ": its last seed must be at " +
+                                          "most 18446744073709551615, the first is " + std::to_string(first_seed_));
+        times_ = Cadence(scene_).times;
+        grid_ = default_grid({scene_.path, times_, {}, {}});
+        if (options.weights.empty())
+            template_ = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene_.sim.get());
+        else
+            load(options.weights);
+    }
+
+    int64_t frames() const noexcept { return scene_.info.frames; }
+    uint64_t seed(int64_t series) const noexcept { return first_seed_ + static_cast<uint64_t>(series); }
+
+    // Without samples. Its options do not depend on the values, for no rank knows them all.
+    toliman::periodogram empty() const {
+        toliman_period_options options;
+        toliman_period_options_init(&options);
+        options.flags = flags_of({});
+        options.time_offset = times_.front();
+        return make_periodogram(grid_, options);
+    }
+
+    void push(uint64_t seed, int64_t begin, int64_t end, const toliman::periodogram &into) const {
+        std::vector<double> image(scene_.pixels());
+        for (int64_t k = begin; k < end; k++) {
+            check(toliman_sim_frame_many(scene_.sim.get(), seed, k, 1, nullptr, 1, image.data()));
+            check(toliman_period_push(into.get(), times_[static_cast<size_t>(k)], estimate(image), 1));
+        }
+    }
+
+    void print(uint64_t seed, const toliman::periodogram &sum, bool as_json) const {
+        toliman_period_peak peak = {};
+        peak.struct_size = sizeof peak;
+        check(toliman_period_query_peak(sum.get(), &peak));
+        print_stdout(as_json ? line(seed, sum, peak) : summary(seed, sum, peak));
+    }
+
+  private:
+    void load(const std::string &weights) {
+        network_.emplace(weights);
+        const toliman_cae_info &info = network_->info;
+        if (info.rows != scene_.info.rows || info.cols != scene_.info.cols)
+            throw Failure(kExitInput, weights + ": the weights take frames of " + std::to_string(info.rows) + "x" +
+                                          std::to_string(info.cols) + ", those of " + scene_.path + " have " +
+                                          std::to_string(scene_.info.rows) + "x" + std::to_string(scene_.info.cols));
+    }
+
+    double estimate(const std::vector<double> &image) const {
+        const auto stride = static_cast<size_t>(scene_.info.cols);
+        double value;
+        check(network_ ? toliman_cae_encode(network_->cae.get(), image.data(), stride, &value)
+                       : toliman_linear_encode(template_.get(), image.data(), stride, &value));
+        return value;
+    }
+
+    // FNV-1a of the state's bytes.
+    static std::string digest(const toliman::periodogram &sum) {
+        uint64_t hash = 0xcbf29ce484222325;
+        for (const unsigned char byte : state_bytes(sum))
+            hash = (hash ^ byte) * 0x100000001b3;
+        char text[20];
+        std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+        return text;
+    }
+
+    std::string line(uint64_t seed, const toliman::periodogram &sum, const toliman_period_peak &peak) const {
+        Json json, grid;
+        grid.set("f0", grid_.f0).set("df", grid_.df).set("nf", static_cast<double>(grid_.nf));
+        json.set("schema", "toliman-mpi/1").set("version", toliman_version());
+        json.set("scene", toliman_sim_get_name(scene_.sim.get())).set("estimator", network_ ? "cae" : "template");
+        json.set_whole("seed", seed).set("frames", static_cast<double>(toliman_period_count(sum.get())));
+        json.set("period_days", peak.period).set("period_half_width_days", peak.half_width_error);
+        json.set("period_fwhm_days", peak.fwhm_error).set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+        json.set("power", peak.power).set("log10_fap", peak.log10_fap);
+        json.set("grid", std::move(grid)).set("digest", digest(sum));
+        return json.line();
+    }
+
+    std::string summary(uint64_t seed, const toliman::periodogram &sum, const toliman_period_peak &peak) const {
+        char text[512];
+        std::snprintf(text, sizeof text,
+                      "scene         %.80s: %lld frames, seed %llu, %s\n"
+                      "highest peak  %.2f days, half width %.2f, FWHM %.2f, log10 FAP %.1f%s\n"
+                      "state         %s\n",
+                      toliman_sim_get_name(scene_.sim.get()), static_cast<long long>(toliman_period_count(sum.get())),
+                      static_cast<unsigned long long>(seed), network_ ? "autoencoder" : "template", peak.period,
+                      peak.half_width_error, peak.fwhm_error, peak.log10_fap,
+                      (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "",
+                      digest(sum).c_str());
+        return text;
+    }
+
+    Progress progress_;
+    Scene scene_;
+    uint64_t first_seed_;
+    std::vector<double> times_;
+    FrequencyGrid grid_ = {};
+    std::optional<Network> network_;
+    toliman::linear_estimator template_;
+};
+
+void run(const mpi::Ranks &ranks, int argc, char **argv) {
+    Options options;
+    std::optional<Job> job;
+    ranks.together([&] {
+        if (parse(argc, argv, ranks.first(), options))
+            job.emplace(options, ranks.first());
+    });
+    if (!job)
+        return;
+    for (int64_t series = 0; series < options.campaign; series++) {
+        const uint64_t seed = job->seed(series);
+        toliman::periodogram own;
+        ranks.together([&] {
+            own = job->empty();
+            job->push(seed, ranks.share_begin(job->frames()), ranks.share_end(job->frames()), own);
+        });
+        const toliman::periodogram sum = ranks.sum(own);
+        ranks.together([&] {
+            if (sum)
+                job->print(seed, sum, options.as_json);
+        });
+    }
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    try {
+        cli::restart_with_fast_blas(argv);
+        const mpi::Ranks ranks;
+        run(ranks, argc, argv);
+        return kExitOk;
+    } catch (const mpi::Ended &ended) {
+        return ended.code;
+    } catch (const std::exception &error) { // before the ranks know of each other
+        std::fprintf(stderr, "toliman-mpi: %s\n", error.what());
+        return kExitInternal;
+    }
+}

@@ -1,0 +1,82 @@
+#include "ranks.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <mpi.h>
+
+#include "periodogram.hpp"
+
+namespace mpi {
+
+namespace {
+
+toliman::periodogram state_from(const void *bytes, int size) {
+    return toliman::make<toliman::periodogram>(toliman_period_load, bytes, static_cast<size_t>(size));
+}
+
+// The operation of the reduction: every element of the type is a whole state. It cannot return an error.
+void add_states(void *more, void *sums, int *count, MPI_Datatype *type) {
+    const cli::Ending ending = cli::ending_of([&] {
+        int size = 0;
+        MPI_Type_size(*type, &size);
+        for (ptrdiff_t at = 0; at < *count; at++) {
+            auto *into = static_cast<unsigned char *>(sums) + at * size;
+            const toliman::periodogram sum = state_from(into, size);
+            const toliman::periodogram other = state_from(static_cast<unsigned char *>(more) + at * size, size);
+            toliman::check(toliman_period_merge(sum.get(), other.get()));
+            const std::vector<unsigned char> bytes = cli::state_bytes(sum);
+            std::copy(bytes.begin(), bytes.end(), into);
+        }
+    });
+    if (ending.code == cli::kExitOk)
+        return;
+    std::fprintf(stderr, "toliman-mpi: adding up states: %s\n", ending.why.c_str());
+    MPI_Abort(MPI_COMM_WORLD, ending.code);
+}
+
+} // namespace
+
+Ranks::Ranks() {
+    MPI_Init(nullptr, nullptr);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+    MPI_Comm_size(MPI_COMM_WORLD, &size_);
+}
+
+Ranks::~Ranks() {
+    MPI_Finalize();
+}
+
+void Ranks::together(const std::function<void()> &work) const {
+    const cli::Ending ending = cli::ending_of(work);
+    const int own = ending.code;
+    std::vector<int> codes(static_cast<size_t>(size_));
+    MPI_Allgather(&own, 1, MPI_INT, codes.data(), 1, MPI_INT, MPI_COMM_WORLD);
+    const auto failed = [](int code) { return code != cli::kExitOk; };
+    const auto lowest = std::find_if(codes.begin(), codes.end(), failed);
+    if (lowest == codes.end())
+        return;
+    if (lowest - codes.begin() == rank_) {
+        const bool everywhere = std::all_of(codes.begin(), codes.end(), failed);
+        const std::string where = everywhere ? "" : "rank " + std::to_string(rank_) + ": ";
+        std::fprintf(stderr, "toliman-mpi: %s%s\n", where.c_str(), ending.why.c_str());
+    }
+    throw Ended{static_cast<cli::ExitCode>(*lowest)};
+}
+
+toliman::periodogram Ranks::sum(const toliman::periodogram &own) const {
+    std::vector<unsigned char> bytes = cli::state_bytes(own);
+    MPI_Datatype state;
+    MPI_Op add;
+    MPI_Type_contiguous(static_cast<int>(bytes.size()), MPI_BYTE, &state);
+    MPI_Type_commit(&state);
+    MPI_Op_create(add_states, 1, &add);
+    if (first())
+        MPI_Reduce(MPI_IN_PLACE, bytes.data(), 1, state, add, 0, MPI_COMM_WORLD);
+    else
+        MPI_Reduce(bytes.data(), nullptr, 1, state, add, 0, MPI_COMM_WORLD);
+    MPI_Op_free(&add);
+    MPI_Type_free(&state);
+    return first() ? state_from(bytes.data(), static_cast<int>(bytes.size())) : nullptr;
+}
+
+} // namespace mpi
