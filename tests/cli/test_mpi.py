@@ -33,7 +33,7 @@ class Mpi(ProgramTest):
 
     def scene(self, name, frames):
         scene = json.loads((SCENES / "chapter.json").read_text())
-        scene["telescope"]["pupil_samples"], scene["band"]["step_nm"] = 64, 10
+        scene["telescope"]["pupil_samples"], scene["band"]["step_nm"] = 128, 10
         scene["cadence"]["frames"] = frames
         scene["signal"].update(amplitude_px=AMPLITUDE, period_days=PERIOD)
         (self.folder / name).write_text(json.dumps(scene))
@@ -63,8 +63,8 @@ class Mpi(ProgramTest):
             periodogram.save(str(self.folder / "state.tlmp"))
         return digest((self.folder / "state.tlmp").read_bytes())
 
-    def test_template_on_1_2_3_4_ranks_is_that_of_run(self):
-        outputs = {self.output(count, "s.json", "--seed", 5, "--json") for count in (1, 2, 3, 4)}
+    def test_template_on_1_2_4_ranks_is_that_of_run(self):
+        outputs = {self.output(count, "s.json", "--seed", 5, "--json") for count in (1, 2, 4)}
         self.assertEqual(len(outputs), 1)
         found = json.loads(outputs.pop())
         run = json.loads(self.succeed("run", "s.json", "--seed", 5, "--out", "run", "--json"))
@@ -83,7 +83,7 @@ class Mpi(ProgramTest):
 
     def test_weights_encode_as_the_program_does(self):
         self.succeed("train", "s.json", "--steps", 20, "--out", "w.tlmw")
-        outputs = {self.output(count, "s.json", "--weights", "w.tlmw", "--json") for count in (1, 2, 4)}
+        outputs = {self.output(count, "s.json", "--weights", "w.tlmw", "--json") for count in (1, 3)}
         self.assertEqual(len(outputs), 1)
         found = json.loads(outputs.pop())
         self.assertEqual(found["estimator"], "cae")

@@ -56,6 +56,11 @@ class Installed(unittest.TestCase):
         self.assertIn(str(self.top / "moved"), self.run_tool("ldd", self.top / "moved" / "bin" / "toliman"))
         self.assertTrue((self.top / "moved" / "share" / "man" / "man1" / "toliman.1").is_file())
 
+    @unittest.skipUnless((pathlib.Path(BUILD) / "bin" / "toliman-mpi").is_file(), "built without MPI")
+    def test_mpi(self):
+        self.assertIn(str(self.top / "moved"), self.run_tool("ldd", self.top / "moved" / "bin" / "toliman-mpi"))
+        self.assertTrue((self.top / "moved" / "share" / "man" / "man1" / "toliman-mpi.1").is_file())
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,11 @@
+#!/bin/sh
+#SBATCH --job-name=toliman
+#SBATCH --ntasks=64
+#SBATCH --cpus-per-task=1
+#SBATCH --output=campaign-%j.jsonl
+# A campaign of series over all ranks of a Slurm job, a line of JSON each; mpirun takes their number from the job.
+#     sbatch slurm_mpi.sh SCENE SERIES
+set -eu
+scene=$1
+series=$2
+mpirun toliman-mpi "$scene" --campaign "$series"
