@@ -93,9 +93,9 @@ class Mpi(ProgramTest):
         self.assertEqual(found["digest"], self.state_of(times, values, found["grid"]))
 
     def test_a_campaign_is_its_series(self):
-        campaign = self.output(2, "s.json", "--campaign", 3, "--seed", 8)
-        self.assertEqual(campaign, "".join(self.output(1, "s.json", "--seed", s, "--json") for s in (8, 9, 10)))
-        self.assertEqual(len({json.loads(line)["digest"] for line in campaign.splitlines()}), 3)
+        campaign = self.output(2, "s.json", "--campaign", 2, "--seed", 8)
+        self.assertEqual(campaign, "".join(self.output(1, "s.json", "--seed", s, "--json") for s in (8, 9)))
+        self.assertEqual(len({json.loads(line)["digest"] for line in campaign.splitlines()}), 2)
 
     def test_more_ranks_than_frames(self):
         self.scene("five.json", 5)

@@ -18,7 +18,8 @@ namespace {
 using namespace cli;
 using toliman::check;
 
-constexpr char kDescription[] = R"(Simulate a scene, estimate its frames and find the period, on all ranks of an MPI job.
+constexpr char kDescription[] =
+    R"(Simulate a scene, estimate its frames and find the period, on all ranks of an MPI job.
 
 Examples:
   mpirun -n 4 toliman-mpi chapter.json
