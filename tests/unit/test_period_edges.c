@@ -8,16 +8,12 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
 enum { N = 200, NF = 90 };
 static double times[N], values[N], sigmas[N];
-
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
-}
 
 /* A sine of period 10 with noise at 200 even times. */
 static void fill_sine(double mean, double scale) {
