@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "cae_scene.h"
+#include "own_memory.h"
 #include "scene_text.h"
 #include "test_folder.h"
 
@@ -33,15 +34,6 @@ static double seconds(clockid_t clock) {
     struct timespec t;
     clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static double resident_kib(void) {
-    long size, resident;
-    FILE *const file = fopen("/proc/self/statm", "r");
-    assert_non_null(file);
-    assert_int_equal(fscanf(file, "%ld %ld", &size, &resident), 2);
-    fclose(file);
-    return (double)resident * (double)sysconf(_SC_PAGESIZE) / 1024;
 }
 
 /* Frames of a few noises of the scene; a counter in the first pixel makes every frame another one. */
@@ -97,7 +89,8 @@ static void soak(const char *name, toliman_track_options options, const source *
     toliman_track *track = NULL;
     assert_ok(toliman_track_create(&options, &track));
     push_batch(track, from, 0, BATCH);
-    const double memory = resident_kib(), wall = seconds(CLOCK_MONOTONIC);
+    const long memory = own_memory();
+    const double wall = seconds(CLOCK_MONOTONIC);
     const double all = seconds(CLOCK_PROCESS_CPUTIME_ID), caller = seconds(CLOCK_THREAD_CPUTIME_ID);
     asked = 0;
     for (int64_t id = BATCH; id < frames; id += BATCH)
@@ -109,10 +102,10 @@ static void soak(const char *name, toliman_track_options options, const source *
     assert_ok(toliman_track_get_info(track, &info));
     assert_int_equal(info.accepted + info.outlier, frames);
     printf("{\"case\": \"%s\", \"frames\": %lld, \"threads\": %u, \"frames_per_cpu_s\": %.0f, "
-           "\"frames_per_caller_cpu_s\": %.0f, \"frames_per_wall_s\": %.0f, \"rss_growth_kib\": %.0f, "
+           "\"frames_per_caller_cpu_s\": %.0f, \"frames_per_wall_s\": %.0f, \"growth_kib\": %ld, "
            "\"asked_bytes\": %zu}\n",
            name, (long long)frames, options.threads, rate / work, rate / (seconds(CLOCK_THREAD_CPUTIME_ID) - caller),
-           rate / (seconds(CLOCK_MONOTONIC) - wall), resident_kib() - memory, bytes);
+           rate / (seconds(CLOCK_MONOTONIC) - wall), own_memory() - memory, bytes);
     fflush(stdout);
     toliman_track_destroy(track);
     remove_folder(folder);
