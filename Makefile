@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-period bench-weights fap install format lint
+.PHONY: all deps demo check check-deps benches bench-sim bench-cae bench-period bench-weights fap soak install format lint
 .PHONY: clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -33,6 +33,12 @@ bench-weights: benches ## measure the weights file's bytes against what they are
 
 fap: benches ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
+
+soak: benches ## track a million frames; 200 kills, 20,000 power cuts, 10,000 passes out of order (5 minutes)
+	@$(BUILD)/bin/bench_track
+	@TOLIMAN_KILLS=200 $(BUILD)/bin/test_track_folder
+	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
+	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
 
 install: all ## install below PREFIX, by default /usr/local
 	@cmake --install $(BUILD) --prefix $(PREFIX)

@@ -55,7 +55,7 @@ using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
 using component_set = handle<toliman_linear_components, destroy_components>;
 using periodogram = handle<toliman_period, destroy_period>;
-using frame_index = handle<toliman_track, destroy_track>;
+using tracker = handle<toliman_track, destroy_track>;
 
 // Calls create(arguments..., &object) and owns the object.
 template <class Handle, class Create, class... Arguments> Handle make(Create create, Arguments... arguments) {

@@ -1,39 +1,215 @@
-/* libtoliman, tracking: which downlinked frame is new.
+/* libtoliman, tracking: frames off the downlink -> the period, one frame at a time, losing nothing.
  *
- * A frame is (session, frame id, region of interest): packet counters wrap and times repeat. The same frame may arrive
- * again after a lost confirmation, and must then not count twice; the same key with other pixels is a conflict.
+ * Frames come in any order, some twice, some damaged. Each is known by (session, frame id, region of interest), since
+ * packet counters wrap and times repeat. It is checked, estimated, given its time and pushed to a periodogram:
+ *
+ * accepted     good, and the first of its key
+ * duplicate    the key and bytes of a frame that is in (pixels, time, frames dropped): nothing happens
+ * quarantined  the key of a frame that is in, with other bytes: neither can be trusted, and what the first brought is
+ *              taken back exactly; so it stays
+ * outlier      good, but its value is beyond value_limit: known, not in the periodogram
+ * rejected     damaged (see the reasons), whatever came before; a good copy may still come
+ *
+ * Whatever the order of arrival, the periodogram has the same bits. What cannot be seen: bits that flipped in a frame
+ * of which there is no other copy, as the side file has no checksum.
+ *
+ * With a folder every frame's line goes to a ledger there (lib/FORMATS.md "TLML"), which is the truth; the sums are
+ * kept beside it as a checkpoint and are made anew from the ledger if need be. A crash loses no frame that is
+ * committed.
  */
 #ifndef TOLIMAN_TRACK_H
 #define TOLIMAN_TRACK_H
 
-#include <toliman/base.h>
+#include <toliman/cae.h>
+#include <toliman/linear.h>
+#include <toliman/period.h>
 
 TOLIMAN_BEGIN_DECLS
 
-/* Index of the frames seen so far. Since 0.1. */
+/* Tracker. One thread at a time; const calls may run together. Since 0.1. */
 typedef struct toliman_track toliman_track;
 
-#define TOLIMAN_TRACK_NEW 0       /* first time seen */
-#define TOLIMAN_TRACK_DUPLICATE 1 /* seen with the same bytes */
-#define TOLIMAN_TRACK_CONFLICT 2  /* seen with other bytes; stays so for every later arrival of the key */
+/* Verdicts, as above. */
+#define TOLIMAN_TRACK_ACCEPTED 0
+#define TOLIMAN_TRACK_DUPLICATE 1
+#define TOLIMAN_TRACK_QUARANTINED 2
+#define TOLIMAN_TRACK_OUTLIER 3
+#define TOLIMAN_TRACK_REJECTED 4
 
-/* Index for at most `capacity` frames, 1 ... 2^32; 36 bytes a frame, all taken here. The caller destroys *out.
- * Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(int64_t capacity,
+/* Why a frame is rejected. */
+#define TOLIMAN_REASON_NONE 0
+#define TOLIMAN_REASON_SHAPE 1      /* other rows or columns than the tracker's */
+#define TOLIMAN_REASON_OVER_RANGE 2 /* a pixel above the bit depth */
+#define TOLIMAN_REASON_HOLE 3       /* so many bytes of zeros in a row as a lost packet leaves */
+#define TOLIMAN_REASON_NOT_FINITE 4 /* a pixel that is NaN or infinite */
+#define TOLIMAN_REASON_CLOCK 5      /* a time for which there is no TAI, or which is too far off for the periodogram */
+#define TOLIMAN_REASON_ESTIMATE 6   /* the estimator failed or gave no finite value */
+#define TOLIMAN_REASONS 7
+
+/* A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1. */
+TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
+
+/* Kinds of pixels, in the byte order of the machine, which is little-endian. */
+#define TOLIMAN_PIXEL_U8 0
+#define TOLIMAN_PIXEL_U16 1
+#define TOLIMAN_PIXEL_U32 2
+#define TOLIMAN_PIXEL_I16 3
+#define TOLIMAN_PIXEL_I32 4
+#define TOLIMAN_PIXEL_F32 5
+#define TOLIMAN_PIXEL_F64 6
+
+/* A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1. */
+typedef struct toliman_frame {
+    uint32_t struct_size; /* sizeof(toliman_frame) */
+    int32_t pixel;        /* TOLIMAN_PIXEL_... */
+    const char *session;  /* 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi */
+    const char *roi;
+    int64_t frame_id;
+    int64_t camera_ns;  /* the camera's clock */
+    int64_t dropped;    /* frames that the camera dropped before this one, up to 65535; 0 where it does not say */
+    const void *pixels; /* [rows][stride] */
+    int64_t rows, cols;
+    int64_t stride; /* pixels from row to row; 0 means cols */
+} toliman_frame;
+
+/* What became of a frame. Since 0.1. */
+typedef struct toliman_outcome {
+    uint32_t struct_size; /* in: sizeof(toliman_outcome), of the first at least */
+    int32_t verdict;      /* TOLIMAN_TRACK_... */
+    int32_t reason;       /* of rejected ones, TOLIMAN_REASON_... */
+    int32_t reserved;
+    int64_t row, col; /* of the pixel that is over range, not finite or completes a hole; of shape: the frame's */
+    double pixel;     /* its value */
+    double value;     /* of accepted ones and outliers: the estimate */
+    int64_t tai_ns;   /* their time */
+} toliman_outcome;
+
+/* Estimator of the caller: the value of an image [rows][cols], as crop and bin leave it, and of nothing else. Nonzero
+ * or a value that is not finite rejects the frame. With several threads it is called from all of them at once. Since
+ * 0.1. */
+typedef int32_t (*toliman_estimate_fn)(const double *image, size_t rows, size_t cols, double *value, void *user_data);
+
+/* Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
+ * sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
+ * again. */
+#define TOLIMAN_TRACK_READ_ONLY 1u
+#define TOLIMAN_TRACK_REBUILD 2u
+
+/* When a frame's line is brought to the disk, and so acknowledged. */
+#define TOLIMAN_SYNC_GROUP 0 /* every `group` lines, and lines that wait for a second at the next push */
+#define TOLIMAN_SYNC_FRAME 1 /* every line */
+#define TOLIMAN_SYNC_NONE 2  /* left to the system: a power cut may lose what toliman_track_get_info calls committed */
+
+/* What a tracker is. Since 0.1. */
+typedef struct toliman_track_options {
+    uint32_t struct_size;
+    uint32_t flags;     /* TOLIMAN_TRACK_..., default 0 */
+    const char *folder; /* of ledger and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a frame */
+    int64_t capacity;   /* frames at most, up to 2^28, 24 bytes each and 2.4 MB; default 2^20 */
+    /* The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
+     * where nothing is pushed. */
+    const toliman_cae *cae;
+    const toliman_linear *linear;
+    toliman_estimate_fn estimate;
+    void *estimate_data;
+    uint64_t estimator_id; /* tells one `estimate` from another, and what lines were made by if there is none; of cae
+                              and linear the library makes it */
+    double sigma;          /* of a value; 0: the Cramer-Rao bound that cae and linear know */
+    double value_limit;    /* values further from 0 are outliers; default 0: 10,000 sigma */
+    /* Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
+     * image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+     * of the frame; frames as large as the image asks for. */
+    int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
+    uint32_t bit_depth;  /* up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does */
+    uint32_t hole_bytes; /* so many bytes of zeros in a row reject it; default 4096; 0: none do */
+    /* The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: all that the
+     * folder has, with time_offset_ns, unit_ns and period_flags. */
+    double f0, df;
+    int64_t nf;
+    int64_t time_offset_ns; /* TAI that is time 0; default 0 */
+    double unit_ns;         /* default 86400e9: days */
+    uint32_t period_flags;  /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE */
+    uint32_t threads;       /* that estimate; default 1; 0 = one a processor. Never changes a bit */
+    /* Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
+     * constant difference. Beyond the ends the nearest line goes on. No pairs: the folder's clock, or, for a new one
+     * and with REBUILD, the camera's time is TAI. */
+    const int64_t *clock;
+    size_t clock_points;
+    uint32_t sync;  /* TOLIMAN_SYNC_..., default GROUP */
+    uint32_t group; /* lines, 1 to 65536; default 64 */
+} toliman_track_options;
+
+/* Fills *options with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_track_options_init(toliman_track_options *options) TOLIMAN_NOEXCEPT;
+
+/* Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
+ * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if the checkpoint,
+ * which has the grid, is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
+
+/* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
+ * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
+ * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
+ * holds more frames; TOLIMAN_E_RANGE if a time is too far off for this grid. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
-/* Ends an index; NULL is allowed. Since 0.1. */
+/* Ends a tracker; NULL is allowed. Lines that are not committed are dropped, as by a crash. Since 0.1. */
 TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
 
-/* Takes note of a frame and says which of the three it is. session and roi match [A-Za-z0-9._-]{1,64} and do not begin
- * with a dot (TOLIMAN_E_ARGUMENT); bytes[size] are its pixels as received, compared by CRC32 and size. A new frame
- * beyond the capacity is TOLIMAN_E_CAPACITY. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const char *session,
-                                                                 int64_t frame_id, const char *roi, const void *bytes,
-                                                                 size_t size, int32_t *verdict) TOLIMAN_NOEXCEPT;
+/* Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
+ * not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
+ * or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
+ * then until the folder is opened anew; TOLIMAN_E_STATE without an estimator and in READ_ONLY. Rejected frames are no
+ * error. Several frames at once are needed for several threads. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames,
+                                                                 size_t count, toliman_outcome *outcomes,
+                                                                 size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Different keys seen so far; 0 for NULL. Since 0.1. */
-TOLIMAN_API int64_t toliman_track_count(const toliman_track *track) TOLIMAN_NOEXCEPT;
+/* Brings every line to the disk: all frames that were pushed are then acknowledged. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track *track) TOLIMAN_NOEXCEPT;
+
+/* The same and a checkpoint, so that taking up is quick. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
+
+/* Takes all lines of another folder, as if its frames had been pushed here, in whatever shards and order, and commits.
+ * The grid and clock are this one's. TOLIMAN_E_MISMATCH for another estimator, other frames or limits; errors as of
+ * create and push, after which some lines may be in: they do no harm when it is merged again. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track,
+                                                                  const char *folder) TOLIMAN_NOEXCEPT;
+
+/* Counts. received = accepted + outlier + quarantined + repeated + all rejected. Since 0.1. */
+typedef struct toliman_track_info {
+    uint32_t struct_size; /* in: sizeof(toliman_track_info) */
+    uint32_t flags;       /* TOLIMAN_TRACK_..., as given */
+    int64_t received;     /* frames, by this or earlier runs */
+    int64_t accepted;     /* in the periodogram now */
+    int64_t outlier;
+    int64_t quarantined; /* keys */
+    int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; after a crash fewer */
+    int64_t rejected;    /* all; those of a reason below */
+    int64_t rejected_by[TOLIMAN_REASONS];
+    int64_t expected;  /* frame ids from the first to the last of each session and region */
+    int64_t missing;   /* of these, ids that are neither accepted nor outlier nor quarantined */
+    int64_t dropped;   /* by the camera, as accepted frames and outliers tell */
+    int64_t sessions;  /* and regions */
+    int64_t lines;     /* of the ledger; in memory, frames that came as good ones */
+    int64_t committed; /* lines that are acknowledged */
+    int64_t capacity;
+    uint64_t estimator_id;
+    double sigma; /* of a value */
+    double value_limit;
+} toliman_track_info;
+
+/* Fills *out; out->struct_size must be set. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
+                                                                     toliman_track_info *out) TOLIMAN_NOEXCEPT;
+
+/* The tracker's own periodogram, for all queries of period.h; it follows every push and ends with the tracker.
+ * Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
+                                                                       const toliman_period **out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

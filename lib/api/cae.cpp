@@ -19,11 +19,6 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_cae {
-    cae::Network network;
-    std::optional<cae::Training> training; // the last one, to go on with
-};
-
 namespace {
 
 constexpr size_t kOldestOptions = sizeof(toliman_cae_options);

@@ -3,14 +3,9 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "linear/template.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
-
-struct toliman_linear {
-    linear::TemplateEstimator estimator;
-};
 
 toliman_status toliman_linear_create(const toliman_sim *sim, toliman_linear **out) noexcept {
     return guard([&] {

@@ -8,7 +8,9 @@
 #include <toliman/period.h>
 
 #include "api/bytes_out.hpp"
+#include "api/grid_flags.hpp"
 #include "api/guard.hpp"
+#include "api/handles.hpp"
 #include "backend/file.hpp"
 #include "period/bootstrap.hpp"
 #include "period/fap.hpp"
@@ -19,21 +21,14 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_period {
-    period::Stream stream;
-};
-
 namespace {
 
 period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
-    if ((options.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_WIDE)) != 0)
-        fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
     period::Grid grid;
     grid.f0 = f0;
     grid.df = df;
     grid.nf = nf;
-    grid.fixed_mean = (options.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
-    grid.wide_sums = (options.flags & TOLIMAN_PERIOD_WIDE) != 0;
+    set_flags(grid, options.flags, "flags");
     grid.time_offset = options.time_offset;
     grid.time_offset_ns = options.time_offset_ns;
     grid.unit_ns = options.unit_ns;
@@ -242,7 +237,7 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         const period::Stream &stream = required(period, "period").stream;
         const period::Grid &grid = stream.grid();
         toliman_period_info info = {};
-        info.flags = (grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0) | (grid.wide() ? TOLIMAN_PERIOD_WIDE : 0);
+        info.flags = flags_of(grid);
         info.nf = grid.nf;
         info.f0 = grid.f0;
         info.df = grid.df;

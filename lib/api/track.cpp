@@ -1,27 +1,369 @@
-// include/toliman/track.h
+// include/toliman/track.h: unwrap, call, convert.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include <toliman/track.h>
 
+#include "api/grid_flags.hpp"
 #include "api/guard.hpp"
-#include "backend/zip.hpp"
-#include "track/identity.hpp"
+#include "api/handles.hpp"
+#include "base/workers.hpp"
+#include "track/tracker.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
 struct toliman_track {
-    track::FrameIndex index;
+    toliman_period period;
+    std::optional<track::Tracker> tracker;
+    uint32_t flags = 0;
 };
 
-static_assert(static_cast<int32_t>(track::Verdict::fresh) == TOLIMAN_TRACK_NEW &&
-              static_cast<int32_t>(track::Verdict::duplicate) == TOLIMAN_TRACK_DUPLICATE &&
-              static_cast<int32_t>(track::Verdict::conflict) == TOLIMAN_TRACK_CONFLICT);
+static_assert(static_cast<int32_t>(track::Verdict::rejected) == TOLIMAN_TRACK_REJECTED &&
+              static_cast<int32_t>(track::Reason::estimate) == TOLIMAN_REASON_ESTIMATE &&
+              track::kReasons == TOLIMAN_REASONS && static_cast<int32_t>(track::Pixel::f64) == TOLIMAN_PIXEL_F64 &&
+              static_cast<int32_t>(track::Sync::none) == TOLIMAN_SYNC_NONE);
+
+namespace {
+
+constexpr int64_t kLargestSide = 65536;
+constexpr double kSigmasToLimit = 1e4;
+
+toliman_track_options default_options() noexcept {
+    toliman_track_options options = {};
+    options.struct_size = sizeof options;
+    options.capacity = 1 << 20;
+    options.hole_bytes = 4096;
+    options.unit_ns = 86400e9;
+    options.threads = 1;
+    options.group = 64;
+    return options;
+}
+
+toliman_track_options known_options(const toliman_track_options *given) {
+    required(given, "options");
+    const toliman_track_options options = accept(given, default_options(), "options", sizeof *given);
+    if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
+        fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
+    if (options.sync > TOLIMAN_SYNC_NONE)
+        fail(Status::argument, "options->sync = %u: must be one of TOLIMAN_SYNC_..., 0 to 2", options.sync);
+    if (options.clock_points > 0)
+        required(options.clock, "options->clock");
+    if (options.folder == nullptr && options.flags != 0)
+        fail(Status::argument, "options->folder is NULL: it is needed for READ_ONLY and REBUILD");
+    return options;
+}
+
+size_t side(int64_t value, const char *name) {
+    if (value < 0 || value > kLargestSide)
+        fail(Status::argument, "options->%s = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
+             static_cast<long long>(kLargestSide));
+    return static_cast<size_t>(value);
+}
+
+// What makes values of images.
+struct Source {
+    size_t rows = 0, cols = 0; // of the image; 0: any
+    double sigma = 0;
+    uint64_t digest = 0;
+    track::Estimate estimate;
+};
+
+Source source_of(const cae::Network &network, unsigned workers) {
+    const cae::Preprocess &preprocess = network.preprocess();
+    const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
+    for (cae::Workspace &work : *works)
+        work.scratch.reserve(cae::kPixels);
+    const size_t rows = preprocess.rows, cols = preprocess.cols;
+    return {rows, cols, preprocess.crb_px, network.digest(), [=, &network](double *image, unsigned worker) {
+                return network.encode({image, rows, cols, cols}, (*works)[worker]);
+            }};
+}
+
+Source source_of(const linear::TemplateEstimator &estimator) {
+    const size_t rows = estimator.rows(), cols = estimator.cols();
+    return {rows, cols, estimator.sigma_px(), estimator.digest(), [=, &estimator](double *image, unsigned) {
+                return estimator.estimate({image, rows, cols, cols}, image);
+            }};
+}
+
+Source source_of(const toliman_track_options &options, unsigned workers) {
+    const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.estimate != nullptr};
+    if (given[0] + given[1] + given[2] > 1)
+        fail(Status::argument, "options: more than one of cae, linear and estimate");
+    if (given[0])
+        return source_of(options.cae->network, workers);
+    if (given[1])
+        return source_of(options.linear->estimator);
+    Source source;
+    source.digest = options.estimator_id;
+    return source;
+}
+
+// One side of the geometry from what is given of it.
+void complete(size_t &frame, size_t crop, size_t bin, size_t &image, size_t own, const char *name) {
+    if (image == 0)
+        image = own > 0 ? own : (frame > crop ? (frame - crop) / bin : 0);
+    if (own > 0 && image != own)
+        fail(Status::argument, "options->image_%s = %zu: the estimator takes %zu", name, image, own);
+    if (frame == 0)
+        frame = crop + image * bin;
+    if (image == 0)
+        fail(Status::argument, "options->%s = %zu, crop %zu, bin = %zu: nothing is left for the estimator", name, frame,
+             crop, bin);
+}
+
+track::Geometry geometry_of(const toliman_track_options &options, const Source &source) {
+    track::Geometry geometry = {};
+    geometry.rows = side(options.rows, "rows");
+    geometry.cols = side(options.cols, "cols");
+    geometry.crop_row = side(options.crop_row, "crop_row");
+    geometry.crop_col = side(options.crop_col, "crop_col");
+    geometry.out_rows = side(options.image_rows, "image_rows");
+    geometry.out_cols = side(options.image_cols, "image_cols");
+    geometry.bin = std::max<size_t>(1, side(options.bin, "bin"));
+    geometry.bit_depth = options.bit_depth;
+    geometry.hole = options.hole_bytes;
+    complete(geometry.rows, geometry.crop_row, geometry.bin, geometry.out_rows, source.rows, "rows");
+    complete(geometry.cols, geometry.crop_col, geometry.bin, geometry.out_cols, source.cols, "cols");
+    return geometry;
+}
+
+// The callback, which must know the image's shape.
+track::Estimate estimate_of(const toliman_track_options &options, const track::Geometry &geometry) {
+    return [call = options.estimate, data = options.estimate_data, rows = geometry.out_rows,
+            cols = geometry.out_cols](double *image, unsigned) {
+        double value = NAN;
+        return call(image, rows, cols, &value, data) == 0 ? value : NAN;
+    };
+}
+
+track::Terms terms_of(const toliman_track_options &options, const Source &source) {
+    track::Terms terms;
+    terms.geometry = geometry_of(options, source);
+    terms.sigma = options.sigma != 0 ? options.sigma : source.sigma;
+    if (terms.sigma == 0)
+        fail(Status::argument, "options->sigma = 0: the estimator does not know it");
+    terms.value_limit = options.value_limit != 0 ? options.value_limit : kSigmasToLimit * terms.sigma;
+    terms.estimator = source.digest;
+    terms.check();
+    return terms;
+}
+
+// The least power of two that is not below.
+double power_of_two(double value) noexcept {
+    int exponent;
+    return std::frexp(value, &exponent) == 0.5 ? value : std::ldexp(1.0, exponent);
+}
+
+period::Grid grid_of(const toliman_track_options &options, const track::Terms &terms,
+                     const std::optional<track::Loaded> &loaded) {
+    if (options.nf == 0 && loaded)
+        return loaded->sums.grid();
+    if (options.nf == 0 && options.folder != nullptr)
+        fail(Status::argument, "options->nf = 0: there is no checkpoint in %s to take the grid from", options.folder);
+    period::Grid grid;
+    grid.f0 = options.f0;
+    grid.df = options.df;
+    grid.nf = options.nf;
+    set_flags(grid, options.period_flags, "period_flags");
+    grid.time_offset_ns = options.time_offset_ns;
+    grid.unit_ns = options.unit_ns;
+    grid.value_bound = power_of_two(terms.value_limit);
+    grid.sigma_floor = terms.sigma;
+    return grid;
+}
+
+track::Clock clock_of(const toliman_track_options &options, const std::optional<track::Loaded> &loaded) {
+    if (options.clock_points == 0)
+        return loaded && (options.flags & TOLIMAN_TRACK_REBUILD) == 0 ? loaded->checkpoint.clock : track::Clock();
+    std::vector<track::ClockPoint> points(options.clock_points);
+    for (size_t i = 0; i < points.size(); i++)
+        points[i] = {options.clock[2 * i], options.clock[2 * i + 1]};
+    return track::Clock(std::move(points));
+}
+
+std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
+    track::Plan plan;
+    plan.capacity = options.capacity;
+    plan.workers = worker_count(options.threads);
+    plan.group = options.group;
+    plan.sync = static_cast<track::Sync>(options.sync);
+    Source source = source_of(options, plan.workers);
+    plan.terms = terms_of(options, source);
+    if (options.estimate != nullptr)
+        source.estimate = estimate_of(options, plan.terms.geometry);
+
+    track::Place place;
+    place.access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
+    place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
+    if (options.folder != nullptr) {
+        place.store = open_folder(options.folder, place.access);
+        place.loaded = track::load(*place.store);
+    }
+    plan.clock = clock_of(options, place.loaded);
+    auto made = std::unique_ptr<toliman_track>(
+        new toliman_track{{period::Stream(grid_of(options, plan.terms, place.loaded))}, std::nullopt, options.flags});
+    made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
+    return made;
+}
+
+track::Frame known_frame(const toliman_frame &given, size_t i) {
+    const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
+        fail(Status::argument, "frames[%zu].%s = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
+    };
+    check_struct_size("frames", given.struct_size, sizeof given, sizeof given);
+    track::check_name(&required(given.session, "frames->session"), "session");
+    track::check_name(&required(given.roi, "frames->roi"), "roi");
+    required(given.pixels, "frames->pixels");
+    if (given.pixel < 0 || given.pixel >= track::kPixels)
+        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 0 to 6");
+    if (given.rows < 1 || given.rows > kLargestSide)
+        refuse("rows", given.rows, "in [1, 65536]");
+    if (given.cols < 1 || given.cols > kLargestSide)
+        refuse("cols", given.cols, "in [1, 65536]");
+    if (given.stride != 0 && (given.stride < given.cols || given.stride > INT32_MAX))
+        refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
+    track::Frame frame = {};
+    frame.session = given.session;
+    frame.roi = given.roi;
+    frame.frame_id = given.frame_id;
+    frame.camera_ns = given.camera_ns;
+    frame.dropped = given.dropped;
+    frame.pixel = static_cast<track::Pixel>(given.pixel);
+    frame.pixels = given.pixels;
+    frame.rows = static_cast<size_t>(given.rows);
+    frame.cols = static_cast<size_t>(given.cols);
+    frame.stride = static_cast<size_t>(given.stride != 0 ? given.stride : given.cols);
+    return frame;
+}
+
+toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
+    toliman_outcome out = {};
+    out.struct_size = sizeof out;
+    out.verdict = static_cast<int32_t>(outcome.verdict);
+    out.reason = static_cast<int32_t>(outcome.flaw.reason);
+    out.row = static_cast<int64_t>(outcome.flaw.row);
+    out.col = static_cast<int64_t>(outcome.flaw.col);
+    out.pixel = outcome.flaw.value;
+    if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::outlier) {
+        out.value = outcome.value;
+        out.tai_ns = outcome.tai_ns;
+    }
+    return out;
+}
+
+// Frames that were checked; adds to done those that are in, also when it fails.
+void push_batch(track::Tracker &tracker, const toliman_frame *frames, size_t count, toliman_outcome *outcomes,
+                size_t &done) {
+    track::Frame batch[track::Tracker::kBatch];
+    track::Outcome results[track::Tracker::kBatch];
+    for (size_t i = 0; i < count; i++)
+        batch[i] = known_frame(frames[i], i);
+    size_t in = 0;
+    const auto give = [&] {
+        for (size_t i = 0; i < in; i++)
+            outcomes[i] = public_outcome(results[i]);
+        done += in;
+    };
+    try {
+        tracker.push(batch, count, results, in);
+    } catch (...) {
+        give();
+        throw;
+    }
+    give();
+}
+
+toliman_track_options options_of(Store &store) {
+    toliman_track_options options = default_options();
+    const std::optional<track::Loaded> loaded = track::load(store);
+    const track::Terms terms = track::Ledger::terms_in(store);
+    const track::Geometry &geometry = terms.geometry;
+    options.capacity = std::max(options.capacity, store.size(track::Ledger::kName) / int64_t{track::kRecordSize});
+    options.estimator_id = terms.estimator;
+    options.sigma = terms.sigma;
+    options.value_limit = terms.value_limit;
+    options.rows = static_cast<int64_t>(geometry.rows);
+    options.cols = static_cast<int64_t>(geometry.cols);
+    options.crop_row = static_cast<int64_t>(geometry.crop_row);
+    options.crop_col = static_cast<int64_t>(geometry.crop_col);
+    options.bin = static_cast<int64_t>(geometry.bin);
+    options.image_rows = static_cast<int64_t>(geometry.out_rows);
+    options.image_cols = static_cast<int64_t>(geometry.out_cols);
+    options.bit_depth = geometry.bit_depth;
+    options.hole_bytes = static_cast<uint32_t>(geometry.hole);
+    if (loaded) {
+        const period::Grid &grid = loaded->sums.grid();
+        options.f0 = grid.f0;
+        options.df = grid.df;
+        options.nf = grid.nf;
+        options.time_offset_ns = grid.time_offset_ns;
+        options.unit_ns = grid.unit_ns;
+        options.period_flags = flags_of(grid);
+    }
+    return options;
+}
+
+toliman_track_info info_of(const track::Tracker &tracker, uint32_t flags) noexcept {
+    const track::Counts &counts = tracker.counts();
+    toliman_track_info info = {};
+    info.flags = flags;
+    info.received = counts.received;
+    info.accepted = counts.accepted;
+    info.outlier = counts.outlier;
+    info.quarantined = counts.quarantined;
+    info.repeated = counts.repeated;
+    for (size_t i = 0; i < track::kReasons; i++) {
+        info.rejected += counts.rejected[i];
+        info.rejected_by[i] = counts.rejected[i];
+    }
+    info.expected = tracker.expected();
+    info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
+    info.dropped = counts.dropped;
+    info.sessions = static_cast<int64_t>(tracker.streams());
+    info.lines = static_cast<int64_t>(tracker.lines());
+    info.committed = static_cast<int64_t>(tracker.committed());
+    info.capacity = tracker.plan().capacity;
+    info.estimator_id = tracker.plan().terms.estimator;
+    info.sigma = tracker.plan().terms.sigma;
+    info.value_limit = tracker.plan().terms.value_limit;
+    return info;
+}
+
+} // namespace
 
 extern "C" {
 
-toliman_status toliman_track_create(int64_t capacity, toliman_track **out) noexcept {
+const char *toliman_track_reason_name(int32_t reason) noexcept {
+    static const char *const names[TOLIMAN_REASONS] = {"none",       "shape", "over range", "hole",
+                                                       "not finite", "clock", "estimate"};
+    return reason >= 0 && reason < TOLIMAN_REASONS ? names[reason] : "?";
+}
+
+void toliman_track_options_init(toliman_track_options *options) noexcept {
+    if (options != nullptr)
+        *options = default_options();
+}
+
+toliman_status toliman_track_load_options(const char *folder, toliman_track_options *options) noexcept {
     return guard([&] {
+        const std::unique_ptr<Store> store = open_folder(&required(folder, "folder"), Access::read);
+        toliman_track_options made = options_of(*store);
+        made.folder = folder;
+        deliver(made, options, "options", sizeof made);
+    });
+}
+
+toliman_status toliman_track_create(const toliman_track_options *options, toliman_track **out) noexcept {
+    return guard([&] {
+        const toliman_track_options known = known_options(options);
         required(out, "out");
-        *out = new toliman_track{track::FrameIndex(capacity)};
+        *out = make_track(known).release();
     });
 }
 
@@ -29,21 +371,51 @@ void toliman_track_destroy(toliman_track *track) noexcept {
     delete track;
 }
 
-toliman_status toliman_track_push(toliman_track *track, const char *session, int64_t frame_id, const char *roi,
-                                  const void *bytes, size_t size, int32_t *verdict) noexcept {
+toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames, size_t count,
+                                  toliman_outcome *outcomes, size_t *done) noexcept {
     return guard([&] {
-        required(track, "track");
-        track::check_name(&required(session, "session"), "session");
-        track::check_name(&required(roi, "roi"), "roi");
-        required(bytes, "bytes");
-        required(verdict, "verdict");
-        const track::Content content = {size, zip::crc32(bytes, size)};
-        *verdict = static_cast<int32_t>(track->index.push(track::key_digest(session, frame_id, roi), content));
+        track::Tracker &tracker = *required(track, "track").tracker;
+        required(done, "done") = 0;
+        if (count == 0)
+            return;
+        required(frames, "frames");
+        check_struct_size("outcomes", required(outcomes, "outcomes").struct_size, sizeof *outcomes, sizeof *outcomes);
+        for (size_t i = 0; i < count; i++)
+            known_frame(frames[i], i);
+        for (size_t first = 0; first < count; first += track::Tracker::kBatch)
+            push_batch(tracker, frames + first, std::min(track::Tracker::kBatch, count - first), outcomes + first,
+                       *done);
     });
 }
 
-int64_t toliman_track_count(const toliman_track *track) noexcept {
-    return track != nullptr ? track->index.count() : 0;
+toliman_status toliman_track_commit(toliman_track *track) noexcept {
+    return guard([&] { required(track, "track").tracker->commit(); });
+}
+
+toliman_status toliman_track_save(toliman_track *track) noexcept {
+    return guard([&] { required(track, "track").tracker->save(); });
+}
+
+toliman_status toliman_track_merge(toliman_track *track, const char *folder) noexcept {
+    return guard([&] {
+        track::Tracker &tracker = *required(track, "track").tracker;
+        const std::unique_ptr<Store> other = open_folder(&required(folder, "folder"), Access::read);
+        tracker.merge(*other);
+    });
+}
+
+toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
+    return guard([&] {
+        const toliman_track &handle = required(track, "track");
+        deliver(info_of(*handle.tracker, handle.flags), out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_track_get_period(const toliman_track *track, const toliman_period **out) noexcept {
+    return guard([&] {
+        const toliman_track &handle = required(track, "track");
+        required(out, "out") = &handle.period;
+    });
 }
 
 } // extern "C"

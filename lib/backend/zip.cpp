@@ -6,8 +6,8 @@
 
 namespace toliman::zip {
 
-uint32_t crc32(const void *data, size_t size) noexcept {
-    return static_cast<uint32_t>(::crc32_z(0, static_cast<const Bytef *>(data), size));
+uint32_t crc32(const void *data, size_t size, uint32_t before) noexcept {
+    return static_cast<uint32_t>(::crc32_z(before, static_cast<const Bytef *>(data), size));
 }
 
 std::vector<uint8_t> deflate(const void *data, size_t size) {

@@ -6,7 +6,8 @@
 
 namespace toliman::zip {
 
-uint32_t crc32(const void *data, size_t size) noexcept;
+// CRC32 of the data, or of these after others whose CRC32 was `before`.
+uint32_t crc32(const void *data, size_t size, uint32_t before = 0) noexcept;
 
 std::vector<uint8_t> deflate(const void *data, size_t size);
 

@@ -9,6 +9,29 @@
 
 namespace toliman {
 
+// The lowest `count` bytes of a number to memory, lowest first; returns where they end.
+inline uint8_t *put_number(uint8_t *at, uint64_t value, int count) noexcept {
+    for (int i = 0; i < count; i++)
+        *at++ = static_cast<uint8_t>(value >> (8 * i));
+    return at;
+}
+
+// The same from memory; `at` is moved on.
+inline uint64_t take_number(const uint8_t *&at, int count) noexcept {
+    uint64_t value = 0;
+    for (int i = 0; i < count; i++)
+        value |= static_cast<uint64_t>(*at++) << (8 * i);
+    return value;
+}
+
+// A number of the same bits.
+template <class To, class From> To with_bits(From from) noexcept {
+    static_assert(sizeof(To) == sizeof(From));
+    To to;
+    std::memcpy(&to, &from, sizeof to);
+    return to;
+}
+
 class ByteWriter {
   public:
     void u8(uint8_t value) { bytes_.push_back(value); }
@@ -16,16 +39,8 @@ class ByteWriter {
     void u32(uint32_t value) { put(value, 4); }
     void u64(uint64_t value) { put(value, 8); }
     void i64(int64_t value) { put(static_cast<uint64_t>(value), 8); }
-    void f32(float value) {
-        uint32_t bits;
-        std::memcpy(&bits, &value, sizeof bits);
-        u32(bits);
-    }
-    void f64(double value) {
-        uint64_t bits;
-        std::memcpy(&bits, &value, sizeof bits);
-        u64(bits);
-    }
+    void f32(float value) { u32(with_bits<uint32_t>(value)); }
+    void f64(double value) { u64(with_bits<uint64_t>(value)); }
     void raw(const void *data, size_t size) {
         const auto *first = static_cast<const uint8_t *>(data);
         bytes_.insert(bytes_.end(), first, first + size);
@@ -35,8 +50,8 @@ class ByteWriter {
 
   private:
     void put(uint64_t value, int count) {
-        for (int i = 0; i < count; i++)
-            bytes_.push_back(static_cast<uint8_t>(value >> (8 * i)));
+        uint8_t bytes[8];
+        bytes_.insert(bytes_.end(), bytes, put_number(bytes, value, count));
     }
     std::vector<uint8_t> bytes_;
 };
@@ -51,18 +66,8 @@ class ByteReader {
     uint32_t u32() { return static_cast<uint32_t>(get(4)); }
     uint64_t u64() { return get(8); }
     int64_t i64() { return static_cast<int64_t>(get(8)); }
-    float f32() {
-        const uint32_t bits = u32();
-        float value;
-        std::memcpy(&value, &bits, sizeof value);
-        return value;
-    }
-    double f64() {
-        const uint64_t bits = u64();
-        double value;
-        std::memcpy(&value, &bits, sizeof value);
-        return value;
-    }
+    float f32() { return with_bits<float>(u32()); }
+    double f64() { return with_bits<double>(u64()); }
     const uint8_t *raw(size_t size) {
         need(size);
         const uint8_t *data = next_;
@@ -77,12 +82,9 @@ class ByteReader {
         if (size > left_)
             fail(Status::format, "%s: truncated: %zu more bytes are needed, %zu are left", kind_, size, left_);
     }
-    uint64_t get(size_t count) {
-        const uint8_t *data = raw(count);
-        uint64_t value = 0;
-        for (size_t i = 0; i < count; i++)
-            value |= static_cast<uint64_t>(data[i]) << (8 * i);
-        return value;
+    uint64_t get(int count) {
+        const uint8_t *data = raw(static_cast<size_t>(count));
+        return take_number(data, count);
     }
     const uint8_t *next_;
     size_t left_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "base/workers.hpp"
 
 namespace toliman::cae {
@@ -21,17 +22,21 @@ Network::Network(const Layout &layout, Preprocess preprocess, Parameters paramet
       encoder_(pack_encoder(layout, parameters_)), decoder_(pack_decoder(layout, parameters_)), seed_(seed),
       trained_(trained), cosine_(cosine) {}
 
-double Network::encode(ImageView<const double> frame, Images &images, Pooling *pooling) const {
-    preprocess_.apply(frame, images[0] + kInputStride + 1, kInputStride);
-    const double latent = cae::encode(*layout_, parameters_, encoder_, images, pooling);
+double Network::encode(ImageView<const double> frame, Workspace &work, Pooling *pooling) const {
+    preprocess_.apply(frame, work.scratch, work.images[0] + kInputStride + 1, kInputStride);
+    const double latent = cae::encode(*layout_, parameters_, encoder_, work.images, pooling);
     if (!std::isfinite(latent))
         fail(Status::range, "counts: the latent is not finite; counts are too far from the scene's");
     return latent;
 }
 
 double Network::encode(ImageView<const double> frame) const {
-    Images images;
-    return encode(frame, images, nullptr);
+    Workspace work;
+    return encode(frame, work, nullptr);
+}
+
+uint64_t Network::digest() const noexcept {
+    return fnv1a(parameters_.values, fnv1a(layout_hash(*layout_), preprocess_.digest()));
 }
 
 void Network::encode_many(const double *counts, size_t count, unsigned workers, double *latents) const {
@@ -39,11 +44,11 @@ void Network::encode_many(const double *counts, size_t count, unsigned workers, 
     const size_t jobs = std::min<size_t>(worker_count(workers), count);
     Buffer<double> results(count);
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
-        Images images;
+        Workspace work;
         for (size_t i = job; i < count; i += jobs)
             in_frame(i, [&] {
                 const double *frame = counts + i * preprocess_.rows * preprocess_.cols;
-                results[i] = encode({frame, preprocess_.rows, preprocess_.cols, preprocess_.cols}, images, nullptr);
+                results[i] = encode({frame, preprocess_.rows, preprocess_.cols, preprocess_.cols}, work, nullptr);
             });
     });
     std::copy(results.begin(), results.end(), latents);
@@ -70,9 +75,9 @@ void Network::paint(double latent, Pooling &pooling, double *image) const {
 }
 
 void Network::reconstruct(ImageView<const double> frame, double *image) const {
-    Images images;
+    Workspace work;
     Pooling pooling(*layout_);
-    const double latent = encode(frame, images, &pooling);
+    const double latent = encode(frame, work, &pooling);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::range, "counts: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
              latent, -kLargestLatent, kLargestLatent);

@@ -14,6 +14,12 @@ struct Quality {
     double mmse, mssim, photon_floor;
 };
 
+// What encoding works in; one a thread.
+struct Workspace {
+    Images images;
+    Buffer<double> scratch;
+};
+
 class Network {
   public:
     // Weights must be finite. cosine is 0 while untrained.
@@ -29,6 +35,11 @@ class Network {
 
     // Latent in px of one frame. Status::argument for a non-finite count, Status::range for a latent beyond float.
     double encode(ImageView<const double> frame) const;
+    // The same without an allocation.
+    double encode(ImageView<const double> frame, Workspace &work) const { return encode(frame, work, nullptr); }
+
+    // FNV-1a of all that the latents come from.
+    uint64_t digest() const noexcept;
 
     // The same for counts [count][rows][cols].
     void encode_many(const double *counts, size_t count, unsigned workers, double *latents) const;
@@ -43,7 +54,7 @@ class Network {
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
-    double encode(ImageView<const double> frame, Images &images, Pooling *pooling) const;
+    double encode(ImageView<const double> frame, Workspace &work, Pooling *pooling) const;
     void paint(double latent, Pooling &pooling, double *image) const;
 
     const Layout *layout_;

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/bytes.hpp"
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "cae/layout.hpp"
 #include "kernels/narrow.hpp"
 #include "kernels/project.hpp"
@@ -132,9 +134,9 @@ Preprocess Preprocess::with_input_scale(double scale) const {
     return out;
 }
 
-void Preprocess::apply(ImageView<const double> frame, float *out, size_t stride) const {
+void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, float *out, size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    Buffer<double> residual(projected > 0 ? kPixels : 0);
+    residual.resize(projected > 0 ? kPixels : 0);
     for (size_t r = 0; r < kSide; r++) {
         const double *counts = frame.row(crop_row + r) + crop_col;
         const size_t at = r * kSide;
@@ -151,6 +153,15 @@ void Preprocess::apply(ImageView<const double> frame, float *out, size_t stride)
     for (size_t r = 0; r < kSide; r++)
         for (size_t c = 0; c < kSide; c++)
             out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);
+}
+
+uint64_t Preprocess::digest() const noexcept {
+    uint64_t hash = fnv1a(with_bits<uint64_t>(input_scale), kFnvOffset);
+    for (const size_t number : {rows, cols, crop_row, crop_col, projected, static_cast<size_t>(input)})
+        hash = fnv1a(number, hash);
+    for (const Buffer<double> *plane : {&reference, &variance, &units})
+        hash = fnv1a(*plane, hash);
+    return hash;
 }
 
 void Preprocess::to_counts(double *image) const noexcept {

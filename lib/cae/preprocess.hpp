@@ -43,9 +43,12 @@ struct Preprocess {
 
     Preprocess with_input_scale(double scale) const;
 
-    // input_scale times the input, [256 rows][stride], from the crop of a frame. Status::argument for a non-finite
-    // count.
-    void apply(ImageView<const double> frame, float *out, size_t stride) const;
+    // input_scale times the input, [256 rows][stride], from the crop of a frame. scratch, kept from frame to frame,
+    // saves an allocation. Status::argument for a non-finite count.
+    void apply(ImageView<const double> frame, Buffer<double> &scratch, float *out, size_t stride) const;
+
+    // FNV-1a of what makes the input.
+    uint64_t digest() const noexcept;
 
     // Counts [pixels] of an input that is not yet scaled, in place; the inverse of apply but for the projection.
     void to_counts(double *image) const noexcept;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "kernels/project.hpp"
 
 namespace toliman::linear {
@@ -31,6 +32,10 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
 
 double TemplateEstimator::estimate(ImageView<const double> counts) const {
     Buffer<double> residual(reference_.size());
+    return estimate(counts, residual.data());
+}
+
+double TemplateEstimator::estimate(ImageView<const double> counts, double *residual) const {
     for (size_t r = 0; r < rows_; r++) {
         const double *row = counts.row(r), *reference = reference_.data() + r * cols_;
         for (size_t c = 0; c < cols_; c++) {
@@ -39,7 +44,11 @@ double TemplateEstimator::estimate(ImageView<const double> counts) const {
             residual[r * cols_ + c] = row[c] - reference[c];
         }
     }
-    return kernels::dot(filter_.data(), residual.data(), residual.size());
+    return kernels::dot(filter_.data(), residual, reference_.size());
+}
+
+uint64_t TemplateEstimator::digest() const noexcept {
+    return fnv1a(filter_, fnv1a(reference_, fnv1a(rows_, fnv1a(cols_, kFnvOffset))));
 }
 
 } // namespace toliman::linear

@@ -14,8 +14,13 @@ class TemplateEstimator {
     // Status::scene when nothing of the derivative is left beside the nuisances.
     explicit TemplateEstimator(const FrameModel &model);
 
-    // Displacement (px) that the counts show; they have the model's shape.
+    // Displacement (px) that the counts show; they have the model's shape. residual is working memory [rows * cols],
+    // which may be that of the counts.
+    double estimate(ImageView<const double> counts, double *residual) const;
     double estimate(ImageView<const double> counts) const;
+
+    // FNV-1a of the numbers that make the values.
+    uint64_t digest() const noexcept;
 
     // Its standard deviation (px): the Cramer-Rao bound with the nuisances free.
     double sigma_px() const noexcept { return sigma_px_; }

@@ -8,18 +8,12 @@ namespace toliman::track {
 
 namespace {
 
-constexpr int64_t kMaxCapacity = int64_t{1} << 32;
+constexpr int64_t kMaxCapacity = int64_t{1} << 28;
 
 size_t slots_for(int64_t capacity) {
     if (capacity < 1 || capacity > kMaxCapacity)
-        fail(Status::argument, "capacity = %lld: must be in [1, 2^32]", static_cast<long long>(capacity));
+        fail(Status::argument, "capacity = %lld: must be in [1, 2^28]", static_cast<long long>(capacity));
     return static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1;
-}
-
-// The key's share of 2^64, taken of the slots.
-size_t first_slot(uint64_t key, size_t slots) noexcept {
-    __extension__ using Product = unsigned __int128;
-    return static_cast<size_t>(static_cast<Product>(key) * slots >> 64);
 }
 
 } // namespace
@@ -30,15 +24,14 @@ void check_name(std::string_view name, const char *what) {
              static_cast<int>(name.size() < kLongestName ? name.size() : kLongestName), name.data(), kNameRule);
 }
 
-uint64_t key_digest(std::string_view session, int64_t frame_id, std::string_view roi) noexcept {
+uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept {
     uint64_t hash = fnv1a(session.data(), session.size());
     hash = fnv1a("", 1, hash); // the zero byte keeps "ab" + "c" from "a" + "bc"
-    hash = fnv1a(roi.data(), roi.size(), hash);
-    hash = fnv1a("", 1, hash);
-    for (int i = 0; i < 8; i++) {
-        const char byte = static_cast<char>(static_cast<uint64_t>(frame_id) >> (8 * i));
-        hash = fnv1a(&byte, 1, hash);
-    }
+    return fnv1a(roi.data(), roi.size(), hash);
+}
+
+uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {
+    uint64_t hash = fnv1a(static_cast<uint64_t>(frame_id), fnv1a("", 1, stream));
     hash ^= hash >> 33; // spread over the high bits, which choose the slot
     hash *= 0xff51afd7ed558ccdu;
     return hash ^ (hash >> 33);
@@ -46,22 +39,31 @@ uint64_t key_digest(std::string_view session, int64_t frame_id, std::string_view
 
 FrameIndex::FrameIndex(int64_t capacity) : slots_(slots_for(capacity)), capacity_(capacity) {}
 
-Verdict FrameIndex::push(uint64_t key, Content content) {
-    size_t at = first_slot(key, slots_.size());
-    while (slots_[at].state != kEmpty && slots_[at].key != key)
+size_t FrameIndex::slot_of(uint64_t key) const noexcept {
+    __extension__ using Product = unsigned __int128;
+    auto at = static_cast<size_t>(static_cast<Product>(key) * slots_.size() >> 64); // the key's share of 2^64
+    while (slots_[at].fate() != Fate::none && slots_[at].key != key)
         at = at + 1 < slots_.size() ? at + 1 : 0;
-    Slot &slot = slots_[at];
-    if (slot.state == kEmpty) {
-        if (count_ == capacity_)
-            fail(Status::capacity, "the frame index is full: %lld frames, its capacity",
-                 static_cast<long long>(count_));
-        slot = {key, content.size, content.crc32, kSeen};
-        count_++;
-        return Verdict::fresh;
-    }
-    if (slot.size != content.size || slot.crc32 != content.crc32)
-        slot.state = kConflict;
-    return slot.state == kConflict ? Verdict::conflict : Verdict::duplicate;
+    return at;
+}
+
+const Seen *FrameIndex::find(uint64_t key) const noexcept {
+    const Seen &seen = slots_[slot_of(key)];
+    return seen.fate() != Fate::none ? &seen : nullptr;
+}
+
+void FrameIndex::check_room() const {
+    if (count_ == capacity_)
+        fail(Status::capacity, "the frame index is full: %lld frames, its capacity", static_cast<long long>(count_));
+}
+
+void FrameIndex::add(uint64_t key, uint32_t content, uint64_t line, Fate fate) noexcept {
+    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(line << 2 | static_cast<uint32_t>(fate))};
+    count_++;
+}
+
+void FrameIndex::quarantine(const Seen &seen) noexcept {
+    slots_[slot_of(seen.key)].place |= static_cast<uint32_t>(Fate::quarantined);
 }
 
 } // namespace toliman::track

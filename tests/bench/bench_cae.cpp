@@ -211,12 +211,13 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
     const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
+    Buffer<double> scratch;
     const double whole = median_s(20, [&] { sink = static_cast<float>(network.encode(frame)); });
-    const double preprocess = median_s(50, [&] { network.preprocess().apply(frame, input.data(), kSide); });
+    const double preprocess = median_s(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     Preprocess blind = network.preprocess(); // to any four images, as good as others for the time
     blind.projected = 4;
     blind.units.assign(4 * kPixels, 1.0 / kSide);
-    const double projecting = median_s(20, [&] { blind.apply(frame, input.data(), kSide); });
+    const double projecting = median_s(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
         moved = std::max(moved,

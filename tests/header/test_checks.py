@@ -42,6 +42,7 @@ class Layers(Tree):
         self.accepts("layers", "lib/optics/a.cpp", '#include <vector>\n#include "kernels/b.hpp"\n#include "base/c.hpp"\n')
         self.accepts("layers", "lib/backend/blas.cpp", "#include <cblas.h>\n#include <lapacke.h>\n")
         self.accepts("layers", "lib/backend/file.cpp", "#include <unistd.h>\n")
+        self.accepts("layers", "lib/backend/store.cpp", "#include <fcntl.h>\n#include <sys/file.h>\n")
         self.accepts("layers", "lib/kernels/random.hpp", '#include <cmath>\n#include <Random123/philox.h>\n')
         self.accepts("layers", "lib/kernels/a.isa.cpp", '#include <immintrin.h>\n#include "base/view.hpp"\n')
         self.accepts("layers", "lib/api/a.cpp", '#include <toliman/sim.h>\n#include "cae/a.hpp"\nextern "C" int f();\n')

@@ -4,6 +4,9 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
+
+static uint64_t draws = 57;
 
 int shim_gram(size_t rows, size_t cols, const double *reference, const double *variance, const double *derivative,
               size_t count, const double *nuisances, int raw, size_t bin, size_t frames, const double *counts,
@@ -15,16 +18,9 @@ void shim_atom_normals(uint64_t seed, size_t count, double *out);
 
 static const double pi = 3.14159265358979323846;
 
-/* Reproducible numbers in (0, 1), and normal ones. */
-static double next_uniform(void) {
-    static uint64_t seed = 57;
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return ((double)(seed >> 12) + 0.5) * 0x1p-52;
-}
-
 static double next_normal(void) {
-    const double radius = sqrt(-2 * log(next_uniform()));
-    return radius * cos(2 * pi * next_uniform());
+    const double radius = sqrt(-2 * log(uniform(&draws)));
+    return radius * cos(2 * pi * uniform(&draws));
 }
 
 static double *new_array(size_t n) {
@@ -105,11 +101,11 @@ static int make_frames(void **state) {
     (void)state;
     static double hidden[3][PIXELS];
     for (size_t i = 0; i < PIXELS; i++) {
-        reference[i] = 1e6 * (1 + 0.9 * next_uniform());
+        reference[i] = 1e6 * (1 + 0.9 * uniform(&draws));
         variance[i] = reference[i];
         derivative[i] = 1e6 * next_normal();
         for (size_t k = 0; k < NUISANCES; k++)
-            nuisances[k][i] = reference[i] * next_uniform() + 0.3 * derivative[i];
+            nuisances[k][i] = reference[i] * uniform(&draws) + 0.3 * derivative[i];
         for (size_t k = 0; k < 3; k++)
             hidden[k][i] = 1e3 * (double)(5 - k) * next_normal();
     }
@@ -433,7 +429,7 @@ static void a_sparse_truth_is_found_again(void **state) {
             length += image[p] * image[p];
         }
         for (size_t i = 0; i < N; i++) {
-            code[j * N + i] = next_uniform() < 0.1 ? 30 * next_normal() : 0;
+            code[j * N + i] = uniform(&draws) < 0.1 ? 30 * next_normal() : 0;
             for (size_t p = 0; p < P; p++)
                 x[i * P + p] += code[j * N + i] * image[p] / sqrt(length);
         }

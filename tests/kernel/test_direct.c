@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_direct_isas(void);
 void shim_direct(int isa, const double *half_high, const double *half_low, const double *t_high, const double *t_low,
@@ -13,19 +14,14 @@ static double t_high[N], t_low[N], w[N], x[N];
 
 static uint64_t state = 4;
 
-static double uniform(void) { /* -1 to 1 */
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-52 - 1;
-}
-
 /* Frequencies from f on: sums are within 2e-15 of the sum of their terms' sizes, however small those are. */
 static void check(double span, double f, double step) {
     double half_high[LANES], half_low[LANES], first[2][SUMS * LANES], sums[2][SUMS * LANES];
     for (int i = 0; i < N; i++) {
-        t_high[i] = span * uniform();
-        t_low[i] = t_high[i] * 0x1p-54 * uniform();
-        w[i] = (1 + 0.9 * uniform()) / N;
-        x[i] = uniform() / N;
+        t_high[i] = span * uniform_signed(&state);
+        t_low[i] = t_high[i] * 0x1p-54 * uniform_signed(&state);
+        w[i] = (1 + 0.9 * uniform_signed(&state)) / N;
+        x[i] = uniform_signed(&state) / N;
     }
     for (int j = 0; j < LANES; j++) {
         half_high[j] = (f + step * j) / 2;

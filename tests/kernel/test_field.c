@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_field_isas(void);
 void shim_cis(double cycles, double *cosine, double *sine);
@@ -18,19 +19,13 @@ void shim_transform(int isa, const double *amplitude, const double *opd_m, size_
 
 static const long double kTwoPi = 6.28318530717958647692528676655900577L;
 
-/* Numbers in [-1, 1], the same on every machine. */
-static double number(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-52 - 1;
-}
-
 static void cis_is_exact_to_rounding(void **state) {
     (void)state;
     const double corners[] = {0, 0.125, -0.125, 0.25, -0.25, 0.375, -0.375, 0.5, -0.5, 1e-300};
     double worst = 0;
     uint64_t random = 1;
     for (int i = 0; i < 200000; i++) {
-        const double cycles = i < 10 ? corners[i] : 0.5 * number(&random);
+        const double cycles = i < 10 ? corners[i] : 0.5 * uniform_signed(&random);
         double cosine, sine;
         shim_cis(cycles, &cosine, &sine);
         worst = fmax(worst, (double)fabsl(cosine - cosl(kTwoPi * cycles)));
@@ -49,7 +44,7 @@ static void reduction_is_exact(void **state) {
     (void)state;
     uint64_t random = 2;
     for (int i = 0; i < 10000; i++) {
-        const double x = 1e6 * number(&random), reduced = shim_reduce(x);
+        const double x = 1e6 * uniform_signed(&random), reduced = shim_reduce(x);
         assert_true(fabs(reduced) <= 0.5 && x - reduced == rint(x));
     }
 }
@@ -92,13 +87,13 @@ static pupil random_pupil(void) {
     pupil p;
     uint64_t random = 3;
     for (int i = 0; i < N * N; i++) {
-        p.amplitude[i] = fabs(number(&random));
-        p.opd[i] = 1e-6 * number(&random);
-        p.mode[i] = number(&random);
+        p.amplitude[i] = fabs(uniform_signed(&random));
+        p.opd[i] = 1e-6 * uniform_signed(&random);
+        p.mode[i] = uniform_signed(&random);
     }
     for (int i = 0; i < N; i++) {
-        p.tilt_x[i] = 0.5 * number(&random);
-        p.tilt_y[i] = 0.5 * number(&random);
+        p.tilt_x[i] = 0.5 * uniform_signed(&random);
+        p.tilt_y[i] = 0.5 * uniform_signed(&random);
     }
     return p;
 }

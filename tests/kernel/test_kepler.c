@@ -2,6 +2,7 @@
 #include <quadmath.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 double shim_kepler(double mean_anomaly, double eccentricity);
 
@@ -43,11 +44,6 @@ static double error_at(double mean, double e) {
     return (double)(fabsq(found - exact) / unit);
 }
 
-static double random_unit(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
-}
-
 static const double kEccentricities[] = {0,   1e-300, 1e-9,   0.0167,   0.2,       0.51947,
                                          0.9, 0.99,   0.9999, 1 - 1e-8, 1 - 1e-12, 1 - 0x1p-53};
 enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
@@ -60,15 +56,15 @@ static void within_a_revolution(void **state) {
     for (int i = 0; i < ECCENTRICITIES; i++) {
         for (int exponent = -307; exponent <= 0; exponent += exponent < -20 ? 13 : 1)
             for (int k = 0; k < 3; k++) {
-                const double mean = (1 + 2 * random_unit(&random)) * pow(10, exponent);
+                const double mean = (1 + 2 * uniform(&random)) * pow(10, exponent);
                 worst = fmax(worst, error_at(k == 2 ? -mean : mean, kEccentricities[i]));
             }
         for (int k = 0; k <= 200; k++)
             worst = fmax(worst, error_at(3.14159265358979323846 * k / 200, kEccentricities[i]));
     }
     for (int i = 0; i < 5000; i++) {
-        const double e = 1 - pow(10, -12 * random_unit(&random));
-        worst = fmax(worst, error_at(3.14159265358979323846 * pow(random_unit(&random), 3), e));
+        const double e = 1 - pow(10, -12 * uniform(&random));
+        worst = fmax(worst, error_at(3.14159265358979323846 * pow(uniform(&random), 3), e));
     }
     print_message("Kepler's equation within a revolution: at most %.2f units in the last place\n", worst);
     assert_at_most(worst, 4);
@@ -82,7 +78,7 @@ static void many_revolutions(void **state) {
     for (int i = 0; i < ECCENTRICITIES; i++)
         for (int exponent = 0; exponent <= 300; exponent += exponent < 20 ? 1 : 20)
             for (int k = 0; k < 4; k++) {
-                const double mean = (4 + 5 * random_unit(&random)) * pow(10, exponent);
+                const double mean = (4 + 5 * uniform(&random)) * pow(10, exponent);
                 worst = fmax(worst, error_at(k % 2 ? -mean : mean, kEccentricities[i]));
             }
     /* Doubles next to whole revolutions: what is left of them is tiny. */

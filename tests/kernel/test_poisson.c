@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 size_t shim_isas(void);
 void shim_poisson(size_t isa, const double *mean, size_t count, uint64_t first_pixel, uint64_t seed, uint64_t frame,
@@ -21,12 +22,6 @@ void shim_propose(double u, double mean, double proposal[3]);
 
 static const long double pi = 3.14159265358979323846264338327950288L;
 
-/* Reproducible numbers in [0, 1). */
-static double next_number(uint64_t *seed) {
-    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (double)(*seed >> 11) * 0x1p-53;
-}
-
 static double *numbers(size_t count) {
     double *memory = malloc(count * sizeof *memory);
     assert_non_null(memory);
@@ -38,7 +33,7 @@ static double *mixed_means(size_t count) {
     double *mean = numbers(count);
     uint64_t seed = 21;
     for (size_t i = 0; i < count; i++)
-        mean[i] = i % 37 == 0 ? 0 : pow(10, 15 * next_number(&seed) - 3);
+        mean[i] = i % 37 == 0 ? 0 : pow(10, 15 * uniform(&seed) - 3);
     return mean;
 }
 
@@ -50,7 +45,7 @@ static void words_are_those_of_philox(void **state) {
     for (size_t i = 0; i < 1000; i++) {
         uint32_t part[6], expected[4];
         for (size_t j = 0; j < 6; j++)
-            part[j] = i == 0 ? 0 : (uint32_t)(next_number(&seed) * 0x1p32);
+            part[j] = i == 0 ? 0 : (uint32_t)(uniform(&seed) * 0x1p32);
         const uint32_t stream = part[1] >> 16, draw = part[1] & 0xffff;
         uint64_t words[2];
         shim_words(part[0], part[4] | (uint64_t)part[5] << 32, part[2] | (uint64_t)part[3] << 32, stream, draw, words);
@@ -73,7 +68,7 @@ static void functions_agree_with_extended_precision(void **state) {
     uint64_t seed = 8;
     assert_true(shim_exp(0) == 1 && shim_log(1) == 0);
     for (size_t i = 0; i < 200000; i++) {
-        const double number = next_number(&seed), wide = pow(10, 300 * next_number(&seed) - 200);
+        const double number = uniform(&seed), wide = pow(10, 300 * uniform(&seed) - 200);
         const double near_1 = 1 + 0x1p-20 * (number - 0.5), small = -10 * number;
         assert_close(shim_log(wide), (double)logl(wide), 4e-16, 0);
         assert_close(shim_log(near_1), (double)logl(near_1), 4e-16, 0);
@@ -113,8 +108,8 @@ static void log_probability_keeps_its_digits(void **state) {
         for (double mean = 10; mean < 60; mean += 1.7)
             assert_close(shim_log_probability(count, mean), (double)exact_log_probability(count, mean), 2e-15, 4e-15);
     for (size_t i = 0; i < 100000; i++) {
-        const double mean = pow(10, 3 + 9 * next_number(&seed));
-        const double count = floor(mean + sqrt(mean) * (20 * next_number(&seed) - 10));
+        const double mean = pow(10, 3 + 9 * uniform(&seed));
+        const double count = floor(mean + sqrt(mean) * (20 * uniform(&seed) - 10));
         assert_close(shim_log_probability(count, mean), (double)exact_log_probability(count, mean), 2e-15, 4e-15);
     }
 }
@@ -265,7 +260,7 @@ static void small_means_are_inverted_exactly(void **state) {
     double *mean = numbers(count), *counts = numbers(count);
     uint64_t seed = 13;
     for (size_t i = 0; i < count; i++)
-        mean[i] = i % 2 == 0 ? 10 * next_number(&seed) : pow(10, -6 * next_number(&seed));
+        mean[i] = i % 2 == 0 ? 10 * uniform(&seed) : pow(10, -6 * uniform(&seed));
     shim_poisson(shim_isas() - 1, mean, count, 0, 3, 4, 0, counts);
     for (size_t i = 0; i < count; i++) {
         uint64_t words[2];

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_power_isas(void);
 size_t shim_power(int isa, int wide, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
@@ -33,14 +34,9 @@ static int64_t lo[SUMS][N], hi[SUMS][N];
 
 static uint64_t state = 5;
 
-static double uniform(void) { /* -1 to 1 */
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-52 - 1;
-}
-
 /* Splits x, in units of a limb, into a carry-save pair whose low part is not folded. */
 static void put(int sum, int k, __float128 x) {
-    const __float128 upper = floorq(x / 0x1p32Q) + (int64_t)(uniform() * 1000);
+    const __float128 upper = floorq(x / 0x1p32Q) + (int64_t)(uniform_signed(&state) * 1000);
     hi[sum][k] = (int64_t)upper;
     lo[sum][k] = (int64_t)(x - upper * 0x1p32Q);
 }
@@ -76,16 +72,17 @@ static void check_kind(int wide, double samples, double mean, double sigma) {
     const __float128 exact_mean = (__float128)mean * (1 + 0x1p-60Q);
     for (int k = 0; k < N; k++) {
         /* every seventh: cosine and sine hardly vary, which double is not enough for; and nearly so */
-        const double flat = k % 7 == 3 ? 0.999 : 0.3 * uniform(), even = k % 7 == 5 ? 0.8 : 0.2 * uniform();
+        const double flat = k % 7 == 3 ? 0.999 : 0.3 * uniform_signed(&state),
+                     even = k % 7 == 5 ? 0.8 : 0.2 * uniform_signed(&state);
         put(C1, k, one * flat);
-        put(S1, k, one * 0.2 * uniform());
+        put(S1, k, one * 0.2 * uniform_signed(&state));
         put(C2, k, one * (k % 7 == 3 ? 0.998 : even));
-        put(S2, k, one * 0.2 * uniform());
+        put(S2, k, one * 0.2 * uniform_signed(&state));
         for (int limb = C1LOW; limb <= S2LOW; limb++)
-            put(limb, k, rintq((__float128)samples * 0x1p49Q * uniform()));
+            put(limb, k, rintq((__float128)samples * 0x1p49Q * uniform_signed(&state)));
         for (int part = 0; part < 2; part++) {
-            const __float128 x =
-                exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, wide) + one * sigma * 0.3 * uniform();
+            const __float128 x = exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, wide) +
+                                 one * sigma * 0.3 * uniform_signed(&state);
             const __float128 whole = rintq(x);
             put(part ? YS : YC, k, whole);
             put(part ? YSLOW : YCLOW, k, rintq((x - whole) * 0x1p50Q));

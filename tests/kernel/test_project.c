@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 double shim_dot(const double *a, const double *b, size_t n);
 void shim_whiten(const double *image, const double *variance, size_t n, double *out);
@@ -11,12 +12,6 @@ void shim_project_out(const double *units, size_t count, size_t n, double *vecto
 size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
 
 enum { N = 4096 };
-
-/* Reproducible numbers in [-1, 1). */
-static double next_number(uint64_t *seed) {
-    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (double)(*seed >> 11) * 0x1p-52 - 1;
-}
 
 static __float128 wide_dot(const double *a, const double *b, size_t n) {
     __float128 sum = 0;
@@ -35,9 +30,9 @@ static __float128 wide_absolute(const double *a, const double *b, size_t n) {
 /* Terms up to `spread` of which the second half undoes the first, but for a sum of ordinary size. */
 static void make_ill_conditioned(double spread, uint64_t seed, double *a, double *b) {
     for (size_t i = 0; i < N / 2; i++) {
-        a[i] = next_number(&seed) * pow(spread, fabs(next_number(&seed)));
-        b[i] = next_number(&seed);
-        a[i + N / 2] = -a[i] + next_number(&seed);
+        a[i] = uniform_signed(&seed) * pow(spread, fabs(uniform_signed(&seed)));
+        b[i] = uniform_signed(&seed);
+        a[i + N / 2] = -a[i] + uniform_signed(&seed);
         b[i + N / 2] = b[i];
     }
 }
@@ -75,9 +70,9 @@ static void whiten_divides_by_the_deviation(void **state) {
 static void fill_nearly_parallel(double *vectors, size_t count) {
     uint64_t seed = 5;
     for (size_t i = 0; i < N; i++) {
-        const double common = next_number(&seed);
+        const double common = uniform_signed(&seed);
         for (size_t k = 0; k < count; k++)
-            vectors[k * N + i] = common + 1e-6 * next_number(&seed);
+            vectors[k * N + i] = common + 1e-6 * uniform_signed(&seed);
     }
 }
 
@@ -102,10 +97,10 @@ static void dependent_vectors_are_dropped(void **state) {
     static double vectors[5 * N], third[N];
     uint64_t seed = 9;
     for (size_t i = 0; i < N; i++) {
-        vectors[i] = next_number(&seed);
+        vectors[i] = uniform_signed(&seed);
         vectors[N + i] = 0;                                             /* nothing in it */
         vectors[2 * N + i] = -3 * vectors[i];                           /* along the first */
-        vectors[3 * N + i] = third[i] = next_number(&seed);             /* new */
+        vectors[3 * N + i] = third[i] = uniform_signed(&seed);          /* new */
         vectors[4 * N + i] = 2 * vectors[i] - 1e5 * vectors[3 * N + i]; /* of both */
     }
     assert_int_equal(shim_orthonormalise(vectors, 5, N), 2);
@@ -119,9 +114,9 @@ static void projection_removes_the_components_and_nothing_else(void **state) {
     static double units[2 * N], vector[N], before[N];
     uint64_t seed = 3;
     for (size_t i = 0; i < N; i++) {
-        units[i] = next_number(&seed);
-        units[N + i] = next_number(&seed);
-        vector[i] = before[i] = next_number(&seed);
+        units[i] = uniform_signed(&seed);
+        units[N + i] = uniform_signed(&seed);
+        vector[i] = before[i] = uniform_signed(&seed);
     }
     assert_int_equal(shim_orthonormalise(units, 2, N), 2);
     const double first = (double)wide_dot(units, vector, N), second = (double)wide_dot(units + N, vector, N);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_push_isas(void);
 void shim_push(int isa, int wide, double f0, double df, size_t blocks, const double *sample, double *anchors,
@@ -12,11 +13,6 @@ void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
 void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine);
 
 enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, WIDE_SUMS = 14 };
-
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
-}
 
 /* f t far above one cycle: the product must be reduced before any of its digits are lost. */
 static void cosine_and_sine(void **unused) {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
 
 int shim_spread_isas(void);
 void shim_spread(int isa, const double *t_high, const double *t_low, const double *w, const double *x, size_t n,
@@ -18,17 +19,12 @@ static double t_high[N], t_low[N], w[N], x[N];
 
 static uint64_t state = 11;
 
-static double uniform(void) { /* -1 to 1 */
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-52 - 1;
-}
-
 static void fill(double span) {
     for (int i = 0; i < N; i++) {
-        t_high[i] = span * uniform();
-        t_low[i] = t_high[i] * 0x1p-54 * uniform();
-        w[i] = (1 + 0.9 * uniform()) / N;
-        x[i] = uniform() / N;
+        t_high[i] = span * uniform_signed(&state);
+        t_low[i] = t_high[i] * 0x1p-54 * uniform_signed(&state);
+        w[i] = (1 + 0.9 * uniform_signed(&state)) / N;
+        x[i] = uniform_signed(&state) / N;
     }
 }
 
@@ -109,7 +105,7 @@ static void test_same_bits(void **unused) {
     static const size_t lanes[] = {8, 12, 16};
     double coefficients[4 * 16];
     for (size_t i = 0; i < 64; i++)
-        coefficients[i] = uniform();
+        coefficients[i] = uniform_signed(&state);
     fill(1e5);
     for (size_t l = 0; l < 3; l++)
         for (size_t pairs = 1; pairs <= 2; pairs++) {

@@ -2,6 +2,9 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "uniform.h"
+
+static uint64_t draws = 31;
 
 int shim_template(size_t rows, size_t cols, const double *reference, const double *variance, const double *derivative,
                   size_t count, const double *nuisances, size_t frames, const double *counts, double *values,
@@ -11,22 +14,15 @@ enum { ROWS = 12, COLS = 10, PIXELS = ROWS * COLS, NUISANCES = 3 };
 
 static double reference[PIXELS], variance[PIXELS], derivative[PIXELS], nuisances[NUISANCES][PIXELS], counts[PIXELS];
 
-/* Reproducible numbers in [-1, 1). */
-static double next_number(void) {
-    static uint64_t seed = 31;
-    seed = seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (double)(seed >> 11) * 0x1p-52 - 1;
-}
-
 static int make_model(void **state) {
     (void)state;
     for (size_t i = 0; i < PIXELS; i++) {
-        reference[i] = 1000 + 900 * next_number();
+        reference[i] = 1000 + 900 * uniform_signed(&draws);
         variance[i] = reference[i] + 2;
-        derivative[i] = 500 * next_number();
+        derivative[i] = 500 * uniform_signed(&draws);
         for (size_t k = 0; k < NUISANCES; k++)
-            nuisances[k][i] = 100 * next_number() + 0.3 * derivative[i];
-        counts[i] = reference[i] + 30 * next_number();
+            nuisances[k][i] = 100 * uniform_signed(&draws) + 0.3 * derivative[i];
+        counts[i] = reference[i] + 30 * uniform_signed(&draws);
     }
     return 0;
 }

@@ -17,20 +17,26 @@ int make_one_of_each() {
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get());
     const auto components = make<component_set>(toliman_linear_create_components, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
-    const auto track = make<frame_index>(toliman_track_create, 10);
-    int32_t verdict = -1;
-    check(toliman_track_push(track.get(), "session", 1, "roi", "bytes", 5, &verdict));
-    return cae && linear && components && period && verdict == TOLIMAN_TRACK_NEW &&
-                   toliman_track_count(track.get()) == 1
-               ? 0
-               : 1;
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    options.linear = linear.get();
+    options.df = 0.1;
+    options.nf = 3;
+    const auto track = make<tracker>(toliman_track_create, &options);
+    const toliman_period *sums = nullptr;
+    check(toliman_track_get_period(track.get(), &sums));
+    return cae && linear && components && period && toliman_period_count(sums) == 0 ? 0 : 1;
 }
 
 int a_failure_is_an_exception() {
     try {
-        toliman::make<toliman::frame_index>(toliman_track_create, 0);
+        toliman_track_options options;
+        toliman_track_options_init(&options);
+        options.rows = -5;
+        toliman::make<toliman::tracker>(toliman_track_create, &options);
     } catch (const toliman::error &error) {
-        return error.status() == TOLIMAN_E_ARGUMENT && std::string(error.what()).find("capacity = 0") == 0 ? 0 : 1;
+        return error.status() == TOLIMAN_E_ARGUMENT && std::string(error.what()).find("options->rows = -5") == 0 ? 0
+                                                                                                                 : 1;
     }
     return 1;
 }

@@ -7,24 +7,12 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
 enum { MOST = 4000 };
 static double times[MOST], values[MOST], sigmas[MOST];
-
-/* Deterministic uniform numbers in (0, 1). */
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
-}
-
-static double noise(uint64_t *state) {
-    double sum = -6;
-    for (int i = 0; i < 12; i++)
-        sum += uniform(state);
-    return sum;
-}
 
 static toliman_period *make(double f0, double df, int64_t nf, const toliman_period_options *options) {
     toliman_period *period = NULL;

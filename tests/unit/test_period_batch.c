@@ -5,6 +5,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
@@ -14,11 +15,6 @@ static const double tolerances[] = {1e-3, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 0};
 enum { TOLERANCES = sizeof tolerances / sizeof tolerances[0] };
 
 static uint64_t state;
-
-static double uniform(void) { /* 0 to 1 */
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-53;
-}
 
 typedef enum { RANDOM, EVEN, CLUSTERS, TWICE, LOPSIDED } sampling;
 typedef enum { NO_SIGMAS, BENIGN, ALL_SIZES, ONE_HEAVY, TWO_HEAVY, TWO_EQUAL, ONE_LIGHT } weighting;
@@ -58,7 +54,7 @@ static const hard_case cases[] = {
 };
 
 static double time_of(const hard_case *hard, size_t i) {
-    const double at = (double)i / (double)(N - 1), u = uniform();
+    const double at = (double)i / (double)(N - 1), u = uniform(&state);
     switch (hard->sampling) {
     case EVEN:
         return at;
@@ -74,7 +70,7 @@ static double time_of(const hard_case *hard, size_t i) {
 }
 
 static double sigma_of(weighting kind, size_t i) {
-    const double u = uniform();
+    const double u = uniform(&state);
     switch (kind) {
     case ALL_SIZES:
         return pow(10, 6 * u);
@@ -95,7 +91,7 @@ static quad_samples fill(const hard_case *hard) {
     for (size_t i = 0; i < N; i++) {
         times[i] = hard->start + hard->span * time_of(hard, i);
         const double phase = fmod(hard->f * (times[i] - hard->start), 1);
-        values[i] = hard->mean + hard->amplitude * sin(2 * M_PI * phase) + hard->noise * (2 * uniform() - 1);
+        values[i] = hard->mean + hard->amplitude * sin(2 * M_PI * phase) + hard->noise * (2 * uniform(&state) - 1);
         sigmas[i] = sigma_of(hard->weighting, i);
     }
     if (hard->weighting == TWO_EQUAL)
@@ -192,9 +188,9 @@ enum { MANY = 20000, WIDE = 3000 };
 static void many(double *t, double *y, double *sigma) {
     state = 5;
     for (int i = 0; i < MANY; i++) {
-        t[i] = 2.45e6 + 1000 * uniform(); /* in no order */
-        sigma[i] = 1 + uniform();
-        y[i] = 7 + 0.3 * sin(2 * M_PI * fmod(0.1337 * (t[i] - 2.45e6), 1)) + sigma[i] * (2 * uniform() - 1);
+        t[i] = 2.45e6 + 1000 * uniform(&state); /* in no order */
+        sigma[i] = 1 + uniform(&state);
+        y[i] = 7 + 0.3 * sin(2 * M_PI * fmod(0.1337 * (t[i] - 2.45e6), 1)) + sigma[i] * (2 * uniform(&state) - 1);
     }
 }
 
@@ -246,8 +242,8 @@ static void memory_is_as_told(void **unused) {
     enum { LARGE = 400000 };
     double *t = malloc(LARGE * sizeof *t), *y = malloc(LARGE * sizeof *y), *power = malloc(LARGE * sizeof *power);
     for (int i = 0; i < LARGE; i++) {
-        t[i] = uniform();
-        y[i] = power[i] = uniform();
+        t[i] = uniform(&state);
+        y[i] = power[i] = uniform(&state);
     }
     toliman_period_batch_options options = options_of(1e-9, 0);
     options.threads = 1;

@@ -7,17 +7,14 @@
 #include <unistd.h>
 
 #include "assert_close.h"
+#include "own_memory.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
 enum { N = 200, NF = 90 };
 static double times[N], values[N], sigmas[N];
-
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
-}
 
 /* A sine of period 10 with noise at 200 even times. */
 static void fill_sine(double mean, double scale) {
@@ -380,27 +377,13 @@ static void memory_is_taken_at_creation(void **unused) {
     }
 }
 
-/* Memory that is not of files. */
-static long resident_kb(void) {
-    char line[128];
-    long kb = -1;
-    FILE *const file = fopen("/proc/self/status", "r");
-    assert_non_null(file);
-    while (fgets(line, sizeof line, file) != NULL)
-        if (sscanf(line, "RssAnon: %ld kB", &kb) == 1)
-            break;
-    fclose(file);
-    assert_true(kb > 0);
-    return kb;
-}
-
-/* A window that slides over a million samples, looked at now and then: not a byte, not a page more. */
+/* A window that slides over a million samples, looked at now and then: not a byte more. */
 static void million_pushes_take_nothing(void **unused) {
     (void)unused;
     enum { WINDOW = 1000, MILLION = 1000000 };
     toliman_period *period = make(NULL);
     double power[NF];
-    long kb = 0;
+    long size = 0;
     for (int i = 0; i < MILLION; i++) {
         assert_ok(toliman_period_push(period, i, i % 97, 1));
         if (i >= WINDOW)
@@ -408,12 +391,12 @@ static void million_pushes_take_nothing(void **unused) {
         if (i % 10000 == 0)
             assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
         if (i == 10000) {
-            kb = resident_kb();
+            size = own_memory();
             asked = 0;
         }
     }
     assert_int_equal(asked, 0);
-    assert_true(resident_kb() <= kb);
+    assert_true(own_memory() <= size);
     assert_int_equal(toliman_period_count(period), WINDOW);
     toliman_period_destroy(period);
 }

@@ -5,24 +5,12 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
 enum { kMost = 1000, kShards = 64, kSaveEvery = 100 };
 static double times[kMost], values[kMost], sigmas[kMost];
-
-/* Deterministic uniform numbers in (0, 1). */
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(*state >> 11) + 0.5) * 0x1p-53;
-}
-
-static double noise(uint64_t *state) {
-    double sum = -6;
-    for (int i = 0; i < 12; i++)
-        sum += uniform(state);
-    return sum;
-}
 
 enum kind { SPREAD, CLUSTERS, TWICE, REGULAR };
 

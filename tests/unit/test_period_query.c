@@ -4,6 +4,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
@@ -11,11 +12,6 @@ enum { kMost = 800, kFrequencies = 400 };
 static double times[kMost], values[kMost], sigmas[kMost];
 
 static uint64_t state = 3;
-
-static double uniform(void) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-53;
-}
 
 static toliman_period *make(double f0, double df, int64_t nf, uint32_t flags, int n) {
     toliman_period_options options;
@@ -34,9 +30,9 @@ static toliman_period *make(double f0, double df, int64_t nf, uint32_t flags, in
 static void fill(int n) {
     state = 3;
     for (int i = 0; i < n; i++) {
-        times[i] = 51000 + 300 * uniform();
-        values[i] = 2.5 + 1.5 * sin(0.37 * times[i] + 1) + uniform();
-        sigmas[i] = 0.2 + uniform();
+        times[i] = 51000 + 300 * uniform(&state);
+        values[i] = 2.5 + 1.5 * sin(0.37 * times[i] + 1) + uniform(&state);
+        sigmas[i] = 0.2 + uniform(&state);
     }
 }
 
@@ -172,7 +168,7 @@ static void test_model_of_one_wave(void **unused) {
     (void)unused;
     for (int i = 0; i < 40; i++) {
         times[i] = 51000 + i;
-        values[i] = 2 + 0.5 * (i % 2 ? -1 : 1) + 0.01 * uniform();
+        values[i] = 2 + 0.5 * (i % 2 ? -1 : 1) + 0.01 * uniform(&state);
         sigmas[i] = 1;
     }
     toliman_period *period = make(0.25, 0.25, 2, 0, 40);
@@ -191,9 +187,9 @@ static void test_peaks_and_aliases(void **unused) {
     enum { N = 700, kWanted = 12 };
     state = 3;
     for (int i = 0; i < N; i++) {
-        times[i] = 51000 + i + 0.2 * uniform();
+        times[i] = 51000 + i + 0.2 * uniform(&state);
         sigmas[i] = 1;
-        values[i] = 2 + 3 * sin(2 * M_PI * 0.11 * times[i]) + 1.6 * sin(2 * M_PI * 0.3 * times[i]) + uniform();
+        values[i] = 2 + 3 * sin(2 * M_PI * 0.11 * times[i]) + 1.6 * sin(2 * M_PI * 0.3 * times[i]) + uniform(&state);
     }
     toliman_period *period = make(0.002, 1.5e-4, 12000, 0, N);
     toliman_period_peak peaks[kWanted], highest = {.struct_size = sizeof highest};

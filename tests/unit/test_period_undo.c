@@ -4,6 +4,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "uniform.h"
 
 #include <toliman/period.h>
 
@@ -11,11 +12,6 @@ enum { kMost = 6000, kShards = 64 };
 static double times[kMost], values[kMost], sigmas[kMost];
 
 static uint64_t state = 11;
-
-static double uniform(void) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return ((double)(state >> 11) + 0.5) * 0x1p-53;
-}
 
 static toliman_period_options options_for(int wide) {
     toliman_period_options options;
@@ -36,9 +32,9 @@ static toliman_period *make(const toliman_period_options *options) {
 static void fill(int wide) {
     state = 11;
     for (int i = 0; i < kMost; i++) {
-        times[i] = 2451000.5 + 4000 * uniform();
-        values[i] = 3 * sin(0.05 * times[i]) + uniform();
-        sigmas[i] = wide ? 0.1 * pow(1e5, uniform()) : 0.1 + uniform();
+        times[i] = 2451000.5 + 4000 * uniform(&state);
+        values[i] = 3 * sin(0.05 * times[i]) + uniform(&state);
+        sigmas[i] = wide ? 0.1 * pow(1e5, uniform(&state)) : 0.1 + uniform(&state);
     }
 }
 
@@ -117,7 +113,7 @@ static void test_shards_merge_to_the_same_bits(void **unused) {
             shards[s] = make(&options);
         for (int i = 0; i < kMost; i++) {
             push(whole, i);
-            push(shards[(size_t)(uniform() * kShards)], i);
+            push(shards[(size_t)(uniform(&state) * kShards)], i);
         }
         assert_ok(toliman_period_copy(shards[17], &merged));
         for (int s = 0; s < kShards; s++)
@@ -202,7 +198,7 @@ static void test_merge_of_two_nights(void **unused) {
         options.value_offset = values[first];
         options.value_bound = 8; /* of values within 5 of each other */
         for (int i = 0; i < 300; i++)
-            sigmas[first + i] = (night ? 0.3 : 0.2) * (1 + uniform());
+            sigmas[first + i] = (night ? 0.3 : 0.2) * (1 + uniform(&state));
         options.sigma_floor = sigmas[first] / 8;
         options.sigma_ceiling = sigmas[first] * 4;
         nights[night] = make(&options);
@@ -293,7 +289,7 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     assert_ok(toliman_period_create(9.5, 1e-4, 200, &options, &by_pair));
     static double days[kCount], low[kCount];
     for (int i = 0; i < kCount; i++) {
-        const int64_t ns = options.time_offset_ns + (int64_t)(4000 * 86400e9 * uniform()) - 5;
+        const int64_t ns = options.time_offset_ns + (int64_t)(4000 * 86400e9 * uniform(&state)) - 5;
         const __float128 t = (__float128)(ns - options.time_offset_ns) / options.unit_ns;
         days[i] = (double)t;
         low[i] = (double)(t - days[i]);

@@ -1,114 +1,427 @@
-/* Frame identity: new, duplicate, conflict, and names from the wire. */
+/* Tracker in memory: verdicts and their reasons, counts, pixels of all kinds, limits, memory, threads. */
 #include <malloc.h>
-#include <stdio.h>
-#include <string.h>
 
-#include "assert_close.h"
+#include "track_frames.h"
 
-#include <toliman/track.h>
-
-static int32_t verdict_of(toliman_track *track, const char *session, int64_t id, const char *roi, const char *bytes) {
-    int32_t verdict = -1;
-    assert_ok(toliman_track_push(track, session, id, roi, bytes, strlen(bytes), &verdict));
-    return verdict;
+static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64_t row, int64_t col, double pixel) {
+    const toliman_outcome outcome = push_one(track, frame);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_REJECTED);
+    assert_int_equal(outcome.row, row);
+    assert_int_equal(outcome.col, col);
+    assert_true(outcome.pixel == pixel);
+    return outcome.reason;
 }
 
-static void keys_and_contents(void **unused) {
+static void every_verdict_is_counted(void **unused) {
     (void)unused;
-    toliman_track *track = NULL;
-    assert_ok(toliman_track_create(100, &track));
-    assert_int_equal(verdict_of(track, "s1", 7, "core", "pixels"), TOLIMAN_TRACK_NEW);
-    assert_int_equal(verdict_of(track, "s1", 7, "core", "pixels"), TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(verdict_of(track, "s1", 7, "corner", "pixels"), TOLIMAN_TRACK_NEW);
-    assert_int_equal(verdict_of(track, "s2", 7, "core", "pixels"), TOLIMAN_TRACK_NEW);
-    assert_int_equal(verdict_of(track, "s1", 8, "core", "pixels"), TOLIMAN_TRACK_NEW);
-    assert_int_equal(verdict_of(track, "s1", -7, "core", "pixels"), TOLIMAN_TRACK_NEW);
-    assert_int_equal(verdict_of(track, "s1", 8, "core", "pixelz"), TOLIMAN_TRACK_CONFLICT);
-    assert_int_equal(verdict_of(track, "s1", 8, "core", "pixels"), TOLIMAN_TRACK_CONFLICT);
-    assert_int_equal(verdict_of(track, "s1", 7, "core", "pixels"), TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(toliman_track_count(track), 5);
+    const toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    make_frame(&frame, 1);
+    const toliman_outcome first = push_one(track, &frame.frame);
+    assert_int_equal(first.verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_true(first.value == value_of_frame(&frame) && first.tai_ns == frame.frame.camera_ns);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_OUTLIER);
+    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_DUPLICATE);
+    /* The same id elsewhere is another frame. */
+    frame.frame.roi = "corner";
+    frame.frame.dropped = 3;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    frame.frame.session = "pass-2";
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    /* Another payload denies it, for ever; so does another time. */
+    frame.pixels[5]++;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    frame.pixels[5]--;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    make_frame(&frame, 2);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    frame.frame.camera_ns++;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    /* A damaged copy says nothing against a good one. */
+    make_frame(&frame, 1);
+    frame.pixels[9] = 4096;
+    assert_int_equal(reason_of(track, &frame.frame, 1, 1, 4096), TOLIMAN_REASON_OVER_RANGE);
+
+    const toliman_track_info info = info_of(track);
+    assert_int_equal(info.received, 11);
+    assert_int_equal(info.accepted, 2);
+    assert_int_equal(info.outlier, 1);
+    assert_int_equal(info.quarantined, 2);
+    assert_int_equal(info.repeated, 5);
+    assert_int_equal(info.rejected, 1);
+    assert_int_equal(info.rejected_by[TOLIMAN_REASON_OVER_RANGE], 1);
+    assert_int_equal(info.sessions, 3);
+    assert_int_equal(info.expected, 7 + 1 + 1);
+    assert_int_equal(info.missing, 4);
+    assert_int_equal(info.dropped, 3);
+    assert_int_equal(toliman_period_count(period_of(track)), 2);
     toliman_track_destroy(track);
     toliman_track_destroy(NULL);
 }
 
-static void full_index_keeps_what_it_has(void **unused) {
+static void every_reason_names_its_pixel(void **unused) {
     (void)unused;
-    toliman_track *track = NULL;
-    enum { CAPACITY = 5000 };
-    assert_ok(toliman_track_create(CAPACITY, &track));
-    for (int64_t id = 0; id < CAPACITY; id++)
-        assert_int_equal(verdict_of(track, "pass", id, "core", "x"), TOLIMAN_TRACK_NEW);
-    int32_t verdict = -1;
-    assert_fails(toliman_track_push(track, "pass", CAPACITY, "core", "x", 1, &verdict), TOLIMAN_E_CAPACITY, "5000");
-    assert_int_equal(verdict, -1);
-    for (int64_t id = 0; id < CAPACITY; id++)
-        assert_int_equal(verdict_of(track, "pass", id, "core", "x"), TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(toliman_track_count(track), CAPACITY);
+    toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    make_frame(&frame, 1);
+    frame.frame.rows = 7;
+    assert_int_equal(reason_of(track, &frame.frame, 7, 8, 0), TOLIMAN_REASON_SHAPE);
+    make_frame(&frame, 1);
+    memset(frame.pixels + 11, 0, PIXELS - 2); /* bytes: one pixel less than a hole */
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    make_frame(&frame, 2);
+    memset(frame.pixels + 11, 0, PIXELS);
+    assert_int_equal(reason_of(track, &frame.frame, (11 + 31) / 8, (11 + 31) % 8, 0), TOLIMAN_REASON_HOLE);
+    make_frame(&frame, 3);
+    frame.frame.camera_ns = INT64_MAX; /* 10^5 days are not too far, 2^50 cycles are */
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
     toliman_track_destroy(track);
+
+    options.bit_depth = 0;
+    options.hole_bytes = 0;
+    options.f0 = 1e15;
+    options.nf = 1;
+    track = make_track(&options);
+    double image[PIXELS] = {0};
+    toliman_frame wide = frame.frame;
+    wide.pixel = TOLIMAN_PIXEL_F64;
+    wide.pixels = image;
+    wide.camera_ns = DAY_NS * 2;
+    assert_int_equal(reason_of(track, &wide, 0, 0, 0), TOLIMAN_REASON_CLOCK);
+    wide.camera_ns = 0;
+    image[63] = INFINITY;
+    assert_int_equal(reason_of(track, &wide, 7, 7, INFINITY), TOLIMAN_REASON_NOT_FINITE);
+    image[63] = 0;
+    image[62] = -INFINITY;
+    assert_int_equal(reason_of(track, &wide, 7, 6, -INFINITY), TOLIMAN_REASON_NOT_FINITE);
+    image[62] = 1e308;
+    image[60] = 1e308;
+    assert_int_equal(reason_of(track, &wide, 0, 0, INFINITY), TOLIMAN_REASON_ESTIMATE);
+    toliman_track_destroy(track);
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASON_HOLE), "hole");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASON_ESTIMATE), "estimate");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASONS), "?");
+    assert_string_equal(toliman_track_reason_name(-1), "?");
 }
 
-/* Contents of one key are told apart by CRC32 and by size, each of which may agree alone. */
-static void contents_of_other_sizes(void **unused) {
-    (void)unused;
-    /* CRC32 98ad1158 and 0073f864, whose mixtures with 64 and 60 times the golden ratio agree. */
-    unsigned char longer[64], shorter[60];
-    memset(longer, 7, sizeof longer);
-    memset(shorter, 7, sizeof shorter);
-    memcpy(longer, "\xcb\x38\x03\x00", 4);
-    memcpy(shorter, "\xc2\x6b\x00\x00", 4);
-    /* Four bytes that end a text so that its CRC32 is that of the empty text, 0. */
-    const char *const nothing = "", *const four = "\x9d\x0a\xd9\x6d";
-    toliman_track *track = NULL;
-    int32_t verdict = -1;
-    assert_ok(toliman_track_create(4, &track));
-    assert_ok(toliman_track_push(track, "s", 1, "roi", longer, sizeof longer, &verdict));
-    assert_ok(toliman_track_push(track, "s", 1, "roi", shorter, sizeof shorter, &verdict));
-    assert_int_equal(verdict, TOLIMAN_TRACK_CONFLICT);
-    assert_ok(toliman_track_push(track, "s", 2, "roi", nothing, 0, &verdict));
-    assert_int_equal(verdict, TOLIMAN_TRACK_NEW);
-    assert_ok(toliman_track_push(track, "s", 2, "roi", four, 4, &verdict));
-    assert_int_equal(verdict, TOLIMAN_TRACK_CONFLICT);
-    toliman_track_destroy(track);
+static int32_t refuse(const double *image, size_t rows, size_t cols, double *value, void *data) {
+    (void)image, (void)rows, (void)cols;
+    *value = 1;
+    return *(int32_t *)data;
 }
 
-/* 36 bytes a frame for any capacity, not only for powers of two. */
-static void memory_of_an_index(void **unused) {
+static void estimators_may_refuse(void **unused) {
     (void)unused;
-    const int64_t capacities[] = {1 << 20, (1 << 20) + 1, 1500000};
-    for (size_t i = 0; i < sizeof capacities / sizeof *capacities; i++) {
-        toliman_track *track = NULL;
-        const struct mallinfo2 before = mallinfo2();
-        assert_ok(toliman_track_create(capacities[i], &track));
-        const struct mallinfo2 after = mallinfo2();
-        const size_t taken = after.uordblks + after.hblkhd - before.uordblks - before.hblkhd;
-        assert_at_most((double)taken / (double)capacities[i], 36.1);
+    int32_t answer = 1;
+    toliman_track_options options = small_options(NULL);
+    options.estimate = refuse;
+    options.estimate_data = &answer;
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    make_frame(&frame, 1);
+    assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_REASON_ESTIMATE);
+    answer = 0;
+    const toliman_outcome outcome = push_one(track, &frame.frame);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_true(outcome.value == 1);
+    toliman_track_destroy(track);
+    /* A value at the limit is within it. */
+    for (int beyond = 0; beyond < 2; beyond++) {
+        options.value_limit = beyond ? nextafter(1, 0) : 1;
+        track = make_track(&options);
+        assert_int_equal(push_one(track, &frame.frame).verdict,
+                         beyond ? TOLIMAN_TRACK_OUTLIER : TOLIMAN_TRACK_ACCEPTED);
         toliman_track_destroy(track);
     }
 }
 
-static void names_from_the_wire(void **unused) {
+/* What the estimator was given last. */
+static double seen_image[128];
+static size_t seen_rows, seen_cols;
+
+static int32_t look(const double *image, size_t rows, size_t cols, double *value, void *unused) {
+    (void)unused;
+    memcpy(seen_image, image, rows * cols * sizeof *image);
+    seen_rows = rows;
+    seen_cols = cols;
+    *value = 0;
+    return 0;
+}
+
+/* A window of frames [10][stride 13] of every kind, cropped and binned, against plain loops. */
+static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
+    (void)unused;
+    enum { ROWS = 10, COLS = 11, STRIDE = 13 };
+    static unsigned char bytes[ROWS * STRIDE * 8];
+    for (int32_t kind = TOLIMAN_PIXEL_U8; kind <= TOLIMAN_PIXEL_F64; kind++)
+        for (int bin = 1; bin <= 3; bin++) {
+            double expected[ROWS][COLS];
+            for (int r = 0; r < ROWS; r++)
+                for (int c = 0; c < STRIDE; c++) {
+                    const int at = r * STRIDE + c, number = 1 + r * 17 + c * 5;
+                    const int negative = kind == TOLIMAN_PIXEL_I16 || kind >= TOLIMAN_PIXEL_I32;
+                    const double value = c >= COLS ? 0 : (negative && c % 3 == 0) ? -number : number;
+                    switch (kind) {
+                    case TOLIMAN_PIXEL_U8:
+                        ((uint8_t *)bytes)[at] = (uint8_t)value;
+                        break;
+                    case TOLIMAN_PIXEL_U16:
+                        ((uint16_t *)bytes)[at] = (uint16_t)value;
+                        break;
+                    case TOLIMAN_PIXEL_U32:
+                        ((uint32_t *)bytes)[at] = (uint32_t)value;
+                        break;
+                    case TOLIMAN_PIXEL_I16:
+                        ((int16_t *)bytes)[at] = (int16_t)value;
+                        break;
+                    case TOLIMAN_PIXEL_I32:
+                        ((int32_t *)bytes)[at] = (int32_t)value;
+                        break;
+                    case TOLIMAN_PIXEL_F32:
+                        ((float *)bytes)[at] = (float)(value / 2);
+                        break;
+                    default:
+                        ((double *)bytes)[at] = value / 2;
+                        break;
+                    }
+                    if (c < COLS)
+                        expected[r][c] = kind >= TOLIMAN_PIXEL_F32 ? value / 2 : value;
+                }
+            toliman_track_options options = small_options(NULL);
+            options.estimate = look;
+            options.rows = ROWS;
+            options.cols = COLS;
+            options.crop_row = 1;
+            options.crop_col = 2;
+            options.bin = bin;
+            toliman_track *track = make_track(&options);
+            const toliman_frame frame = {sizeof frame, kind, "s", "r", 1, 0, 0, bytes, ROWS, COLS, STRIDE};
+            assert_int_equal(push_one(track, &frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+            assert_int_equal(seen_rows, (ROWS - 1) / bin);
+            assert_int_equal(seen_cols, (COLS - 2) / bin);
+            for (size_t r = 0; r < seen_rows; r++)
+                for (size_t c = 0; c < seen_cols; c++) {
+                    double sum = 0;
+                    for (int i = 0; i < bin * bin; i++)
+                        sum += expected[1 + (int)r * bin + i / bin][2 + (int)c * bin + i % bin];
+                    assert_true(seen_image[r * seen_cols + c] == sum);
+                }
+            toliman_track_destroy(track);
+        }
+}
+
+/* What stands between the rows is no part of a frame. */
+static void gaps_between_rows_do_not_count(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame packed;
+    make_frame(&packed, 1);
+    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    uint16_t loose[SIDE * 11];
+    memset(loose, 0xff, sizeof loose);
+    for (int r = 0; r < SIDE; r++)
+        memcpy(loose + r * 11, packed.pixels + r * SIDE, SIDE * sizeof *loose);
+    packed.frame.pixels = loose;
+    packed.frame.stride = 11;
+    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+    toliman_track_destroy(track);
+}
+
+static void impossible_frames_and_options_are_refused(void **unused) {
     (void)unused;
     static const char *const bad[] = {
         "",    ".hidden", "../up",       "a/b",
         "a b", "a\n",     "caf\xc3\xa9", "0123456789012345678901234567890123456789012345678901234567890123456789"};
-    toliman_track *track = NULL;
-    int32_t verdict;
-    assert_fails(toliman_track_create(0, &track), TOLIMAN_E_ARGUMENT, "capacity = 0");
-    assert_ok(toliman_track_create(4, &track));
+    toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame frames[2];
+    toliman_outcome outcomes[2] = {{.struct_size = sizeof *outcomes}};
+    toliman_frame both[2];
+    size_t done = 9;
+    make_frame(&frames[0], 1);
+    make_frame(&frames[1], 2);
+#define REFUSED(member, wrong, text)                                                                                   \
+    do {                                                                                                               \
+        both[0] = frames[0].frame;                                                                                     \
+        both[1] = frames[1].frame;                                                                                     \
+        both[1].member = (wrong);                                                                                      \
+        assert_fails(toliman_track_push(track, both, 2, outcomes, &done), TOLIMAN_E_ARGUMENT, text);                   \
+        assert_int_equal(done, 0);                                                                                     \
+    } while (0)
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        assert_fails(toliman_track_push(track, bad[i], 1, "core", "x", 1, &verdict), TOLIMAN_E_ARGUMENT, "session");
-        assert_fails(toliman_track_push(track, "s", 1, bad[i], "x", 1, &verdict), TOLIMAN_E_ARGUMENT, "roi");
+        REFUSED(session, bad[i], "session = \"");
+        REFUSED(roi, bad[i], "roi = \"");
     }
-    assert_fails(toliman_track_push(track, NULL, 1, "core", "x", 1, &verdict), TOLIMAN_E_ARGUMENT, "session is NULL");
-    assert_int_equal(toliman_track_count(track), 0);
+    REFUSED(session, NULL, "session is NULL");
+    REFUSED(pixels, NULL, "pixels is NULL");
+    REFUSED(pixel, 7, "frames[1].pixel = 7");
+    REFUSED(rows, 0, "frames[1].rows = 0");
+    REFUSED(cols, -1, "frames[1].cols = -1");
+    REFUSED(stride, 7, "frames[1].stride = 7");
+    REFUSED(struct_size, 8, "struct_size");
+    assert_int_equal(info_of(track).received, 0);
+    toliman_track_destroy(track);
+#define NOT_MADE(member, wrong, code, text)                                                                            \
+    do {                                                                                                               \
+        options = small_options(NULL);                                                                                 \
+        options.member = (wrong);                                                                                      \
+        track = NULL;                                                                                                  \
+        assert_fails(toliman_track_create(&options, &track), code, text);                                              \
+        assert_null(track);                                                                                            \
+    } while (0)
+    NOT_MADE(capacity, 0, TOLIMAN_E_ARGUMENT, "capacity = 0: must be in [1, 2^28]");
+    NOT_MADE(sigma, 0, TOLIMAN_E_ARGUMENT, "sigma = 0");
+    NOT_MADE(sigma, -1, TOLIMAN_E_ARGUMENT, "sigma = -1");
+    NOT_MADE(value_limit, NAN, TOLIMAN_E_ARGUMENT, "value_limit = ");
+    NOT_MADE(rows, -1, TOLIMAN_E_ARGUMENT, "rows = -1");
+    NOT_MADE(crop_row, 8, TOLIMAN_E_ARGUMENT, "rows");
+    NOT_MADE(crop_col, 9, TOLIMAN_E_ARGUMENT, "cols");
+    NOT_MADE(bin, 9, TOLIMAN_E_ARGUMENT, "bin = 9");
+    NOT_MADE(image_rows, 9, TOLIMAN_E_ARGUMENT, "do not fit in frames of 8x8");
+    NOT_MADE(bit_depth, 33, TOLIMAN_E_ARGUMENT, "bit_depth = 33");
+    NOT_MADE(nf, 0, TOLIMAN_E_ARGUMENT, "nf = 0");
+    NOT_MADE(period_flags, 64, TOLIMAN_E_ARGUMENT, "period_flags = 0x40");
+    NOT_MADE(flags, 64, TOLIMAN_E_ARGUMENT, "flags = 0x40");
+    NOT_MADE(flags, TOLIMAN_TRACK_REBUILD, TOLIMAN_E_ARGUMENT, "folder is NULL");
+    NOT_MADE(sync, 3, TOLIMAN_E_ARGUMENT, "sync = 3");
+    NOT_MADE(group, 0, TOLIMAN_E_ARGUMENT, "group = 0");
+    NOT_MADE(group, 65537, TOLIMAN_E_ARGUMENT, "group = 65537");
+    NOT_MADE(struct_size, 8, TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_fails(toliman_track_create(NULL, &track), TOLIMAN_E_ARGUMENT, "options is NULL");
+    options = small_options(NULL);
+    options.estimate = NULL;
+    track = make_track(&options);
+    assert_fails(toliman_track_push(track, &frames[0].frame, 1, outcomes, &done), TOLIMAN_E_STATE, "estimator");
     toliman_track_destroy(track);
 }
 
+static void full_tracker_keeps_what_it_has(void **unused) {
+    (void)unused;
+    enum { CAPACITY = 500 };
+    toliman_track_options options = small_options(NULL);
+    options.capacity = CAPACITY;
+    toliman_track *track = make_track(&options);
+    for (int64_t id = 1; id <= CAPACITY; id++)
+        assert_true(push_number(track, id) != TOLIMAN_TRACK_DUPLICATE);
+    small_frame frames[3];
+    toliman_frame three[3];
+    toliman_outcome outcomes[3] = {{.struct_size = sizeof *outcomes}};
+    for (int i = 0; i < 3; i++) {
+        make_frame(&frames[i], CAPACITY - 1 + i);
+        three[i] = frames[i].frame;
+    }
+    size_t done = 9;
+    assert_fails(toliman_track_push(track, three, 3, outcomes, &done), TOLIMAN_E_CAPACITY, "full: 500 frames");
+    assert_int_equal(done, 2);
+    assert_int_equal(outcomes[1].verdict, TOLIMAN_TRACK_DUPLICATE);
+    assert_holds(track, &options, 1, CAPACITY);
+    assert_int_equal(info_of(track).received, CAPACITY + 2);
+    toliman_track_destroy(track);
+}
+
+/* A batch is one push after the other, in whatever pieces and by however many threads. */
+static void threads_and_batches_change_no_bit(void **unused) {
+    (void)unused;
+    enum { N = 700 };
+    static small_frame frames[N];
+    static toliman_frame all[N];
+    static toliman_outcome outcomes[N], first[N];
+    for (int i = 0; i < N; i++) {
+        make_frame(&frames[i], 1 + (i * 37) % 650); /* some twice, within a batch and beyond */
+        if (i % 97 == 5)
+            frames[i].pixels[3] = 5000;
+        if (i >= 650 && i % 3 == 0)
+            frames[i].pixels[4] ^= 1;
+        all[i] = frames[i].frame;
+        all[i].pixels = frames[i].pixels;
+    }
+    toliman_period *expected = NULL;
+    const uint32_t threads[] = {1, 2, 3, 8, 0};
+    for (size_t t = 0; t < sizeof threads / sizeof *threads; t++) {
+        toliman_track_options options = small_options(NULL);
+        options.threads = threads[t];
+        toliman_track *track = make_track(&options);
+        size_t done = 0;
+        memset(outcomes, 0, sizeof outcomes);
+        outcomes[0].struct_size = sizeof *outcomes;
+        if (t == 0)
+            for (int i = 0; i < N; i++)
+                outcomes[i] = push_one(track, &all[i]);
+        else
+            assert_ok(toliman_track_push(track, all, N, outcomes, &done));
+        assert_int_equal(done, t == 0 ? 0 : N);
+        if (t == 0) {
+            memcpy(first, outcomes, sizeof first);
+            assert_ok(toliman_period_copy(period_of(track), &expected));
+        }
+        assert_memory_equal(first, outcomes, sizeof first);
+        assert_same_periods(period_of(track), expected);
+        toliman_track_destroy(track);
+    }
+    toliman_period_destroy(expected);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+void *__libc_malloc(size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+static size_t asked;
+
+void *malloc(size_t size) {
+    asked += size;
+    return __libc_malloc(size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size) {
+    asked += size;
+    return __libc_memalign(alignment, size);
+}
+
+/* 24 bytes a frame in the index, 56 beside it when all is in memory; a push takes nothing, whatever its verdict. */
+static void memory_is_taken_at_creation(void **unused) {
+    (void)unused;
+    enum { MANY = 1 << 20 };
+    char folder[256];
+    make_folder(folder, sizeof folder);
+    for (int on_disk = 0; on_disk < 2; on_disk++) {
+        toliman_track_options options = small_options(on_disk ? folder : NULL);
+        options.capacity = MANY;
+        options.group = 65536;
+        asked = 0;
+        toliman_track *track = make_track(&options);
+        const double rest = 65536 * 24 * 1.5 + (on_disk ? 65536 * 64 : 0) + 2e5; /* streams, group, grid */
+        assert_close((double)asked, (on_disk ? 24.0 : 80.0) * MANY + rest, 0, 3e5);
+        asked = 0;
+        small_frame frame;
+        for (int64_t i = 0; i < 3000; i++) {
+            make_frame(&frame, i / 3);
+            frame.pixels[7] = (uint16_t)(i % 3 == 2 && i % 2 ? 5000 : 1 + i % 3 / 2);
+            push_one(track, &frame.frame);
+        }
+        assert_int_equal(asked, 0);
+        const toliman_track_info info = info_of(track);
+        assert_true(info.quarantined == 500 && info.rejected == 500 && info.repeated == 1500);
+        assert_int_equal(asked, 0);
+        toliman_track_destroy(track);
+    }
+    remove_folder(folder);
+}
+#else
+static void memory_is_taken_at_creation(void **unused) {
+    (void)unused;
+}
+#endif
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keys_and_contents),       cmocka_unit_test(full_index_keeps_what_it_has),
-        cmocka_unit_test(contents_of_other_sizes), cmocka_unit_test(memory_of_an_index),
-        cmocka_unit_test(names_from_the_wire),
+        cmocka_unit_test(every_verdict_is_counted),       cmocka_unit_test(every_reason_names_its_pixel),
+        cmocka_unit_test(estimators_may_refuse),          cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
+        cmocka_unit_test(gaps_between_rows_do_not_count), cmocka_unit_test(impossible_frames_and_options_are_refused),
+        cmocka_unit_test(full_tracker_keeps_what_it_has), cmocka_unit_test(threads_and_batches_change_no_bit),
+        cmocka_unit_test(memory_is_taken_at_creation),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,31 @@
+// The checkpoint: the periodogram's sums as of a line of the ledger, so that opening need not push all anew
+// (lib/FORMATS.md "TLMC"). Losing it costs time, nothing else.
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "backend/store.hpp"
+#include "period/stream.hpp"
+#include "track/clock.hpp"
+
+namespace toliman::track {
+
+struct Checkpoint {
+    static constexpr const char *kName = "checkpoint.tlmc";
+    uint64_t salt = 0, lines = 0; // of the ledger, and how many of its lines the sums hold
+    uint32_t chain = 0;           // checksum of the last of them
+    int64_t repeats = 0;          // frames that came again, which have no line
+    Clock clock;                  // that gave the sums their times
+};
+
+// Status::write; the old checkpoint then stands.
+void save(Store &store, const Checkpoint &checkpoint, const period::Stream &sums);
+
+// What there is, or nothing if there is none or it is damaged.
+struct Loaded {
+    Checkpoint checkpoint;
+    period::Stream sums;
+};
+std::optional<Loaded> load(Store &store);
+
+} // namespace toliman::track

@@ -1,0 +1,58 @@
+#include "track/clock.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.hpp"
+
+namespace toliman::track {
+
+namespace {
+
+__extension__ using Wide = __int128;
+
+// a/b to the nearest, halves away from zero; b > 0.
+Wide rounded_ratio(Wide a, Wide b) noexcept {
+    const Wide half = b / 2;
+    return a >= 0 ? (a + half) / b : -((-a + half) / b);
+}
+
+} // namespace
+
+Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
+    constexpr Wide kLongest = Wide{1} << 62; // 146 years, so that products fit
+    for (size_t i = 1; i < points_.size(); i++) {
+        const ClockPoint &point = points_[i], &before = points_[i - 1];
+        const Wide camera = static_cast<Wide>(point.camera_ns) - before.camera_ns;
+        const Wide tai = static_cast<Wide>(point.tai_ns) - before.tai_ns;
+        if (camera <= 0 || tai <= 0 || camera > kLongest || tai > kLongest)
+            fail(Status::argument,
+                 "clock: point %zu (camera %lld ns, TAI %lld ns): must lie after the one before, by 2^62 ns at most", i,
+                 static_cast<long long>(point.camera_ns), static_cast<long long>(point.tai_ns));
+    }
+}
+
+int64_t Clock::tai_ns(int64_t camera_ns) const {
+    if (points_.empty())
+        return camera_ns;
+    const auto later = [](int64_t time, const ClockPoint &point) { return time < point.camera_ns; };
+    const auto after = std::upper_bound(points_.begin(), points_.end(), camera_ns, later) - points_.begin();
+    const auto lines = static_cast<std::ptrdiff_t>(points_.size()) - 1;
+    const auto line = static_cast<size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, lines > 0 ? lines - 1 : 0));
+    const ClockPoint &from = points_[line];
+    const Wide elapsed = static_cast<Wide>(camera_ns) - from.camera_ns;
+    Wide moved = elapsed;
+    if (lines > 0) {
+        const ClockPoint &to = points_[line + 1];
+        const Wide camera = static_cast<Wide>(to.camera_ns) - from.camera_ns;
+        const Wide tai = static_cast<Wide>(to.tai_ns) - from.tai_ns;
+        const Wide whole = elapsed / camera, rest = elapsed % camera;
+        moved = whole * tai + rounded_ratio(rest * tai, camera);
+    }
+    const Wide result = from.tai_ns + moved;
+    if (result > INT64_MAX || result < INT64_MIN)
+        fail(Status::range, "camera time %lld ns: its TAI does not fit in 64 bits", static_cast<long long>(camera_ns));
+    return static_cast<int64_t>(result);
+}
+
+} // namespace toliman::track

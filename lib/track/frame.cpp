@@ -1,0 +1,131 @@
+#include "track/frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "backend/zip.hpp"
+#include "base/bytes.hpp"
+#include "base/error.hpp"
+
+namespace toliman::track {
+
+namespace {
+
+// Whether no pixel of a row can be a flaw: a pass without branches, which most rows need no more than.
+template <class T> bool is_plain(const T *row, size_t cols, double most) noexcept {
+    const double largest = static_cast<double>(std::numeric_limits<T>::max());
+    const T limit = most < largest ? static_cast<T>(most) : std::numeric_limits<T>::max();
+    int bad = 0;
+    for (size_t c = 0; c < cols; c++)
+        bad |= static_cast<int>(!(row[c] <= limit)) | static_cast<int>(row[c] == 0);
+    if constexpr (std::is_floating_point_v<T>)
+        for (size_t c = 0; c < cols; c++)
+            bad |= static_cast<int>(!(row[c] >= -std::numeric_limits<T>::max()));
+    return bad == 0;
+}
+
+// The first pixel that is not finite or above `most`, or that completes a hole.
+template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry, double most) noexcept {
+    const size_t hole = geometry.hole > 0 ? (geometry.hole + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
+    size_t zeros = 0;
+    for (size_t r = 0; r < frame.rows; r++) {
+        const T *row = static_cast<const T *>(frame.pixels) + r * frame.stride;
+        if (is_plain(row, frame.cols, most)) {
+            zeros = 0;
+            continue;
+        }
+        for (size_t c = 0; c < frame.cols; c++) {
+            const auto value = static_cast<double>(row[c]);
+            zeros = value == 0 ? zeros + 1 : 0;
+            if (!(value <= most) || (std::is_floating_point_v<T> && !std::isfinite(value)))
+                return {std::isfinite(value) ? Reason::over_range : Reason::not_finite, r, c, value};
+            if (zeros >= hole)
+                return {Reason::hole, r, c, value};
+        }
+    }
+    return {};
+}
+
+template <class T> Flaw take_pixels(const Frame &frame, const Geometry &geometry, double *out) noexcept {
+    const double most = geometry.bit_depth > 0 ? std::ldexp(1.0, static_cast<int>(geometry.bit_depth)) - 1 : HUGE_VAL;
+    const Flaw flaw = first_flaw<T>(frame, geometry, most);
+    if (flaw.reason != Reason::none)
+        return flaw;
+    if (geometry.bin > 1)
+        std::fill_n(out, geometry.out_rows * geometry.out_cols, 0.0);
+    for (size_t r = 0; r < geometry.out_rows * geometry.bin; r++) {
+        const T *row =
+            static_cast<const T *>(frame.pixels) + (geometry.crop_row + r) * frame.stride + geometry.crop_col;
+        double *sums = out + r / geometry.bin * geometry.out_cols;
+        if (geometry.bin == 1)
+            for (size_t c = 0; c < geometry.out_cols; c++)
+                sums[c] = static_cast<double>(row[c]);
+        else
+            for (size_t c = 0; c < geometry.out_cols * geometry.bin; c++)
+                sums[c / geometry.bin] += static_cast<double>(row[c]);
+    }
+    return {};
+}
+
+} // namespace
+
+size_t size_of(Pixel pixel) noexcept {
+    constexpr size_t kSizes[kPixels] = {1, 2, 4, 2, 4, 4, 8};
+    return kSizes[static_cast<size_t>(pixel)];
+}
+
+void Geometry::check() const {
+    if (rows < 1 || cols < 1 || out_rows < 1 || out_cols < 1 || bin < 1)
+        fail(Status::argument, "frames of %zux%zu to %zux%zu by bin = %zu: all must be at least 1", rows, cols,
+             out_rows, out_cols, bin);
+    if (out_rows > rows / bin || out_cols > cols / bin || crop_row > rows - out_rows * bin ||
+        crop_col > cols - out_cols * bin)
+        fail(Status::argument,
+             "crop_row = %zu, crop_col = %zu, bin = %zu: %zux%zu pixels for the estimator do not fit in frames of "
+             "%zux%zu",
+             crop_row, crop_col, bin, out_rows, out_cols, rows, cols);
+    if (bit_depth > 32)
+        fail(Status::argument, "bit_depth = %u: must be at most 32, or 0 for any value", bit_depth);
+}
+
+uint32_t content_of(const Frame &frame) noexcept {
+    const uint64_t numbers[] = {static_cast<uint64_t>(frame.camera_ns), static_cast<uint64_t>(frame.dropped),
+                                frame.rows, frame.cols, static_cast<uint64_t>(frame.pixel)};
+    uint8_t facts[sizeof numbers], *at = facts;
+    for (const uint64_t number : numbers)
+        at = put_number(at, number, 8);
+    uint32_t crc = zip::crc32(facts, sizeof facts);
+    const size_t width = size_of(frame.pixel);
+    if (frame.stride == frame.cols)
+        return zip::crc32(frame.pixels, frame.rows * frame.cols * width, crc);
+    for (size_t r = 0; r < frame.rows; r++)
+        crc =
+            zip::crc32(static_cast<const uint8_t *>(frame.pixels) + r * frame.stride * width, frame.cols * width, crc);
+    return crc;
+}
+
+Flaw take(const Frame &frame, const Geometry &geometry, double *out) noexcept {
+    if (frame.rows != geometry.rows || frame.cols != geometry.cols)
+        return {Reason::shape, frame.rows, frame.cols, 0};
+    switch (frame.pixel) {
+    case Pixel::u8:
+        return take_pixels<uint8_t>(frame, geometry, out);
+    case Pixel::u16:
+        return take_pixels<uint16_t>(frame, geometry, out);
+    case Pixel::u32:
+        return take_pixels<uint32_t>(frame, geometry, out);
+    case Pixel::i16:
+        return take_pixels<int16_t>(frame, geometry, out);
+    case Pixel::i32:
+        return take_pixels<int32_t>(frame, geometry, out);
+    case Pixel::f32:
+        return take_pixels<float>(frame, geometry, out);
+    case Pixel::f64:
+        break;
+    }
+    return take_pixels<double>(frame, geometry, out);
+}
+
+} // namespace toliman::track

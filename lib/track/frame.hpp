@@ -1,0 +1,46 @@
+// A frame as it comes off the downlink: whether it can be trusted, its identity, and its pixels as an estimator takes
+// them.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "track/record.hpp"
+
+namespace toliman::track {
+
+enum class Pixel : int32_t { u8 = 0, u16 = 1, u32 = 2, i16 = 3, i32 = 4, f32 = 5, f64 = 6 };
+constexpr int32_t kPixels = 7;
+size_t size_of(Pixel pixel) noexcept;
+
+struct Frame {
+    const char *session, *roi;
+    int64_t frame_id, camera_ns;
+    int64_t dropped;
+    Pixel pixel;
+    const void *pixels;
+    size_t rows, cols, stride; // in pixels
+};
+
+// What frames must be like, and what becomes of them: rows x cols pixels; of these bin x bin pixels each are added up,
+// from the pixel (crop_row, crop_col) on, to out_rows x out_cols.
+struct Geometry {
+    size_t rows, cols, crop_row, crop_col, out_rows, out_cols, bin;
+    uint32_t bit_depth; // 0: any value
+    size_t hole;        // so many bytes of zeros in a row are a hole; 0: none are
+    void check() const; // Status::argument
+};
+
+// Where a frame fails.
+struct Flaw {
+    Reason reason = Reason::none;
+    size_t row = 0, col = 0; // of shape: its rows and columns
+    double value = 0;
+};
+
+// CRC32 of what must be the same when a frame comes again: pixels, their kind and shape, time, frames dropped.
+uint32_t content_of(const Frame &frame) noexcept;
+
+// The first flaw, or none and out [out_rows * out_cols].
+Flaw take(const Frame &frame, const Geometry &geometry, double *out) noexcept;
+
+} // namespace toliman::track

@@ -1,0 +1,62 @@
+#include "track/record.hpp"
+
+#include <cmath>
+
+#include "backend/zip.hpp"
+#include "base/bytes.hpp"
+
+namespace toliman::track {
+
+namespace {
+
+constexpr size_t kChecked = kRecordSize - 4; // the checksum is last
+
+uint32_t checksum(const uint8_t *bytes, uint32_t chain) noexcept {
+    return zip::crc32(bytes, kChecked, chain);
+}
+
+} // namespace
+
+RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noexcept {
+    RecordBytes bytes;
+    uint8_t *at = bytes.data();
+    at = put_number(at, record.stream, 8);
+    at = put_number(at, record.content, 4);
+    for (const int64_t number : {record.frame_id, record.camera_ns, record.tai_ns})
+        at = put_number(at, static_cast<uint64_t>(number), 8);
+    at = put_number(at, with_bits<uint64_t>(record.value), 8);
+    at = put_number(at, with_bits<uint64_t>(record.sigma), 8);
+    at = put_number(at, static_cast<uint8_t>(record.kind), 1);
+    at = put_number(at, static_cast<uint8_t>(record.reason), 1);
+    at = put_number(at, record.dropped, 2);
+    at = put_number(at, synced, 4);
+    put_number(at, checksum(bytes.data(), chain), 4);
+    return bytes;
+}
+
+bool from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
+    const uint32_t expected = checksum(bytes, chain);
+    const uint8_t *at = bytes;
+    Record read;
+    read.stream = take_number(at, 8);
+    read.content = static_cast<uint32_t>(take_number(at, 4));
+    for (int64_t *number : {&read.frame_id, &read.camera_ns, &read.tai_ns})
+        *number = static_cast<int64_t>(take_number(at, 8));
+    read.value = with_bits<double>(take_number(at, 8));
+    read.sigma = with_bits<double>(take_number(at, 8));
+    const uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
+    read.dropped = static_cast<uint16_t>(take_number(at, 2));
+    const auto before = static_cast<uint32_t>(take_number(at, 4));
+    if (take_number(at, 4) != expected || kind < 1 || kind > kKinds || reason >= kReasons)
+        return false;
+    if (!(std::isfinite(read.value) && std::isfinite(read.sigma) && read.sigma > 0))
+        return false;
+    read.kind = static_cast<Kind>(kind);
+    read.reason = static_cast<Reason>(reason);
+    record = read;
+    synced = before;
+    chain = expected;
+    return true;
+}
+
+} // namespace toliman::track

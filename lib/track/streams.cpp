@@ -1,0 +1,43 @@
+#include "track/streams.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace toliman::track {
+
+Streams::Streams(int64_t frames)
+    : most_(std::min(static_cast<size_t>(frames), kMost)), streams_(most_ + most_ / 2 + 1) {}
+
+size_t Streams::slot_of(uint64_t stream) const noexcept {
+    size_t at = stream % streams_.size();
+    while (!streams_[at].empty() && streams_[at].digest != stream)
+        at = at + 1 < streams_.size() ? at + 1 : 0;
+    return at;
+}
+
+void Streams::check_room(uint64_t stream) const {
+    if (count_ == most_ && streams_[slot_of(stream)].empty())
+        fail(Status::capacity, "%zu sessions and regions are in, as many as there can be", count_);
+}
+
+void Streams::add(uint64_t stream, int64_t frame_id) noexcept {
+    Stream &known = streams_[slot_of(stream)];
+    if (known.empty()) {
+        known = {stream, frame_id, frame_id};
+        count_++;
+        return;
+    }
+    known.first = std::min(known.first, frame_id);
+    known.last = std::max(known.last, frame_id);
+}
+
+int64_t Streams::expected() const noexcept {
+    __extension__ __int128 sum = 0;
+    for (const Stream &stream : streams_)
+        if (!stream.empty())
+            sum += static_cast<__int128>(stream.last) - stream.first + 1;
+    return sum > INT64_MAX ? INT64_MAX : static_cast<int64_t>(sum);
+}
+
+} // namespace toliman::track

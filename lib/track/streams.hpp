@@ -1,0 +1,32 @@
+// Counts by session and region: which frame ids there were, so that missing ones can be told.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace toliman::track {
+
+class Streams {
+  public:
+    static constexpr size_t kMost = 65536;
+    explicit Streams(int64_t frames); // at most
+    // Status::capacity for a stream too many.
+    void check_room(uint64_t stream) const;
+    // A frame of it; there must be room.
+    void add(uint64_t stream, int64_t frame_id) noexcept;
+    size_t count() const noexcept { return count_; }
+    // Ids from the first to the last of every stream, together; saturates.
+    int64_t expected() const noexcept;
+
+  private:
+    struct Stream {
+        uint64_t digest = 0;
+        int64_t first = 1, last = 0; // first > last: no stream
+        bool empty() const noexcept { return first > last; }
+    };
+    size_t slot_of(uint64_t stream) const noexcept;
+    size_t most_, count_ = 0;
+    std::vector<Stream> streams_;
+};
+
+} // namespace toliman::track

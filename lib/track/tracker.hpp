@@ -1,0 +1,122 @@
+// Frames in any order, some twice, some damaged -> the periodogram of those that can be trusted, the same bits whatever
+// the order.
+#pragma once
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "period/stream.hpp"
+#include "track/checkpoint.hpp"
+#include "track/clock.hpp"
+#include "track/frame.hpp"
+#include "track/identity.hpp"
+#include "track/ledger.hpp"
+#include "track/streams.hpp"
+#include "track/terms.hpp"
+
+namespace toliman::track {
+
+enum class Verdict : int32_t { accepted = 0, duplicate = 1, quarantined = 2, outlier = 3, rejected = 4 };
+
+struct Outcome {
+    Verdict verdict = Verdict::rejected;
+    Flaw flaw; // of rejected frames
+    int64_t tai_ns = 0;
+    double value = 0; // of accepted frames and outliers
+};
+
+// From pixels to the value; it may use the image as it likes. A worker calls it for one frame at a time; an exception
+// or a value that is not finite rejects the frame.
+using Estimate = std::function<double(double *image, unsigned worker)>;
+
+struct Plan {
+    int64_t capacity = 0; // frames
+    Terms terms;
+    Clock clock;
+    unsigned workers = 1;
+    size_t group = 64; // lines that are brought to the disk together
+    Sync sync = Sync::group;
+};
+
+// Where ledger and checkpoint are.
+struct Place {
+    std::unique_ptr<Store> store; // none: all in memory
+    Access access = Access::write;
+    std::optional<Loaded> loaded; // its checkpoint, read before the ledger: a writer may be adding to that
+    bool rebuild = false;         // the checkpoint's sums do not count
+};
+
+// Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
+struct Counts {
+    int64_t received = 0, accepted = 0, outlier = 0, quarantined = 0, repeated = 0, rejected[kReasons] = {};
+    int64_t dropped = 0; // by the camera, before frames that are in
+};
+
+class Tracker {
+  public:
+    static constexpr size_t kBatch = 256; // frames, the most of one push
+
+    // Takes up what the place holds; sums, which are empty, become those of its frames and must outlive the tracker. No
+    // estimate: frames come by merging only. Status::mismatch if it was made with another plan or grid.
+    Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums);
+
+    // Estimates on all workers, then settles one frame after the other; allocates nothing with one worker. Where it
+    // fails, frames before `done` are in and that one is not.
+    void push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done);
+    // All lines of another folder, as if their frames had come here. Status::mismatch for other terms.
+    void merge(Store &other);
+    // Brings all lines to the disk.
+    void commit();
+    // The same and the sums, so that taking up is quick.
+    void save();
+
+    const Plan &plan() const noexcept { return plan_; }
+    const Counts &counts() const noexcept { return counts_; }
+    int64_t expected() const noexcept { return streams_.expected(); }
+    size_t streams() const noexcept { return streams_.count(); }
+    uint64_t lines() const noexcept { return ledger_ ? ledger_->count() : in_memory_; }
+    uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : in_memory_; }
+
+  private:
+    // What a worker finds out about a frame.
+    struct Job {
+        uint64_t stream = 0;
+        uint32_t content = 0;
+        Outcome outcome;
+    };
+    void take_up(const Loaded &loaded);
+    void sum_up(uint64_t first);
+    void look_at(const Frame &frame, Job &job, unsigned worker) noexcept;
+    void judge(const Frame &frame, Job &job, unsigned worker);
+    Record record_of(const Frame &frame, const Job &job) const noexcept;
+    void settle(const Record &record, Outcome &outcome);
+    void take_in(const Record &record);
+    void deny(const Seen &seen, Record record);
+    void count_repeats(int64_t count) noexcept;
+    void note(const Record &record, uint64_t line); // in index and counts
+    uint64_t write_line(const Record &record);      // returns its number
+    Record read_line(uint64_t number);
+    void check_writable() const;
+    period::Sample sample_of(const Record &record) const;
+
+    Plan plan_;
+    Estimate estimate_;
+    std::unique_ptr<Store> store_;
+    Access access_;
+    FrameIndex index_;
+    Streams streams_;
+    period::Stream &sums_;
+    std::optional<Ledger> ledger_;
+    std::vector<Record> memory_; // in place of a ledger, frames that are in
+    size_t in_memory_ = 0;
+    Buffer<double> images_; // [workers][out_rows * out_cols]
+    std::vector<Job> jobs_;
+    Counts counts_;
+    int64_t unwritten_repeats_ = 0;                // that have no line
+    std::chrono::steady_clock::time_point oldest_; // of the lines that wait
+};
+
+} // namespace toliman::track

@@ -1,0 +1,155 @@
+/* A long pass through the tracker, one JSON line a case: frames a second of processor time and of the wall, growth of
+ * the memory, bytes asked for. Run by make soak: bench_track [template frames] [network frames]. */
+#include <malloc.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include "cae_scene.h"
+#include "own_memory.h"
+#include "scene_text.h"
+#include "test_folder.h"
+
+#include <toliman/linear.h>
+#include <toliman/track.h>
+
+enum { BATCH = 64, FREQUENCIES = 40 };
+
+void *__libc_malloc(size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+static size_t asked;
+
+void *malloc(size_t size) {
+    asked += size;
+    return __libc_malloc(size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size) {
+    asked += size;
+    return __libc_memalign(alignment, size);
+}
+
+static double seconds(clockid_t clock) {
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Frames of a few noises of the scene; a counter in the first pixel makes every frame another one. */
+typedef struct source {
+    uint32_t *pixels; /* [BATCH][side * side] */
+    size_t side;
+} source;
+
+static source draw_frames(const toliman_sim *sim, size_t side) {
+    const size_t size = side * side;
+    source out = {malloc(BATCH * size * sizeof *out.pixels), side};
+    double *counts = new_image(size);
+    for (size_t f = 0; f < BATCH; f++) {
+        assert_ok(toliman_sim_frame(sim, 0, 5, (int64_t)f, counts, side));
+        for (size_t i = 0; i < size; i++)
+            out.pixels[f * size + i] = (uint32_t)fmax(1, counts[i]);
+    }
+    free(counts);
+    return out;
+}
+
+static void push_batch(toliman_track *track, const source *from, int64_t first, size_t count) {
+    const size_t size = from->side * from->side;
+    toliman_frame frames[BATCH];
+    toliman_outcome outcomes[BATCH] = {{.struct_size = sizeof *outcomes}};
+    for (size_t i = 0; i < count; i++) {
+        const int64_t id = first + (int64_t)i;
+        uint32_t *pixels = from->pixels + i * size;
+        pixels[0] = 1 + (uint32_t)id % 4000;
+        frames[i] = (toliman_frame){.struct_size = sizeof frames[i],
+                                    .pixel = TOLIMAN_PIXEL_U32,
+                                    .session = "soak",
+                                    .roi = "core",
+                                    .frame_id = id,
+                                    .camera_ns = id * 100000000,
+                                    .pixels = pixels,
+                                    .rows = (int64_t)from->side,
+                                    .cols = (int64_t)from->side};
+    }
+    size_t done;
+    assert_ok(toliman_track_push(track, frames, count, outcomes, &done));
+}
+
+static void soak(const char *name, toliman_track_options options, const source *from, int64_t frames) {
+    char folder[256];
+    make_folder(folder, sizeof folder);
+    options.folder = folder;
+    options.capacity = frames;
+    options.hole_bytes = 0;
+    options.f0 = 1;
+    options.df = 1;
+    options.nf = FREQUENCIES;
+    toliman_track *track = NULL;
+    assert_ok(toliman_track_create(&options, &track));
+    push_batch(track, from, 0, BATCH);
+    const long memory = own_memory();
+    const double wall = seconds(CLOCK_MONOTONIC);
+    const double all = seconds(CLOCK_PROCESS_CPUTIME_ID), caller = seconds(CLOCK_THREAD_CPUTIME_ID);
+    asked = 0;
+    for (int64_t id = BATCH; id < frames; id += BATCH)
+        push_batch(track, from, id, frames - id < BATCH ? (size_t)(frames - id) : BATCH);
+    const size_t bytes = asked;
+    assert_ok(toliman_track_commit(track));
+    const double rate = (double)(frames - BATCH), work = seconds(CLOCK_PROCESS_CPUTIME_ID) - all;
+    toliman_track_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_track_get_info(track, &info));
+    assert_int_equal(info.accepted + info.outlier, frames);
+    printf("{\"case\": \"%s\", \"frames\": %lld, \"threads\": %u, \"frames_per_cpu_s\": %.0f, "
+           "\"frames_per_caller_cpu_s\": %.0f, \"frames_per_wall_s\": %.0f, \"growth_kib\": %ld, "
+           "\"asked_bytes\": %zu}\n",
+           name, (long long)frames, options.threads, rate / work, rate / (seconds(CLOCK_THREAD_CPUTIME_ID) - caller),
+           rate / (seconds(CLOCK_MONOTONIC) - wall), own_memory() - memory, bytes);
+    fflush(stdout);
+    toliman_track_destroy(track);
+    remove_folder(folder);
+}
+
+static toliman_track_options default_options(void) {
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    return options;
+}
+
+int main(int count, char **arguments) {
+    const int64_t many = count > 1 ? atoll(arguments[1]) : 1000000, few = count > 2 ? atoll(arguments[2]) : 4000;
+    toliman_sim *small = NULL;
+    assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, NULL, &small));
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(small, &linear));
+    source frames = draw_frames(small, 64);
+    toliman_track_options options = default_options();
+    options.linear = linear;
+    soak("template 64x64", options, &frames, many);
+    free(frames.pixels);
+    toliman_linear_destroy(linear);
+    toliman_sim_destroy(small);
+
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae *cae = make_cae(sim, 1, 100, NULL);
+    frames = draw_frames(sim, kSide);
+    options = default_options();
+    options.cae = cae;
+    double *counts = new_image(kPixels);
+    for (size_t i = 0; i < kPixels; i++)
+        counts[i] = frames.pixels[i];
+    const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    double latent;
+    for (int64_t i = 0; i < few; i++)
+        assert_ok(toliman_cae_encode(cae, counts, kSide, &latent));
+    printf("{\"case\": \"toliman_cae_encode alone\", \"frames_per_cpu_s\": %.0f}\n",
+           (double)few / (seconds(CLOCK_PROCESS_CPUTIME_ID) - start));
+    for (options.threads = 1; options.threads <= 2; options.threads++)
+        soak("network 256x256", options, &frames, few);
+    free(counts);
+    free(frames.pixels);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+    return 0;
+}

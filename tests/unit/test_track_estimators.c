@@ -1,0 +1,167 @@
+/* The network and the template behind a tracker: the values that they give by themselves, 0 bytes a frame, and folders
+ * that know whose values they hold. */
+#include <malloc.h>
+
+#include "cae_scene.h"
+
+#include <toliman/linear.h>
+#include <toliman/track.h>
+
+static toliman_track_options options_of(const toliman_cae *cae, const toliman_linear *linear) {
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    options.capacity = 1000;
+    options.cae = cae;
+    options.linear = linear;
+    options.f0 = 0.001;
+    options.df = 0.001;
+    options.nf = 50;
+    return options;
+}
+
+/* Frame of the scene in whole counts, inside a larger one: crop (3, 5). */
+enum { ROWS = kSide + 10, COLS = kSide + 12 };
+
+static uint32_t *framed(const toliman_sim *sim, int64_t number, double *counts) {
+    uint32_t *pixels = calloc(ROWS * COLS, sizeof *pixels);
+    assert_non_null(pixels);
+    assert_ok(toliman_sim_frame(sim, 0, 1, number, counts, kSide));
+    for (int r = 0; r < kSide; r++)
+        for (int c = 0; c < kSide; c++) {
+            double *count = &counts[r * kSide + c];
+            *count = nearbyint(fmax(*count, 1));
+            pixels[(r + 3) * COLS + c + 5] = (uint32_t)*count;
+        }
+    return pixels;
+}
+
+static toliman_frame frame_of(int64_t id, const uint32_t *pixels) {
+    return (toliman_frame){.struct_size = sizeof(toliman_frame),
+                           .pixel = TOLIMAN_PIXEL_U32,
+                           .session = "s",
+                           .roi = "core",
+                           .frame_id = id,
+                           .camera_ns = id * 86400000000000,
+                           .pixels = pixels,
+                           .rows = ROWS,
+                           .cols = COLS};
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+void *__libc_malloc(size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+static size_t asked;
+
+void *malloc(size_t size) {
+    asked += size;
+    return __libc_malloc(size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size) {
+    asked += size;
+    return __libc_memalign(alignment, size);
+}
+#else
+static size_t asked;
+#endif
+
+static void values_are_the_estimators_own(void **unused) {
+    (void)unused;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "\"flux_a\", \"flux_b\"");
+    toliman_cae *cae = make_cae(sim, 1, 60, NULL);
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, &linear));
+    double *counts = new_image(kPixels);
+    for (int which = 0; which < 2; which++) {
+        toliman_track_options options = options_of(which ? cae : NULL, which ? NULL : linear);
+        options.rows = ROWS;
+        options.cols = COLS;
+        options.crop_row = 3;
+        options.crop_col = 5;
+        options.hole_bytes = 0;
+        toliman_track *track = NULL;
+        assert_ok(toliman_track_create(&options, &track));
+        for (int64_t id = 1; id <= 4; id++) {
+            uint32_t *pixels = framed(sim, id, counts);
+            const toliman_frame frame = frame_of(id, pixels);
+            toliman_outcome outcome = {.struct_size = sizeof outcome};
+            size_t done;
+            double value;
+            assert_ok(which ? toliman_cae_encode(cae, counts, kSide, &value)
+                            : toliman_linear_encode(linear, counts, kSide, &value));
+            asked = 0;
+            assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
+            assert_int_equal(asked, 0);
+            assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+            assert_true(outcome.value == value);
+            free(pixels);
+        }
+        toliman_track_info info = {.struct_size = sizeof info};
+        assert_ok(toliman_track_get_info(track, &info));
+        double sigma;
+        assert_ok(toliman_linear_get_sigma(linear, &sigma));
+        assert_close(info.sigma, sigma, which ? 1e-5 : 0, 0);
+        assert_true(info.value_limit == 1e4 * info.sigma);
+        toliman_track_destroy(track);
+    }
+    free(counts);
+    toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
+static uint64_t id_of(const toliman_track_options *options) {
+    toliman_track *track = NULL;
+    toliman_track_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_track_create(options, &track));
+    assert_ok(toliman_track_get_info(track, &info));
+    toliman_track_destroy(track);
+    return info.estimator_id;
+}
+
+static void estimators_are_told_apart(void **unused) {
+    (void)unused;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, ""), *other_sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = make_cae(sim, 1, 0, NULL),
+                *other = make_cae(sim, 2, 0, NULL);
+    toliman_cae *projected = make_cae(other_sim, 1, 0, NULL), *loaded = NULL;
+    static unsigned char bytes[4 << 20];
+    size_t size;
+    assert_ok(toliman_cae_save(cae, NULL, bytes, sizeof bytes, &size));
+    assert_ok(toliman_cae_load(bytes, size, &loaded));
+    toliman_linear *linear = NULL, *other_linear = NULL;
+    assert_ok(toliman_linear_create(sim, &linear));
+    assert_ok(toliman_linear_create(other_sim, &other_linear));
+    const toliman_cae *const networks[] = {cae, again, loaded, other, projected, NULL, NULL};
+    const toliman_linear *const templates[] = {NULL, NULL, NULL, NULL, NULL, linear, other_linear};
+    uint64_t ids[7];
+    for (int i = 0; i < 7; i++) {
+        const toliman_track_options options = options_of(networks[i], templates[i]);
+        ids[i] = id_of(&options);
+    }
+    assert_true(ids[0] == ids[1] && ids[0] == ids[2]);
+    for (int i = 2; i < 7; i++)
+        for (int k = i + 1; k < 7; k++)
+            assert_true(ids[i] != ids[k]);
+    toliman_track_options both = options_of(cae, linear);
+    toliman_track *track = NULL;
+    assert_fails(toliman_track_create(&both, &track), TOLIMAN_E_ARGUMENT, "more than one of");
+    both = options_of(cae, NULL);
+    both.image_rows = 128;
+    assert_fails(toliman_track_create(&both, &track), TOLIMAN_E_ARGUMENT, "image_rows = 128: the estimator takes 256");
+    toliman_linear_destroy(linear);
+    toliman_linear_destroy(other_linear);
+    toliman_cae *const made[] = {cae, again, loaded, other, projected};
+    for (int i = 0; i < 5; i++)
+        toliman_cae_destroy(made[i]);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(other_sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(values_are_the_estimators_own),
+        cmocka_unit_test(estimators_are_told_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,258 @@
+/* Whatever the order, with whatever is lost, repeated and damaged on the way, and in whatever shards: the bits of the
+ * frames that should be in, and exact counts. Of as many random passes as TOLIMAN_SEEDS says. */
+#include "track_frames.h"
+
+enum { FRAMES = 200, MOST_ARRIVALS = 3 * FRAMES };
+
+struct pass {
+    small_frame arrivals[MOST_ARRIVALS];
+    int count;
+    toliman_track_info expected;
+    toliman_period *clean;
+};
+
+static small_frame *arrive(struct pass *pass, int64_t id) {
+    small_frame *frame = &pass->arrivals[pass->count++];
+    make_frame(frame, id);
+    return frame;
+}
+
+/* One of the kinds of damage that show. */
+static void arrive_damaged(struct pass *pass, int64_t id, uint64_t *random) {
+    small_frame *frame = arrive(pass, id);
+    const int64_t at = (int64_t)draw(random, PIXELS / 2);
+    int32_t reason = TOLIMAN_REASON_OVER_RANGE;
+    switch (draw(random, 3)) {
+    case 0:
+        frame->pixels[at] |= 0x8000;
+        break;
+    case 1:
+        memset(frame->pixels + at, 0, PIXELS);
+        reason = TOLIMAN_REASON_HOLE;
+        break;
+    default:
+        frame->frame.rows = 1 + (int64_t)draw(random, SIDE - 1);
+        reason = TOLIMAN_REASON_SHAPE;
+    }
+    pass->expected.rejected_by[reason]++;
+    pass->expected.rejected++;
+}
+
+static void swap_arrivals(struct pass *pass, uint64_t i, uint64_t k) {
+    const small_frame other = pass->arrivals[i];
+    pass->arrivals[i] = pass->arrivals[k];
+    pass->arrivals[k] = other;
+}
+
+/* 5 % of the frames are lost, 10 % damaged, visibly or in one of two copies, 10 % doubled, 10 % out of order. */
+static void make_pass(struct pass *pass, const toliman_track_options *options, uint64_t seed) {
+    uint64_t random = mixed(seed);
+    memset(&pass->expected, 0, sizeof pass->expected);
+    pass->count = 0;
+    pass->clean = clean_period(options);
+    toliman_track_info *expected = &pass->expected;
+    int64_t first = FRAMES, last = 0;
+    for (int64_t id = 1; id <= FRAMES; id++) {
+        if (draw(&random, 20) == 0)
+            continue;
+        const uint64_t fate = draw(&random, 20);
+        if (fate == 0) { /* a silent flip in the first or the second of two copies */
+            const uint64_t flipped = draw(&random, 2);
+            for (uint64_t copy = 0; copy < 2; copy++)
+                arrive(pass, id)->pixels[draw(&random, PIXELS)] ^= (uint16_t)(copy == flipped ? 1 : 0);
+            expected->quarantined++;
+            expected->repeated++;
+        } else {
+            if (fate == 1)
+                arrive_damaged(pass, id, &random);
+            if (fate == 1 && draw(&random, 2) == 0)
+                continue; /* and no good copy comes */
+            const small_frame *frame = arrive(pass, id);
+            push_clean(pass->clean, id);
+            (*(fabs(value_of_frame(frame)) <= VALUE_LIMIT ? &expected->accepted : &expected->outlier))++;
+            for (; draw(&random, 10) == 0 && pass->count < MOST_ARRIVALS - 2 * (FRAMES - id) - 2; expected->repeated++)
+                arrive(pass, id);
+        }
+        first = id < first ? id : first;
+        last = id;
+    }
+    for (int i = 0; i < pass->count / 10; i++)
+        swap_arrivals(pass, draw(&random, (uint64_t)pass->count), draw(&random, (uint64_t)pass->count));
+    expected->received = pass->count;
+    expected->expected = last - first + 1;
+    expected->missing = expected->expected - expected->accepted - expected->outlier - expected->quarantined;
+    for (int i = 0; i < pass->count; i++)
+        pass->arrivals[i].frame.pixels = pass->arrivals[i].pixels;
+}
+
+static void push_pass(toliman_track *track, const struct pass *pass, uint64_t *random) {
+    static toliman_outcome outcomes[40];
+    outcomes[0].struct_size = sizeof *outcomes;
+    toliman_frame batch[40];
+    for (int from = 0; from < pass->count;) {
+        const int most = 1 + (int)draw(random, 40), left = pass->count - from, count = most < left ? most : left;
+        for (int i = 0; i < count; i++)
+            batch[i] = pass->arrivals[from + i].frame;
+        size_t done;
+        assert_ok(toliman_track_push(track, batch, (size_t)count, outcomes, &done));
+        from += count;
+    }
+}
+
+static void assert_counts(const toliman_track_info *info, const toliman_track_info *expected) {
+    assert_int_equal(info->received, expected->received);
+    assert_int_equal(info->accepted, expected->accepted);
+    assert_int_equal(info->outlier, expected->outlier);
+    assert_int_equal(info->quarantined, expected->quarantined);
+    assert_int_equal(info->repeated, expected->repeated);
+    assert_int_equal(info->rejected, expected->rejected);
+    for (int reason = 0; reason < TOLIMAN_REASONS; reason++)
+        assert_int_equal(info->rejected_by[reason], expected->rejected_by[reason]);
+    assert_int_equal(info->expected, expected->expected);
+    assert_int_equal(info->missing, expected->missing);
+}
+
+static void any_order_gives_the_same_bits(void **unused) {
+    (void)unused;
+    static struct pass pass;
+    const char *given = getenv("TOLIMAN_SEEDS");
+    const toliman_track_options options = small_options(NULL);
+    const uint64_t seeds = given != NULL ? (uint64_t)atoll(given) : 1000;
+    for (uint64_t seed = 0; seed < seeds; seed++) {
+        make_pass(&pass, &options, seed);
+        uint64_t random = mixed(seed + 1000000);
+        toliman_track *track = make_track(&options);
+        push_pass(track, &pass, &random);
+        const toliman_track_info info = info_of(track);
+        assert_counts(&info, &pass.expected);
+        assert_same_periods(period_of(track), pass.clean);
+        toliman_track_destroy(track);
+        toliman_period_destroy(pass.clean);
+    }
+}
+
+/* A pass that comes again, on the disk and after opening anew: nothing changes but what is counted as repeated. */
+static void replays_change_nothing(void **unused) {
+    (void)unused;
+    static struct pass pass;
+    char folder[256];
+    make_folder(folder, sizeof folder);
+    toliman_track_options options = small_options(folder);
+    options.sync = TOLIMAN_SYNC_NONE;
+    make_pass(&pass, &options, 3);
+    uint64_t random = 5;
+    for (int replay = 1; replay <= 10; replay++) {
+        toliman_track *track = make_track(&options);
+        push_pass(track, &pass, &random);
+        const toliman_track_info info = info_of(track);
+        assert_int_equal(info.received, replay * pass.count);
+        assert_int_equal(info.accepted, pass.expected.accepted);
+        assert_int_equal(info.quarantined, pass.expected.quarantined);
+        assert_int_equal(info.missing, pass.expected.missing);
+        assert_same_periods(period_of(track), pass.clean);
+        assert_ok(toliman_track_save(track));
+        toliman_track_destroy(track);
+    }
+    toliman_period_destroy(pass.clean);
+    remove_folder(folder);
+}
+
+/* The arrivals of a pass dealt out to folders, and these merged in a random order, one of them twice. */
+static void merge_shards(const struct pass *pass, int shards) {
+    char above[256], path[300];
+    static char paths[64][300];
+    make_folder(above, sizeof above);
+    uint64_t random = (uint64_t)shards;
+    for (int shard = 0; shard < shards; shard++) {
+        snprintf(paths[shard], sizeof paths[shard], "%s/%d", above, shard);
+        toliman_track_options options = small_options(paths[shard]);
+        options.sync = TOLIMAN_SYNC_NONE;
+        toliman_track *track = make_track(&options);
+        for (int i = 0; i < pass->count; i++)
+            if (mixed((uint64_t)i * 64 + (uint64_t)shards) % (uint64_t)shards == (uint64_t)shard)
+                push_one(track, &pass->arrivals[i].frame);
+        assert_ok(toliman_track_save(track));
+        toliman_track_destroy(track);
+    }
+    snprintf(path, sizeof path, "%s/out", above);
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    assert_ok(toliman_track_load_options(paths[0], &options));
+    options.folder = path; /* needs no estimator */
+    toliman_track *track = make_track(&options);
+    for (int left = shards; left > 0; left--) {
+        const uint64_t next = draw(&random, (uint64_t)left);
+        assert_ok(toliman_track_merge(track, paths[next]));
+        memmove(path, paths[next], sizeof path);
+        memmove(paths[next], paths[left - 1], sizeof path);
+        memmove(paths[left - 1], path, sizeof path);
+    }
+    toliman_track_info info = info_of(track);
+    assert_counts(&info, &pass->expected);
+    assert_same_periods(period_of(track), pass->clean);
+    assert_ok(toliman_track_merge(track, paths[0]));
+    assert_same_periods(period_of(track), pass->clean);
+    assert_int_equal(info_of(track).accepted, info.accepted);
+    toliman_track_destroy(track);
+    for (int shard = 0; shard < shards; shard++)
+        remove_folder(paths[shard]);
+    snprintf(path, sizeof path, "%s/out", above);
+    remove_folder(path);
+    remove_folder(above);
+}
+
+static void shards_merge_in_any_order(void **unused) {
+    (void)unused;
+    static struct pass pass;
+    const toliman_track_options options = small_options(NULL);
+    const int counts[] = {1, 2, 7, 64};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        make_pass(&pass, &options, 100 + i);
+        merge_shards(&pass, counts[i]);
+        toliman_period_destroy(pass.clean);
+    }
+}
+
+static void unlike_shards_are_refused(void **unused) {
+    (void)unused;
+    char folder[256];
+    make_folder(folder, sizeof folder);
+    toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    push_number(track, 1);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    toliman_track_options others[6];
+    for (int i = 0; i < 6; i++)
+        others[i] = small_options(NULL);
+    others[0].estimator_id++;
+    others[1].sigma *= 2;
+    others[2].value_limit *= 2;
+    others[3].bit_depth = 0;
+    others[4].rows++;
+    others[5].hole_bytes = 0;
+    for (int i = 0; i < 6; i++) {
+        track = make_track(&others[i]);
+        assert_fails(toliman_track_merge(track, folder), TOLIMAN_E_MISMATCH, "ledger.tlml");
+        assert_int_equal(info_of(track).received, 0);
+        toliman_track_destroy(track);
+        others[i].folder = folder;
+        toliman_track *none = NULL;
+        assert_fails(toliman_track_create(&others[i], &none), TOLIMAN_E_MISMATCH, "ledger.tlml");
+    }
+    options.folder = NULL;
+    track = make_track(&options);
+    assert_fails(toliman_track_merge(track, "/nonexistent/folder"), TOLIMAN_E_NOT_FOUND, "/nonexistent/folder");
+    toliman_track_destroy(track);
+    remove_folder(folder);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(any_order_gives_the_same_bits),
+        cmocka_unit_test(replays_change_nothing),
+        cmocka_unit_test(shards_merge_in_any_order),
+        cmocka_unit_test(unlike_shards_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
