@@ -27,6 +27,7 @@ module toliman
         integer(c_int32_t) :: flags
         real(c_double) :: frequency, period, power, log10_residual, fwhm, fwhm_error, half_width_error
         real(c_double) :: frequency_error, amplitude, amplitude_error, phase, offset, log10_fap
+        real(c_double) :: period_error
     end type
 
     interface

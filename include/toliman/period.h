@@ -5,11 +5,14 @@
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 1e-12, for sigmas from sigma_floor to sigma_ceiling in any proportion (up to 1 to 1e8);
- *              within 1e-17 (f T)^-4 where f times the time span T is below 0.05, and 3e-17 more for every standard
- *              deviation by which the mean is away from value_offset. With TOLIMAN_PERIOD_WIDE within 1e-12 even so,
- *              down to f T = 1e-5 and up to 1e9 standard deviations. Queries refuse values that scatter too little
- *              for value_bound and the sigmas to have these digits (TOLIMAN_E_RANGE).
+ * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-13 + 1e-28 (1 + m) N/(W l):
+ *              N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean is away from
+ *              value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance of cos and sin 2 pi f t. It
+ *              is near 1/2 for ordinary times and sigmas, so that the power has 14 digits; it is small, (f T)^4 or
+ *              so, below half a cycle in the time span T, and likewise where f leaves samples of short nights, or even
+ *              ones near an alias, to a small part of a cycle. toliman_period_query_sampling says whether it is too
+ *              small for narrow sums. Queries refuse values that scatter too little for value_bound and the sigmas to
+ *              have 12 digits (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -28,8 +31,10 @@ typedef struct toliman_period toliman_period;
 /* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags;      /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
-    double time_offset;  /* subtracted from every t, exactly; default 0. Give the first time of long time stamps */
+    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
+    /* Subtracted from every t, exactly; default 0. Give the first time of long time stamps. Times in nanoseconds have
+     * their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant. */
+    double time_offset;
     double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
     /* Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
      * enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150. */
@@ -37,8 +42,8 @@ typedef struct toliman_period_options {
     double sigma_floor; /* smallest sigma to come; default 1 */
     /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query of the
-     * power some sixty times. */
+     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
+     * as long again. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
@@ -79,8 +84,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_ns(toliman_per
                                                                      double sigma) TOLIMAN_NOEXCEPT;
 
 /* Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
- * it, whatever was pushed in between. A window that slides is a push and a retract. Whether the sample was ever pushed
- * cannot be seen, only that as many are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
+ * it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
+ * multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
+ * are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
                                                                      double sigma) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_pair(toliman_period *period, double t,
@@ -94,10 +100,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(tolima
 
 /* Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
  * the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
- * value, a smaller value_bound or a larger sigma_floor the other's sums are turned to this one's first: power then
- * within 1e-12 still, but not the same bits. TOLIMAN_E_MISMATCH for other frequencies, kinds of mean or references in
- * nanoseconds; TOLIMAN_E_RANGE where what the other's options allow is beyond this one's; TOLIMAN_E_ARGUMENT for other
- * = period. Since 0.1. */
+ * value, or other bounds, the other's sums are turned to this one's first: power then as accurate still, but not
+ * the same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean, for narrow sums into wide ones, and for
+ * another time_offset_ns or unit_ns, which shards must share; TOLIMAN_E_RANGE where the root mean square of the other's
+ * values, from this value_offset, is above this value_bound, or the mean of their 1/sigma^2 beyond these sigmas;
+ * TOLIMAN_E_ARGUMENT for other = period. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -122,6 +129,8 @@ typedef struct toliman_period_info {
     double sigma_ceiling;
     int64_t time_offset_ns;
     double unit_ns;
+    int32_t weighted; /* 1: some sample's sigma is not sigma_floor */
+    int32_t reserved;
 } toliman_period_info;
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
@@ -179,12 +188,15 @@ typedef struct toliman_period_peak {
     double fwhm_error;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
     double half_width_error; /* half of it, as the chapter's table prints it */
     double frequency_error;  /* least-squares standard error, +infinity if the samples cannot tell; NaN from
-                              * query_peak, which sees no samples */
+                              * query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
+                              * only the proportions count */
     double amplitude;        /* of the sinusoid; NaN from query_peak */
     double amplitude_error;  /* the same; NaN from query_peak */
     double phase;            /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
     double offset;           /* NaN as above */
-    double log10_fap;        /* Baluev's upper bound of the chance that noise alone peaks so high on this grid */
+    double log10_fap;    /* Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
+                          * For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL */
+    double period_error; /* frequency_error/frequency^2: the standard error of the period */
 } toliman_period_peak;
 
 /* Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.
@@ -219,9 +231,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 /* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
  * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
  * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
- * and none may be taken back. It is an alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half by sample 150,
- * without end; looks count by how much they differ (Siegmund 1985, Sequential Analysis). At 0.01 it is 20 times
- * BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
+ * and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
+ * Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
+ * Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
 #define TOLIMAN_FAP_SEQUENTIAL 3
 
 /* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
@@ -250,21 +262,25 @@ TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_
 
 /* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
  * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
- * its sigma, with replacement. If k of the entries are at or below a peak's log10_residual, its FAP is (k + 1)/(count +
- * 1); entry a count - 1 is the level of FAP a. Assumes no distribution of the noise, but takes a push of all samples
- * and a query a time, and the memory of a periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the
- * progress callback, errors else as query_fit. Since 0.1. */
+ * its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
+ * query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
+ * Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
+ * periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
+ * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
     const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
 
 #define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
 #define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
+/* At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
+ * or coincide, which narrow sums cannot tell from each other. */
+#define TOLIMAN_PERIOD_NARROW 4u
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_NARROW */
     double baseline;      /* T: time span and one step */
     double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
     double ceiling;       /* 1/(2 step); the same */

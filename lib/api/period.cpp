@@ -117,6 +117,7 @@ toliman_period_peak public_peak(const period::Stream &stream, const period::Peak
     out.phase = peak.phase;
     out.offset = peak.offset;
     out.log10_fap = log10_fap(period::Fap::baluev, period::sampling_of(stream), peak.log10_residual);
+    out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
     return out;
 }
 
@@ -248,6 +249,7 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         info.time_offset_ns = grid.time_offset_ns;
         info.unit_ns = grid.unit_ns;
         info.count = stream.totals().count;
+        info.weighted = stream.weighted() ? 1 : 0;
         info.digest = grid.digest();
         deliver(info, out, "out", sizeof info);
     });
@@ -405,7 +407,8 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.ceiling = 1 / (2 * cadence.step);
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
         sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
-                         (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0);
+                         (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0) |
+                         (period::PowerQuery(stream).needs_wide() ? TOLIMAN_PERIOD_NARROW : 0);
         deliver(sampling, out, "out", sizeof sampling);
     });
 }

@@ -84,7 +84,8 @@ class Reading {
 
 // far_mean: many standard deviations from 0. Then y - mean x is formed from halves of y and x: times the first 20 bits
 // of the mean they are exact, and the roundings left are those of numbers as small as the result.
-template <bool far_mean, bool fixed_mean>
+// wide: cosines have lower limbs.
+template <bool far_mean, bool fixed_mean, bool wide>
 size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
                 double *out) noexcept {
     // No sum of w y c is above W times the root mean square of y.
@@ -97,30 +98,48 @@ size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, co
     const double half = 0.5 * weight * power_of_two(narrow.shift() - cosine.shift());
     const double least = kLeastDeterminant * (weight * weight) * (weight * weight);
     const double below = power_of_two(rest.shift() - value.shift() - 50);
+    const double below_cosine = power_of_two(rest.shift() - cosine.shift() - 50);
+    const double below_second = power_of_two(rest.shift() - narrow.shift() - 50);
     const double unit = power_of_two(value.shift() - cosine.shift()), per_spread = unit * unit / (2 * shared.spread);
     const double mean = shared.mean_high / unit, split = (0x1p33 + 1) * mean;
     const double mean_first = split - (split - mean), mean_rest = (mean - mean_first) + shared.mean_low / unit;
     size_t left = 0;
     for (size_t k = 0; k < n; k++) {
-        double c, s, yc, ys;
+        const auto limb = [&](int sum) { return rest.brief(lo[sum][k], hi[sum][k]); };
+        double c_rest = 0, s_rest = 0, c, s, yc, ys;
+        if (wide) {
+            c_rest = limb(kC1Low) * below_cosine;
+            s_rest = limb(kS1Low) * below_cosine;
+        }
         if (far_mean) {
-            const auto centred = [&](int sum, int by, double &x) {
+            const auto centred = [&](int sum, int by, double by_rest, double &x) {
                 const Halves y = value.halves(lo[sum][k], hi[sum][k]), part = cosine.halves(lo[by][k], hi[by][k]);
-                x = part.upper + part.lower;
+                x = part.upper + part.lower + by_rest;
                 const Halves large = difference(y.upper, mean_first * part.upper);
-                return (((large.upper + y.lower) - mean_first * part.lower) - mean_rest * x) + large.lower;
+                return (((large.upper + y.lower) - mean_first * part.lower) - (mean_rest * x + mean_first * by_rest)) +
+                       large.lower;
             };
-            yc = centred(kYC, kC1, c);
-            ys = centred(kYS, kS1, s);
+            yc = centred(kYC, kC1, c_rest, c);
+            ys = centred(kYS, kS1, s_rest, s);
         } else {
             c = cosine.brief(lo[kC1][k], hi[kC1][k]);
             s = cosine.brief(lo[kS1][k], hi[kS1][k]);
+            if (wide) {
+                c += c_rest;
+                s += s_rest;
+            }
             yc = value.full(lo[kYC][k], hi[kYC][k]) - mean * c;
             ys = value.full(lo[kYS][k], hi[kYS][k]) - mean * s;
         }
-        yc += rest.brief(lo[kYCLow][k], hi[kYCLow][k]) * below;
-        ys += rest.brief(lo[kYSLow][k], hi[kYSLow][k]) * below;
-        const double c2 = half * narrow.brief(lo[kC2][k], hi[kC2][k]), s2 = half * narrow.brief(lo[kS2][k], hi[kS2][k]);
+        yc += limb(kYCLow) * below;
+        ys += limb(kYSLow) * below;
+        double c2 = narrow.brief(lo[kC2][k], hi[kC2][k]), s2 = narrow.brief(lo[kS2][k], hi[kS2][k]);
+        if (wide) {
+            c2 += limb(kC2Low) * below_second;
+            s2 += limb(kS2Low) * below_second;
+        }
+        c2 *= half;
+        s2 *= half;
         const double cc = fixed_mean ? square + c2 : (square + c2) - c * c;
         const double ss = fixed_mean ? square - c2 : (square - c2) - s * s;
         const double cs = fixed_mean ? s2 : s2 - c * s, determinant = cc * ss - cs * cs, cross = yc * cs;
@@ -133,18 +152,19 @@ size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, co
     return left;
 }
 
+template <bool wide>
 size_t power(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
              double *out) noexcept {
     constexpr double kFar = 8;
     const bool far_mean = shared.mean_high * shared.mean_high > kFar * kFar * shared.spread;
     if (shared.fixed_mean)
-        return (far_mean ? power_of<true, true> : power_of<false, true>)(lo, hi, n, shared, out);
-    return (far_mean ? power_of<true, false> : power_of<false, false>)(lo, hi, n, shared, out);
+        return (far_mean ? power_of<true, true, wide> : power_of<false, true, wide>)(lo, hi, n, shared, out);
+    return (far_mean ? power_of<true, false, wide> : power_of<false, false, wide>)(lo, hi, n, shared, out);
 }
 
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const PowerKernels TOLIMAN_ISA_TABLE(power) = {TOLIMAN_ISA::power};
+const PowerKernels TOLIMAN_ISA_TABLE(power) = {TOLIMAN_ISA::power<false>, TOLIMAN_ISA::power<true>};
 
 } // namespace toliman::kernels

@@ -7,12 +7,12 @@ namespace toliman::kernels::TOLIMAN_ISA {
 namespace {
 
 constexpr double kMagic = 0x1.8p52; // x + kMagic is x rounded to nearest even, in the low bits; |x| < 2^51
-constexpr int64_t kMagicBits = 0x4338000000000000;
+constexpr uint64_t kMagicBits = 0x4338000000000000u;
 
 // Nearest integer of |x| < 2^51, ties to even; odd in x.
-inline int64_t quantise(double x) noexcept {
+inline uint64_t quantised(double x) noexcept {
     const double shifted = x + kMagic;
-    int64_t bits;
+    uint64_t bits;
     __builtin_memcpy(&bits, &shifted, sizeof bits);
     return bits - kMagicBits;
 }
@@ -116,8 +116,8 @@ void push(double f0, double df, size_t blocks, const PushSample &sample, double 
         for (int sum = 0; sum < sums; sum++) {
             int64_t *__restrict out = lo[sum] + b * kBlock;
             const double *__restrict term = terms[sum];
-            for (size_t j = 0; j < kBlock; j++)
-                out[j] += quantise(term[j]);
+            for (size_t j = 0; j < kBlock; j++) // unsigned: beyond the grid there may be anything
+                out[j] = static_cast<int64_t>(static_cast<uint64_t>(out[j]) + quantised(term[j]));
         }
     }
 }

@@ -19,7 +19,8 @@ double highest_of(const Grid &grid, const Samples &samples, uint64_t seed) {
         const double sigma = samples.sigma != nullptr ? samples.sigma[drawn] : grid.sigma_floor;
         stream.push(stream.sample(samples.t[i], 0, samples.y[drawn], sigma));
     }
-    return PowerQuery(stream).meaningful() ? find_peak(stream).log10_residual : 0;
+    const PowerQuery query(stream); // one value may have been drawn again and again
+    return query.meaningful() && query.resolved() ? find_peak(stream).log10_residual : 0;
 }
 
 } // namespace

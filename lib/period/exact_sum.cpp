@@ -53,10 +53,11 @@ void ExactSum::add_wide(Wide x) noexcept {
 }
 
 void ExactSum::carry() noexcept {
-    for (size_t i = 0; i + 1 < kPlaces; i++) {
-        places_[i + 1] += places_[i] >> 32;
-        places_[i] &= kDigitMask;
-    }
+    for (size_t i = 0; i + 1 < kPlaces; i++)
+        if (const int64_t over = places_[i] >> 32; over != 0) { // rarely: most places are empty
+            places_[i + 1] += over;
+            places_[i] &= kDigitMask;
+        }
     pending_ = 0;
 }
 
@@ -71,21 +72,53 @@ void ExactSum::assign(const Places &digits) noexcept {
     pending_ = 0;
 }
 
+// Digits of the magnitude, so that no leading ones cancel; whether it was negative.
+bool ExactSum::make_positive() noexcept {
+    if (places_[kPlaces - 1] >= 0)
+        return false;
+    for (int64_t &place : places_)
+        place = -place;
+    carry();
+    return true;
+}
+
 Wide ExactSum::value() const noexcept {
     ExactSum copy = *this;
     copy.carry();
-    const bool negative = copy.places_[kPlaces - 1] < 0;
-    if (negative) { // digits of the magnitude, so that no leading ones cancel
-        for (int64_t &place : copy.places_)
-            place = -place;
-        copy.carry();
-    }
-    Wide sum = 0;
-    for (size_t i = kPlaces; i-- > 0;)
-        if (copy.places_[i] != 0)
-            sum += static_cast<Wide>(copy.places_[i]) *
-                   static_cast<Wide>(std::ldexp(1.0L, 32 * static_cast<int>(i) - kUnitExponent));
+    const bool negative = copy.make_positive();
+    int top = kPlaces - 1;
+    while (top > 5 && copy.places_[static_cast<size_t>(top)] == 0)
+        top--;
+    const auto pair = [&](int below) { // two digits
+        const auto at = static_cast<size_t>(top - below);
+        return static_cast<uint64_t>(copy.places_[at]) << 32 | static_cast<uint64_t>(copy.places_[at - 1]);
+    };
+    // Six digits have 161 bits even where the first has but one. Few operations: those of Wide are slow.
+    __extension__ using Integer = unsigned __int128;
+    const Integer first = static_cast<Integer>(pair(0)) << 64 | pair(2);
+    const Wide sum = (static_cast<Wide>(first) * static_cast<Wide>(0x1p64) + static_cast<Wide>(pair(4))) *
+                     static_cast<Wide>(std::ldexp(1.0L, 32 * (top - 5) - kUnitExponent));
     return negative ? -sum : sum;
+}
+
+void ExactSum::add_product(const ExactSum &a, const ExactSum &b, double factor) noexcept {
+    double parts_a[kParts], parts_b[kParts];
+    const size_t count_a = a.parts(parts_a), count_b = b.parts(parts_b);
+    for (size_t i = 0; i < count_a; i++)
+        for (size_t j = 0; j < count_b; j++)
+            add_product(factor * parts_a[i], parts_b[j]);
+}
+
+size_t ExactSum::parts(double *out) const noexcept {
+    ExactSum copy = *this;
+    copy.carry();
+    const double sign = copy.make_positive() ? -1 : 1;
+    size_t count = 0;
+    for (size_t i = kPlaces; i-- > 0 && count < kParts;)
+        if (copy.places_[i] != 0 || count > 0)
+            out[count++] =
+                sign * std::ldexp(static_cast<double>(copy.places_[i]), 32 * static_cast<int>(i) - kUnitExponent);
+    return count;
 }
 
 } // namespace toliman

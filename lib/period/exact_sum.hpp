@@ -1,6 +1,7 @@
 // Sum of doubles without any rounding: a number wide enough for every double, so that order cannot matter.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "base/wide.hpp"
@@ -19,6 +20,8 @@ class ExactSum {
     // Adds a b or a b^2 exactly (as an exact expansion in doubles; no product may overflow or fall below 1e-290).
     void add_product(double a, double b) noexcept;
     void add_product_square(double a, double b) noexcept;
+    // Adds factor a b, up to 2^-250 of the product.
+    void add_product(const ExactSum &a, const ExactSum &b, double factor) noexcept;
     // Adds another sum exactly.
     void add(const ExactSum &other) noexcept;
     // Adds a number of 113 bits exactly, but for what of it is below 1e-290.
@@ -30,7 +33,10 @@ class ExactSum {
     void assign(const Places &digits) noexcept;
 
   private:
+    static constexpr size_t kParts = 10; // digits of which the first is not 0
     void carry() noexcept;
+    bool make_positive() noexcept;
+    size_t parts(double *out) const noexcept; // the first digits, as numbers that add up to the sum
     Places places_{};
     uint32_t pending_ = 0;
 };

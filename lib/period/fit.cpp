@@ -7,6 +7,7 @@
 
 #include "period/peak.hpp"
 #include "period/power.hpp"
+#include "period/sampling.hpp"
 
 namespace toliman::period {
 
@@ -72,8 +73,9 @@ class Sinusoid {
     // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity where the
     // samples cannot tell.
     void errors(const Fit &fit, Peak &peak) const;
-    // Frequency distance from the peak on one side where the power has fallen to half, 0 if not within `far`.
-    Real half_power(const Fit &fit, Real step, Real far) const;
+    // Frequency distance from the peak, on the side of the first step, where the power has fallen to half; 0 if not
+    // within `far`. Steps grow up to `longest`.
+    Real half_power(const Fit &fit, Real step, Real longest, Real far) const;
 
     Real total() const noexcept { return total_; }
     Real mean_time() const noexcept { return mean_time_; }
@@ -163,8 +165,8 @@ void Sinusoid::improve(Fit &fit, Real mean_cosine, Real mean_sine) const {
         m.ys += point.w * gap * s;
     }
     m.determinant = m.cc * m.ss - m.cs * m.cs;
-    // Phases are rounded to 2^-64 of a cycle or so: less than that is no direction.
-    const Solved solved = period::solve(m, 1e-36L + kCoincident * (m.cc + m.ss));
+    // Phases and means are rounded to 2^-60 or so: less than that is no direction.
+    const Solved solved = period::solve(m, 1e-34L + kCoincident * (m.cc + m.ss));
     fit.rank = solved.rank;
     fit.cosine += solved.cosine;
     fit.sine += solved.sine;
@@ -218,7 +220,8 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) const {
     if (fit.rank < 2) { // one wave of known shape: no frequency to tell
         const Real mean = c * matrix[0][1] + s * matrix[0][2];
         const Real square = c * c * matrix[1][1] + 2 * c * s * matrix[1][2] + s * s * matrix[2][2] - mean * mean;
-        peak.amplitude_error = static_cast<double>(std::sqrt(scale / square));
+        if (square > 0)
+            peak.amplitude_error = static_cast<double>(std::sqrt(scale / square));
         return;
     }
     if (!solve(matrix, {0, 0, 0, 1}, column))
@@ -228,7 +231,7 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) const {
         peak.amplitude_error = static_cast<double>(std::sqrt(std::fmax(0.0L, (c * column[1] + s * column[2]) * scale)));
 }
 
-Real Sinusoid::half_power(const Fit &fit, Real step, Real far) const {
+Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) const {
     const auto power = [&](Real frequency) { return 1 - at(frequency).residual / total_; };
     const Real half = power(fit.frequency) / 2;
     if (fit.rank == 0)
@@ -236,11 +239,13 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real far) const {
     Real inside = 0, outside = step;
     while (power(fit.frequency + outside) > half) {
         inside = outside;
+        if (std::fabs(1.5L * step) <= longest)
+            step *= 1.5L;
         outside += step;
         if (std::fabs(outside) > far || fit.frequency + outside <= 0)
             return 0;
     }
-    for (int i = 0; i < 24; i++) {
+    for (int i = 0; i < 16; i++) {
         const Real middle = (inside + outside) / 2;
         (power(fit.frequency + middle) > half ? inside : outside) = middle;
     }
@@ -274,9 +279,11 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     peak.frequency = static_cast<double>(fit.frequency);
     peak.power = static_cast<double>(1 - ratio);
     peak.log10_residual = static_cast<double>(std::log10(std::fmax(ratio, kLeastRatio)));
-    const Real far = 1000 * static_cast<Real>(stream.grid().df);
-    const Real left = sinusoid.half_power(fit, -stream.grid().df, far);
-    const Real right = sinusoid.half_power(fit, stream.grid().df, far);
+    // A peak of a time span T is 0.6/T wide on each side; closer steps do not miss what is narrower.
+    const Real unit = 1 / static_cast<Real>(cadence_of(stream).span), longest = 0.2L * unit;
+    const Real first_step = std::fmin(step, longest), far = std::fmax(5 * unit, 20 * step);
+    const Real left = sinusoid.half_power(fit, -first_step, longest, far);
+    const Real right = sinusoid.half_power(fit, first_step, longest, far);
     peak.fwhm = left > 0 && right > 0 ? static_cast<double>(left + right) : kCannotTell;
     sinusoid.errors(fit, peak);
     // From cosine and sine about the mean time to a sine about time_offset.

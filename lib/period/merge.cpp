@@ -41,6 +41,24 @@ Wide add_limb(Wide x, int64_t &lo, int64_t &hi) noexcept {
 
 } // namespace
 
+// That sums stay below 2^50 a sample: Sum w |v| <= W rms(v), and W below the number of samples. Quantising them anew
+// costs 2^-50 a sum, not a sample, so that light weights must be so on average only.
+void Stream::check_fit(Wide mean_square, Wide mean_weight) const {
+    const double rms = std::sqrt(static_cast<double>(mean_square)), weight = static_cast<double>(mean_weight);
+    if (!(rms <= 1))
+        fail(Status::range,
+             "merge: the other's values are %.9g from value_offset = %.9g in the root mean square, "
+             "value_bound is %.9g",
+             rms * grid_.value_bound, grid_.value_offset, grid_.value_bound);
+    constexpr double kRounding = 1 + 1e-12;
+    const double sigma = grid_.sigma_floor / std::sqrt(weight);
+    if (!(sigma * kRounding >= grid_.sigma_floor && sigma <= grid_.sigma_ceiling * kRounding))
+        fail(Status::range,
+             "merge: the other's sigmas are %.9g on average, here sigma_floor = %.9g and sigma_ceiling = "
+             "%.9g",
+             sigma, grid_.sigma_floor, grid_.sigma_ceiling);
+}
+
 void Stream::merge_turned(const Stream &other) {
     const Grid &from = other.grid_;
     if (from.f0 != grid_.f0 || from.df != grid_.df || from.nf != grid_.nf || from.fixed_mean != grid_.fixed_mean)
@@ -49,14 +67,15 @@ void Stream::merge_turned(const Stream &other) {
              static_cast<long long>(grid_.nf), grid_.f0, grid_.df, grid_.fixed_mean ? ", fixed mean" : "",
              static_cast<long long>(from.nf), from.f0, from.df, from.fixed_mean ? ", fixed mean" : "");
     if (from.time_offset_ns != grid_.time_offset_ns || from.unit_ns != grid_.unit_ns)
-        fail(Status::mismatch, "merge: other references of times in nanoseconds");
-    const double values = std::fabs(from.value_offset - grid_.value_offset) + from.value_bound;
-    if (!(values <= grid_.value_bound))
-        fail(Status::range, "merge: the other's values may be %g from value_offset = %g, value_bound is %g", values,
-             grid_.value_offset, grid_.value_bound);
-    if (!(from.sigma_floor >= grid_.sigma_floor && from.sigma_ceiling <= grid_.sigma_ceiling))
-        fail(Status::range, "merge: the other's sigmas may be %g to %g, here sigma_floor = %g and sigma_ceiling = %g",
-             from.sigma_floor, from.sigma_ceiling, grid_.sigma_floor, grid_.sigma_ceiling);
+        fail(Status::mismatch,
+             "merge: time_offset_ns = %lld, unit_ns = %.17g, the other has %lld, %.17g: shards must share them",
+             static_cast<long long>(grid_.time_offset_ns), grid_.unit_ns, static_cast<long long>(from.time_offset_ns),
+             from.unit_ns);
+    if (other.totals_.count == 0)
+        return;
+    if (grid_.wide() && !from.wide())
+        fail(Status::mismatch,
+             "merge: the other's sums are narrow, these are wide: make both with TOLIMAN_PERIOD_WIDE");
 
     Turn turn = {};
     turn.time_high = from.time_offset - grid_.time_offset;
@@ -67,6 +86,13 @@ void Stream::merge_turned(const Stream &other) {
     turn.value_scale = static_cast<Wide>(from.value_bound) / static_cast<Wide>(grid_.value_bound);
     turn.value = (static_cast<Wide>(from.value_offset) - static_cast<Wide>(grid_.value_offset)) /
                  static_cast<Wide>(grid_.value_bound);
+
+    const Totals &more = other.totals_;
+    const Wide weight = more.w.value(), wy = more.wy.value(), wyy = more.wyy.value();
+    const Wide scale = turn.value_scale, shift = turn.value;
+    const Wide squares =
+        scale * (scale * wyy + 2 * shift * wy) + shift * shift * weight; // of w v'^2, v' in units of bound
+    check_fit(squares / weight, turn.weight * weight / static_cast<Wide>(more.count));
 
     fold();
     const auto add = [&](size_t sum, size_t k, Wide x, std::initializer_list<size_t> below) {
@@ -92,14 +118,11 @@ void Stream::merge_turned(const Stream &other) {
     }
 
     // The scalars by their exact sums; of narrow sums the rounded ones, too, which C1 and YC follow at f = 0.
-    const Totals &more = other.totals_;
-    const Wide w = more.w.value(), wy = more.wy.value(), wyy = more.wyy.value();
-    const Wide scale = turn.value_scale, shift = turn.value;
-    totals_.w.add_wide(turn.weight * w);
-    totals_.wy.add_wide(turn.weight * (scale * wy + shift * w));
-    totals_.wyy.add_wide(turn.weight * (scale * (scale * wyy + 2 * shift * wy) + shift * shift * w));
-    totals_.wt.add_wide(turn.weight * (more.wt.value() + time * w));
-    totals_.wtt.add_wide(turn.weight * (more.wtt.value() + time * (2 * more.wt.value() + time * w)));
+    totals_.w.add_wide(turn.weight * weight);
+    totals_.wy.add_wide(turn.weight * (scale * wy + shift * weight));
+    totals_.wyy.add_wide(turn.weight * squares);
+    totals_.wt.add_wide(turn.weight * (more.wt.value() + time * weight));
+    totals_.wtt.add_wide(turn.weight * (more.wtt.value() + time * (2 * more.wt.value() + time * weight)));
     if (grid_.wide())
         return;
     const Wide rounded = other.weight();

@@ -63,7 +63,9 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
 
 void check_meaningful(const PowerQuery &query, const Stream &stream) {
     if (!query.meaningful())
-        fail(Status::state, "a peak needs at least five samples that are not all equal; %lld were pushed",
+        fail(Status::state,
+             "a peak needs at least five samples that are not all equal, as far as value_bound resolves; %lld were "
+             "pushed",
              static_cast<long long>(stream.totals().count));
     query.check();
 }

@@ -51,18 +51,41 @@ bool PowerQuery::meaningful() const noexcept {
     return stream_.totals().count >= 5 && spread_ > 0;
 }
 
-void PowerQuery::check() const {
-    if (!(spread_ > 0))
-        return;
+// Terms w y are kept to `unit`; cosine and sine may vary as little as the weights, relative to the heaviest sample.
+long double PowerQuery::least_scatter() const noexcept {
     const Grid &grid = stream_.grid();
-    // Terms w y are kept to `unit`; cosine and sine may vary as little as the weights, relative to the heaviest sample.
     const long double unit = grid.wide() ? 0x1p-150L : 0x1p-100L, varies = grid.sigma_floor / grid.sigma_ceiling;
-    const long double least = 1e12L * unit * share_ / varies, spread = std::sqrt(spread_);
-    if (spread < least)
+    return 1e12L * unit * share_ / varies;
+}
+
+bool PowerQuery::resolved() const noexcept {
+    return !(spread_ > 0) || std::sqrt(spread_) >= least_scatter();
+}
+
+void PowerQuery::check() const {
+    const Grid &grid = stream_.grid();
+    if (!resolved())
         fail(Status::range,
              "values scatter by %.3Lg about their mean, value_bound = %g keeps 12 digits from %.3Lg on: create with a "
              "smaller value_bound",
-             spread * grid.value_bound, grid.value_bound, least * grid.value_bound);
+             std::sqrt(spread_) * grid.value_bound, grid.value_bound, least_scatter() * grid.value_bound);
+}
+
+bool PowerQuery::needs_wide() const noexcept {
+    constexpr long double kNarrowError = 4e-15L, kTolerated = 1e-9L;
+    if (!meaningful() || stream_.grid().wide())
+        return false;
+    const long double away = 1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_);
+    const long double error = kNarrowError * away * share_; // over the smaller eigenvalue
+    const Grid &grid = stream_.grid();
+    for (int64_t k = grid.f0 > 0 ? 0 : 1; k < grid.nf; k++) {
+        const Moments m = moments<long double>(k);
+        const long double half_gap = (m.cc - m.ss) / 2, radius = std::sqrt(half_gap * half_gap + m.cs * m.cs);
+        const long double large = (m.cc + m.ss) / 2 + radius, small = m.determinant / large;
+        if (!(error < kTolerated * small))
+            return true;
+    }
+    return false;
 }
 
 template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
@@ -136,6 +159,8 @@ Model PowerQuery::model(int64_t k) const noexcept {
 }
 
 double PowerQuery::half_chi_square() const noexcept {
+    if (!(part_ > 0))
+        return 0;
     const long double unit = static_cast<long double>(stream_.grid().value_bound) / stream_.grid().sigma_floor;
     return static_cast<double>(spread_ / static_cast<long double>(part_) / 2 * unit * unit);
 }
@@ -144,10 +169,12 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
     const Grid &grid = stream_.grid();
     const int64_t samples = stream_.totals().count;
     const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
-    const bool vectors = spread_ > far * far && !grid.wide() && samples > 3 && samples < int64_t{1} << 32;
+    // Of wide sums vectors leave out the lowest limbs: nothing beside values that scatter by so much more.
+    const bool lowest = grid.wide() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
+    const bool vectors = spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
     if (vectors) {
-        const int64_t *lo[kernels::kNarrowSums], *hi[kernels::kNarrowSums];
-        for (size_t sum = 0; sum < kernels::kNarrowSums; sum++) {
+        const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
+        for (size_t sum = 0; sum < grid.sums(); sum++) {
             lo[sum] = stream_.low(sum, first);
             hi[sum] = stream_.high(sum, first);
         }
@@ -158,7 +185,8 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
         shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
         shared.spread = static_cast<double>(spread_);
         shared.fixed_mean = grid.fixed_mean;
-        if (kernels::power_kernels().power(lo, hi, count, shared, power) == 0)
+        const kernels::PowerKernels &known = kernels::power_kernels();
+        if ((grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power) == 0)
             return;
     }
     for (size_t i = 0; i < count; i++)

@@ -48,11 +48,15 @@ class PowerQuery {
     bool meaningful() const noexcept;
     // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.
     void check() const;
+    bool resolved() const noexcept;
+    // Whether at a frequency above 0 narrow sums may carry the power to less than 1e-9.
+    bool needs_wide() const noexcept;
 
   private:
     template <class Real> Moments moments(int64_t k) const noexcept;
     Moments moments_at(int64_t k) const noexcept;
     Solved solved(int64_t k) const noexcept;
+    long double least_scatter() const noexcept;
 
     const Stream &stream_;
     Wide part_, mean_; // 1/W, Wy/W

@@ -81,6 +81,8 @@ Grid load_header(ByteReader &in) {
     } catch (const Error &error) {
         fail(Status::format, "%s: %s", kKind, error.what());
     }
+    if (grid.wide_sums != grid.wide())
+        fail(Status::format, "%s: flags 0x%x: sums of these sigmas are wide", kKind, flags);
     if (in.u64() != grid.digest())
         fail(Status::format, "%s: the identity digest does not fit the header", kKind);
     return grid;

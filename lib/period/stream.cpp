@@ -15,6 +15,7 @@ namespace {
 
 constexpr int64_t kMaxFrequencies = int64_t{1} << 26;
 constexpr double kMaxCycles = 0x1p50;
+constexpr double kLeastSquared = 1e-130; // smaller ones have no exact square in doubles, and are nothing beside a value
 constexpr double kUnit = 0x1p-50, kLowUnit = 0x1p-100, kLowestUnit = 0x1p-150; // of the limbs
 
 // a - b as an unevaluated sum (Knuth).
@@ -165,6 +166,8 @@ void Stream::add(const Sample &given, double sign) noexcept {
     totals_.wy.add_product(w, sample.value_low);
     totals_.wyy.add_product_square(w, sample.value_high);
     totals_.wyy.add_product(2 * w * sample.value_low, sample.value_high);
+    if (std::fabs(sample.value_low) > kLeastSquared)
+        totals_.wyy.add_product_square(w, sample.value_low);
     totals_.wt.add_product(w, sample.t_high);
     totals_.wtt.add_product_square(w, sample.t_high);
     totals_.count += sign > 0 ? 1 : -1;
@@ -260,11 +263,17 @@ Wide Stream::mean() const noexcept {
     return mean_sum() / weight();
 }
 
-// E[x^2] - E[x]^2, or 0 where it is no more than the rounding of 113-bit numbers.
+// E[x^2] - E[x]^2; where that leaves less than half of 113 bits, of exact products. 0 if all are equal.
 static long double variance_of(const ExactSum &w, const ExactSum &wx, const ExactSum &wxx) noexcept {
     const Wide total = w.value(), average = wx.value() / total, square = wxx.value() / total;
-    const Wide variance = square - average * average;
-    return variance > square * static_cast<Wide>(0x1p-100) ? static_cast<long double>(variance) : 0;
+    Wide variance = square - average * average;
+    if (variance < square * static_cast<Wide>(0x1p-56)) {
+        ExactSum rest;
+        rest.add_product(w, wxx, 1);
+        rest.add_product(wx, wx, -1);
+        variance = rest.value() / total / total;
+    }
+    return variance > 0 ? static_cast<long double>(variance) : 0;
 }
 
 long double Stream::spread() const noexcept {

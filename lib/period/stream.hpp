@@ -69,7 +69,7 @@ class Stream {
 
     // Adds all samples of another stream: exactly where the grids are equal, else turned to this one's references, with
     // errors of 2^-50 a sum (2^-100, 2^-150 where there are more limbs) and of 1e-19 of it. Status::mismatch for other
-    // frequencies or kinds of mean, Status::range where the other's values or weights might not fit.
+    // frequencies or kinds of mean, Status::range where the other's values or weights do not fit in the mean.
     void merge(const Stream &other);
 
     const Grid &grid() const noexcept { return grid_; }
@@ -86,6 +86,8 @@ class Stream {
     Wide weight() const noexcept;   // W
     Wide mean_sum() const noexcept; // Wy, in units of value_bound
     Wide mean() const noexcept;     // Wy/W
+    // Whether a sample's weight is not 1: none is above.
+    bool weighted() const noexcept { return totals_.w.value() != static_cast<Wide>(totals_.count); }
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
     long double spread() const noexcept;
     long double time_variance() const noexcept;
@@ -102,6 +104,7 @@ class Stream {
     void add(const Sample &sample, double sign) noexcept;
     void merge_equal(const Stream &other) noexcept;
     void merge_turned(const Stream &other);
+    void check_fit(Wide mean_square, Wide mean_weight) const;
     // Odd blocks: sums a power of two apart would share few lines of the caches.
     size_t padded() const noexcept { return (blocks_ | 1) * kernels::kBlock; }
     void fold() noexcept;

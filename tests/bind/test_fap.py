@@ -105,7 +105,7 @@ class Fap(unittest.TestCase):
 
     def test_refusals(self):
         periodogram = self.made()
-        with self.assertRaises(KeyError):
+        with self.assertRaises(ValueError):
             periodogram.log10_fap(-1, "davies")
         with self.assertRaisesRegex(Error, "log10_fap = 0.5: must be in "):
             periodogram.level(0.5)

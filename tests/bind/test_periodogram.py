@@ -30,6 +30,49 @@ class Readme(unittest.TestCase):
         self.assertIn("Peak(period=16.997", said.getvalue())
 
 
+class Arguments(unittest.TestCase):
+    def test_masks_and_units_are_not_dropped(self):
+        class Quantity(numpy.ndarray):
+            unit = "d"
+
+        with Periodogram(**GRID) as periodogram:
+            with self.assertRaisesRegex(ValueError, "y has masked values"):
+                periodogram.push_many(t, numpy.ma.masked_greater(y, 0))
+            with self.assertRaisesRegex(TypeError, "t is in d: give plain numbers"):
+                periodogram.push_many(t.view(Quantity), y)
+            self.assertEqual(len(periodogram), 0)
+            periodogram.push_many(numpy.ma.array(t, mask=False), y)
+            self.assertEqual(len(periodogram), 200)
+            with self.assertRaisesRegex(ValueError, "must be one of standard, model, log, psd"):
+                periodogram.power("lombscargle")
+            with self.assertRaisesRegex(ValueError, "must be one of baluev, naive"):
+                periodogram.log10_fap(-1, "davies")
+        with self.assertRaises(TypeError):
+            Periodogram(0.01, 0.001, 400.5)
+        self.assertEqual(Periodogram(0.01, 0.001, 400.0).nf, 400)
+
+    def test_one_sigma_for_all(self):
+        powers = []
+        for errors in (2.0, numpy.full(200, 2.0)):
+            with Periodogram(**GRID) as periodogram:
+                periodogram.push_many(t, y, errors)
+                powers.append(periodogram.power())
+        self.assertTrue((powers[0] == powers[1]).all())
+
+    def test_wide_sums_keep_their_digits(self):
+        """A hundredth of a cycle in all, against a parabola: beyond it the sinusoid has nothing to tell."""
+        small = {"f0": 1e-6, "df": 1e-6, "nf": 2}
+        values = numpy.cos(0.3 * t)
+        with Periodogram(**small, wide=True) as wide, Periodogram(**small) as narrow:
+            for periodogram in (wide, narrow):
+                periodogram.push_many(t, values)
+            x = numpy.polynomial.Legendre.fit(t, values, 2)
+            expected = 1 - ((values - x(t)) ** 2).sum() / ((values - values.mean()) ** 2).sum()
+            self.assertAlmostEqual(wide.power()[0] / expected, 1, delta=1e-4)
+            self.assertTrue(narrow.sampling().narrow)
+            self.assertFalse(wide.sampling().narrow)
+
+
 class Normalisations(unittest.TestCase):
     def test_as_astropy_has_them(self):
         random = numpy.random.default_rng(2)

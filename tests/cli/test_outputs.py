@@ -125,7 +125,7 @@ class Cube(OutputTest):
         self.refuse(3, "g.fits: No such file", arguments=("convert", "g.fits", "x.npy"))
 
     def test_places_that_cannot_be_written(self):
-        self.refuse(6, "no/f.fits: cannot be written: no/f.fits.0.tmp: No such file",
+        self.refuse(6, "no/f.fits: cannot be written: No such file",
                     arguments=("simulate", "scene.json", "--frames", "0", "--out", "no/f.fits"))
         os.mkfifo(self.folder / "pipe.fits")
         with subprocess.Popen(["cat", "pipe.fits"], cwd=self.folder, stdout=subprocess.PIPE):

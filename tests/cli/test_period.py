@@ -67,6 +67,8 @@ class RealVelocities(ProgramTest):
         self.assertAlmostEqual(10 ** counted, share, delta=5 * math.sqrt(share * (1 - share) / 400) + 0.01)
         few = log10_fap("--fap", "bootstrap", "--resamplings", 99, grid=GRID)[0]
         self.assertAlmostEqual(few, -2, delta=1e-12)
+        self.assertIn("log10 FAP   < -2.00 (bootstrap, none of 99)\n",
+                      self.succeed("period", DATA, *GRID, "--fap", "bootstrap", "--resamplings", 99))
         self.assertIn("(sequential)", self.succeed("period", DATA, "--fap", "sequential"))
         self.refuse(2, "--fap", arguments=("period", DATA, "--fap", "analytic"))
 
@@ -87,21 +89,17 @@ class RealVelocities(ProgramTest):
         self.assertIn("--df 0.0001 is above 1/(5 T) = 4.96", remarks("--f0", 3e-4, "--df", 1e-4, "--nf", 100))
         self.assertIn("the grid goes beyond 1/(2 median dt) = 0.0314", remarks(*GRID))
 
-    def test_a_small_part_of_a_cycle(self):
-        """Frequencies of a hundredth of a cycle over the data, where sums of doubles say anything."""
-        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
-        f = 0.01 / (t[-1] - t[0])
-        self.succeed("period", DATA, "--f0", f, "--df", f / 10, "--nf", 4, "--power", "power.npy")
+    def check_against_45_digits(self, file, t, y, sigma, f0, df):
+        self.succeed("period", file, "--f0", f0, "--df", df, "--nf", 4, "--power", "power.npy")
         power = numpy.load(self.folder / "power.npy")
         with mpmath.workdps(45):
+            weight = [1 / mpmath.mpf(s) ** 2 for s in sigma]
+            total = [sum(w * mpmath.mpf(v) ** p for w, v in zip(weight, y)) for p in (0, 1, 2)]
             for k in range(4):
-                frequency = mpmath.mpf(f) + k * mpmath.mpf(f / 10)
-                rows = [(1, mpmath.cos(2 * mpmath.pi * frequency * (mpmath.mpf(x) - t[0])),
-                         mpmath.sin(2 * mpmath.pi * frequency * (mpmath.mpf(x) - t[0]))) for x in t]
-                weight = [1 / mpmath.mpf(s) ** 2 for s in sigma]
-                total = [sum(w * mpmath.mpf(v) ** p for w, v in zip(weight, y)) for p in (0, 1, 2)]
-                normal = mpmath.matrix(3, 3)
-                right = mpmath.matrix(3, 1)
+                frequency = mpmath.mpf(f0) + k * mpmath.mpf(df)
+                angles = [2 * mpmath.pi * frequency * (mpmath.mpf(x) - t[0]) for x in t]
+                rows = [(1, mpmath.cos(a), mpmath.sin(a)) for a in angles]
+                normal, right = mpmath.matrix(3, 3), mpmath.matrix(3, 1)
                 for row, w, v in zip(rows, weight, y):
                     for i in range(3):
                         right[i] += w * row[i] * mpmath.mpf(v)
@@ -111,12 +109,40 @@ class RealVelocities(ProgramTest):
                 expected = (fitted - total[1] ** 2 / total[0]) / (total[2] - total[1] ** 2 / total[0])
                 self.assertLess(abs(power[k] / expected - 1), 1e-12)
 
+    def test_a_small_part_of_a_cycle(self):
+        """Frequencies of a hundredth of a cycle over the data, where sums of doubles say anything."""
+        t, y, sigma = numpy.genfromtxt(DATA, delimiter=",", skip_header=3, unpack=True)
+        f = 0.01 / (t[-1] - t[0])
+        self.check_against_45_digits(DATA, t, y, sigma, f, f / 10)
+
+    def test_short_nights(self):
+        """Three nights of a minute each, a thousand days apart: at any frequency each is a small part of a cycle."""
+        random = numpy.random.default_rng(3)
+        t = numpy.concatenate([1000 * night + numpy.sort(random.uniform(0, 0.001, 8)) for night in range(3)])
+        y = random.normal(size=24)
+        numpy.savetxt(self.folder / "nights.csv", numpy.column_stack([t, y]), delimiter=",", fmt="%.17g")
+        self.check_against_45_digits("nights.csv", t, y, numpy.ones(24), 0.05, 0.0137)
+
+    def test_a_named_pipe(self):
+        os.mkfifo(self.folder / "pipe")
+        writer = subprocess.Popen(["cp", DATA, "pipe"], cwd=self.folder)
+        self.assertEqual(self.succeed("period", "pipe"), self.succeed("period", DATA))
+        self.assertEqual(writer.wait(), 0)
+
     def test_standard_input(self):
         self.assertEqual(self.succeed("period", "-", input=DATA.read_text()), self.succeed("period", DATA))
 
     def test_summary_for_people(self):
         out = self.succeed("period", DATA)
         self.assertIn("period      531.9", out)
+        grid = json.loads(self.succeed("period", DATA, "--json"))
+        shortest, longest = (grid["searched"][name] for name in ("shortest", "longest"))
+        self.assertAlmostEqual(longest, 1 / grid["grid"]["f0"], delta=1e-9 * longest)
+        self.assertAlmostEqual(1 / shortest, grid["grid"]["f0"] + grid["grid"]["df"] * (grid["grid"]["nf"] - 1), 12)
+        self.assertIn(f"searched    periods from {shortest:.6g} to {longest:.6g}\n", out)
+        zero = ("period", DATA, "--f0", 0, "--df", 1e-4, "--nf", 301)
+        self.assertIn("searched    periods from 33.3333 to inf\n", self.succeed(*zero))
+        self.assertIsNone(json.loads(self.succeed(*zero, "--json"))["searched"]["longest"])
         self.assertIn("log10 FAP", out)
 
 

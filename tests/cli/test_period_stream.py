@@ -11,7 +11,7 @@ GRID = ("--f0", 1e-3, "--df", 1e-4, "--nf", 900)
 BOUNDS = ("--sigma-floor", 0.1, "--sigma-ceiling", 3, "--value-bound", 64)
 
 
-class Streams(ProgramTest):
+class Series(ProgramTest):
     def setUp(self):
         super().setUp()
         random = numpy.random.default_rng(4)
@@ -28,6 +28,8 @@ class Streams(ProgramTest):
     def bytes_of(self, name):
         return (self.folder / name).read_bytes()
 
+
+class Streams(Series):
     def test_a_line_after_every_sample(self):
         lines = self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS).splitlines()
         updates = [json.loads(line) for line in lines]
@@ -52,8 +54,15 @@ class Streams(ProgramTest):
         self.succeed("period", "first.csv", "--follow", *GRID, *BOUNDS, "--save-state", "part.tlmp")
         self.succeed("period", "second.csv", "--from-state", "part.tlmp", "--save-state", "both.tlmp")
         self.assertEqual(self.bytes_of("both.tlmp"), self.bytes_of("whole.tlmp"))
+        # With the same references, which the first sample gives, merged sums have the bits of all at once.
+        self.write("again.csv", [self.series[0], *self.series[25:]])
+        self.write("more.csv", [*self.series, self.series[0]])
+        for name in ("again", "more"):
+            self.succeed("period", name + ".csv", "--follow", *GRID, *BOUNDS, "--save-state", name + ".tlmp")
+        self.assertEqual(self.succeed("merge", "again.tlmp", "part.tlmp", "--out", "merged.tlmp"), "")
+        self.assertEqual(self.bytes_of("merged.tlmp"), self.bytes_of("more.tlmp"))
         # The other shard has other references: merged, its power is that of all samples but for rounding.
-        self.succeed("period", "second.csv", "--follow", *GRID, *BOUNDS[:4], "--value-bound", 32, "--save-state", "2.tlmp")
+        self.succeed("period", "second.csv", "--follow", *GRID, *BOUNDS[2:4], "--save-state", "2.tlmp")
         self.assertEqual(self.succeed("merge", "part.tlmp", "2.tlmp", "--out", "merged.tlmp"), "")
         results = [json.loads(self.succeed("period", "--from-state", name, "--json", "--power", name + ".npy"))
                    for name in ("whole.tlmp", "merged.tlmp")]
@@ -88,7 +97,7 @@ class Streams(ProgramTest):
         self.refuse(2, "--follow needs --f0, --df and --nf", arguments=("period", "all.csv", "--follow"))
         self.refuse(2, "FILE is required", arguments=("period",))
         self.refuse(3, "none.tlmp", arguments=("period", "--from-state", "none.tlmp"))
-        self.refuse(3, "all.csv", arguments=("merge", "all.csv", "--out", "x.tlmp"))
+        self.refuse(3, "all.csv", arguments=("merge", "all.csv", "all.csv", "--out", "x.tlmp"))
         self.refuse(2, "--peaks", arguments=("period", "all.csv", "--peaks", 65))
         self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS, "--save-state", "a.tlmp")
         self.succeed("period", "all.csv", "--follow", "--f0", 2e-3, "--df", 1e-4, "--nf", 900, *BOUNDS,
@@ -99,6 +108,7 @@ class Streams(ProgramTest):
         for text, why in (('{"t": 1, "y": 2}\n3,4\n', "3,4"), ('1,2\n{"t": 1, "y": 2}\n', "is a JSON object"),
                           ('{"t": 1}\n', 'has no number "y"'), ('{"t": 1, "y": "x"}\n', 'has no number "y"'),
                           ('{"t": 1, "y": 2, "sigma": -1}\n', "must be above 0"), ('{"t": 1, "y": 2\n', "is no JSON"),
+                          ('{"t": 1, "y": 2} 3\n', "is no JSON"),
                           ('{"t": 1, "y": 2, "sigma": 1}\n{"t": 1, "y": 2}\n', "sigma in all or none")):
             (self.folder / "bad.jsonl").write_text(text)
             self.refuse(3, "bad.jsonl:", why if why != "3,4" else "is no JSON object, as the lines before",
@@ -108,10 +118,120 @@ class Streams(ProgramTest):
                            (numpy.array([[1, 2], [3, math.nan]]), "row 1, y = nan")):
             numpy.save(self.folder / "bad.npy", array)
             self.refuse(3, "bad.npy: ", why, arguments=("period", "bad.npy"))
-        far = [[1, 1e6, 1]] + [[i, 0, 1] for i in range(5)]
-        self.write("far.csv", far[1:3] + far[:1])
-        self.refuse(3, "far.csv: sample 3: y = 1e+06: further than value_bound = 64",
-                    arguments=("period", "far.csv", "--follow", *GRID, *BOUNDS))
+
+    def test_what_is_beyond_the_bounds_names_the_option(self):
+        for name, row, option in (("value", [9, 1e6, 1], "--value-bound"), ("fine", [9, 0, 0.01], "--sigma-floor"),
+                                  ("rough", [9, 0, 9], "--sigma-ceiling")):
+            self.write(name + ".csv", [*self.series[:6], row])
+            self.refuse(3, f"{name}.csv: sample 7: ", f"({option})", arguments=("period", name + ".csv", *GRID, *BOUNDS))
+        self.succeed("period", "all.csv", *GRID, *BOUNDS, "--save-state", "all.tlmp")
+        self.refuse(3, "value.csv:8: y = 1e+06: further than value_bound = 64", "(--value-bound of the run that made",
+                    arguments=("period", "value.csv", "--from-state", "all.tlmp"))
+        for option, value in zip(BOUNDS[::2], BOUNDS[1::2]):
+            self.refuse(2, option, "--from-state",
+                        arguments=("period", "all.csv", "--from-state", "all.tlmp", option, value))
+        self.refuse(2, "--value-bound, --sigma-floor, --sigma-ceiling: sigma_ceiling = 0.1",
+                    arguments=("period", "all.csv", "--sigma-ceiling", 0.1))
+
+
+class States(Series):
+    """What is saved by one run and taken up by another."""
+
+    def test_margins(self):
+        """Other samples than those at hand may come."""
+        more = numpy.array([[2453000 + i, 3e5 * (-1) ** i, 0.9] for i in range(6)])
+        self.write("more.csv", more)
+        self.succeed("period", "all.csv", *GRID, "--save-state", "all.tlmp")
+        self.succeed("period", "more.csv", "--from-state", "all.tlmp", "--save-state", "both.tlmp")
+        self.write("both.csv", [*self.series, *more])
+        both, at_once = [json.loads(self.succeed("period", *how, "--json"))
+                         for how in (("--from-state", "both.tlmp"), ("both.csv", *GRID))]
+        self.assertEqual(both["n"], 66)
+        self.assertAlmostEqual(both["peak"]["power"], at_once["peak"]["power"], delta=0.01)
+        for largest, floor, ceiling in ((1, 1 / 8, 4), (33, 1 / 8, 132), (8e7, 8 / 9, 8e7)):
+            self.write("s.csv", [[i, math.sin(i), largest if i % 2 else 1] for i in range(20)])
+            self.succeed("period", "s.csv", "--f0", 0.1, "--df", 0.01, "--nf", 30, "--save-state", "s.tlmp")
+            for sigma, option in ((floor, None), (floor * 0.999, "floor"), (ceiling, None), (ceiling * 1.001, "ceiling")):
+                self.write("next.csv", [[30, 0, sigma]])
+                done = self.run_program("period", "next.csv", "--from-state", "s.tlmp")
+                self.assertEqual(done.returncode, 0 if option is None else 3, done.stderr)
+                self.assertIn("" if option is None else f"(--sigma-{option} of the run that made the state)", done.stderr)
+
+    def test_sigmas_in_all_or_none(self):
+        self.write("first.csv", self.series[:30])
+        self.write("plain.csv", self.series[30:, :2])
+        plain = (self.folder / "plain.csv").read_text().replace("t,y,sigma", "t,y")
+        (self.folder / "plain.csv").write_text(plain)
+        for name in ("first", "plain"):
+            for how in ("", "--follow"):
+                self.succeed("period", name + ".csv", *GRID, *how.split(), "--save-state", f"{name}{how}.tlmp")
+        for how in ("", "--follow"):
+            self.refuse(3, "plain.csv:2: has no sigma, the samples in first", "have one",
+                        arguments=("period", "plain.csv", "--from-state", f"first{how}.tlmp"))
+            self.refuse(3, "first.csv:2: has a sigma, the samples in plain", "have none",
+                        arguments=("period", "first.csv", "--from-state", f"plain{how}.tlmp"))
+            self.refuse(3, "plain--follow.tlmp: its samples have no sigma, those before have one",
+                        arguments=("merge", f"first{how}.tlmp", "plain--follow.tlmp", "--out", "x.tlmp"))
+        # Those without, saved either way, weigh the same.
+        self.succeed("merge", "plain--follow.tlmp", "plain.tlmp", "--out", "x.tlmp")
+        t, y, _ = self.series[30:].T
+        self.succeed("period", "--from-state", "x.tlmp", "--power", "x.npy")
+        frequency = 1e-3 + 1e-4 * numpy.arange(900)
+        power = LombScargle(t - t[0], y).power(frequency, method="slow")
+        self.assertLess(abs(numpy.load(self.folder / "x.npy") - power).max(), 1e-9)
+
+    def test_nothing_is_counted_twice(self):
+        self.succeed("period", "all.csv", *GRID, "--save-state", "a.tlmp")
+        (self.folder / "copy.tlmp").write_bytes(self.bytes_of("a.tlmp"))
+        self.write("other.csv", self.series[:20])
+        self.succeed("period", "other.csv", *GRID, "--save-state", "b.tlmp")
+        self.refuse(3, "a.tlmp: holds the same samples as a.tlmp", arguments=("merge", "a.tlmp", "a.tlmp", "--out", "c"))
+        self.refuse(3, "copy.tlmp: holds the same samples as a.tlmp",
+                    arguments=("merge", "a.tlmp", "b.tlmp", "copy.tlmp", "--out", "c"))
+        self.refuse(2, "one state alone", arguments=("merge", "a.tlmp", "--out", "c"))
+        self.refuse(3, "a.tlmp: is a saved state: --from-state takes it", arguments=("period", "a.tlmp"))
+        self.refuse(6, "no/c: cannot be written: No such file",
+                    arguments=("merge", "a.tlmp", "b.tlmp", "--out", "no/c"))
+
+    def test_what_does_not_fit_the_first_state(self):
+        self.succeed("period", "all.csv", *GRID, "--save-state", "a.tlmp")
+        self.write("far.csv", self.series + [0, 1e9, 0])
+        self.succeed("period", "far.csv", *GRID, "--save-state", "far.tlmp")
+        self.refuse(3, "far.tlmp: merge: the other's values", "(--value-bound, ", "that made the first state)",
+                    arguments=("merge", "a.tlmp", "far.tlmp", "--out", "c"))
+
+    def test_what_cannot_be_written_is_told_first(self):
+        (self.folder / "bad.csv").write_text("t,y\n1,junk\n")  # would be told once it is read
+        for option in ("--save-state", "--power"):
+            self.refuse(6, "no/x: cannot be written: No such file", arguments=("period", "bad.csv", option, "no/x"))
+        self.refuse(6, "no/x", arguments=("period", "bad.csv", "--follow", *GRID, "--save-state", "no/x"))
+
+    def test_the_model_from_sums_alone(self):
+        self.succeed("period", "all.csv", *GRID, "--save-state", "all.tlmp")
+        peak = json.loads(self.succeed("period", "--from-state", "all.tlmp", "--json"))["peak"]
+        f = 1e-3 + 1e-4 * round((peak["frequency"] - 1e-3) / 1e-4)
+        t, y, sigma = self.series.T
+        angle = 2 * math.pi * f * (t - peak["time_offset"])
+        rows = numpy.column_stack([numpy.ones_like(t), numpy.cos(angle), numpy.sin(angle)])
+        c, a, b = numpy.linalg.lstsq(rows / sigma[:, None], y / sigma, rcond=None)[0]
+        self.assertAlmostEqual(peak["offset"], c, delta=1e-9)
+        self.assertAlmostEqual(peak["amplitude"], math.hypot(a, b), delta=1e-9)
+        self.assertAlmostEqual(peak["phase"], math.atan2(a, b), delta=1e-9)
+        self.assertGreater(peak["amplitude_error"], 0)
+        self.assertIn("\namplitude ", self.succeed("period", "--from-state", "all.tlmp"))
+
+    def test_follow_keeps_all_digits(self):
+        """Over a small part of a cycle, and from frequency 0 on, a stream has the power of the whole file."""
+        few = ("--f0", 0, "--df", 1e-6, "--nf", 4)
+        self.succeed("period", "all.csv", *few, "--power", "file.npy")
+        lines = self.run_program("period", "all.csv", "--follow", *few, "--save-state", "few.tlmp").stdout.splitlines()
+        self.run_program("period", "--from-state", "few.tlmp", "--power", "stream.npy")
+        powers = [numpy.load(self.folder / name) for name in ("file.npy", "stream.npy")]
+        self.assertEqual(powers[0][0], 0)
+        self.assertLess(abs(powers[1][1:] / powers[0][1:] - 1).max(), 1e-12)
+        for line in lines:
+            update = json.loads(line, parse_constant=self.fail)  # no inf, no NaN
+            self.assertEqual(update["period"] is None, update["frequency"] == 0)
 
 
 if __name__ == "__main__":

@@ -7,14 +7,15 @@ extern "C" int shim_power_isas(void) {
     return static_cast<int>(toliman::kernels::host_isa()) + 1;
 }
 
-extern "C" size_t shim_power(int isa, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
-                             int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean,
-                             double *power) {
+extern "C" size_t shim_power(int isa, int wide, const int64_t *const *lo, const int64_t *const *hi, size_t n,
+                             double weight, int64_t samples, double mean_high, double mean_low, double spread,
+                             int fixed_mean, double *power) {
 #if defined(__x86_64__)
     const PowerKernels *tables[] = {&toliman::kernels::power_baseline, &toliman::kernels::power_avx2,
                                     &toliman::kernels::power_avx512};
 #else
     const PowerKernels *tables[] = {&toliman::kernels::power_baseline};
 #endif
-    return tables[isa]->power(lo, hi, n, {weight, samples, mean_high, mean_low, spread, fixed_mean != 0}, power);
+    return (wide ? tables[isa]->power_wide : tables[isa]->power)(
+        lo, hi, n, {weight, samples, mean_high, mean_low, spread, fixed_mean != 0}, power);
 }

@@ -6,10 +6,28 @@
 #include "assert_close.h"
 
 int shim_power_isas(void);
-size_t shim_power(int isa, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight, int64_t samples,
-                  double mean_high, double mean_low, double spread, int fixed_mean, double *power);
+size_t shim_power(int isa, int wide, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
+                  int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean, double *power);
 
-enum { N = 203, C1 = 0, S1, C2, S2, YC, YS, YCLOW, YSLOW, SUMS };
+enum {
+    N = 203,
+    C1 = 0,
+    S1,
+    C2,
+    S2,
+    YC,
+    YS,
+    YCLOW,
+    YSLOW,
+    NARROW_SUMS,
+    C1LOW = NARROW_SUMS,
+    S1LOW,
+    C2LOW,
+    S2LOW,
+    YCLOWEST,
+    YSLOWEST,
+    SUMS
+};
 
 static int64_t lo[SUMS][N], hi[SUMS][N];
 
@@ -31,13 +49,18 @@ static __float128 get(int sum, int k) {
     return (__float128)hi[sum][k] * 0x1p32Q + (__float128)lo[sum][k];
 }
 
-static __float128 exact_power(int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
+/* A cosine's sum with its lower limb, which narrow sums have not. */
+static __float128 whole(int sum, int low, int k, int wide) {
+    return get(sum, k) + (wide ? get(low, k) * 0x1p-50Q : 0);
+}
+
+static __float128 exact_power(int wide, int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
                               __float128 *determinant) {
     const __float128 unit = 0x1p-50Q / weight, moving = fixed_mean ? 0 : 1;
-    const __float128 c = get(C1, k) * unit, s = get(S1, k) * unit;
-    const __float128 cc = 0.5Q + get(C2, k) * unit / 2 - moving * c * c;
-    const __float128 ss = 0.5Q - get(C2, k) * unit / 2 - moving * s * s;
-    const __float128 cs = get(S2, k) * unit / 2 - moving * c * s;
+    const __float128 c = whole(C1, C1LOW, k, wide) * unit, s = whole(S1, S1LOW, k, wide) * unit;
+    const __float128 cc = 0.5Q + whole(C2, C2LOW, k, wide) * unit / 2 - moving * c * c;
+    const __float128 ss = 0.5Q - whole(C2, C2LOW, k, wide) * unit / 2 - moving * s * s;
+    const __float128 cs = whole(S2, S2LOW, k, wide) * unit / 2 - moving * c * s;
     const __float128 yc = (get(YC, k) + get(YCLOW, k) * 0x1p-50Q) * unit - mean * c;
     const __float128 ys = (get(YS, k) + get(YSLOW, k) * 0x1p-50Q) * unit - mean * s;
     *determinant = cc * ss - cs * cs;
@@ -45,7 +68,7 @@ static __float128 exact_power(int k, __float128 weight, __float128 mean, double 
 }
 
 /* Sums that samples could have: weights of `samples`, values scattering by `sigma` about `mean`. */
-static void check(double samples, double mean, double sigma) {
+static void check_kind(int wide, double samples, double mean, double sigma) {
     const int64_t *low[SUMS], *high[SUMS];
     for (int s = 0; s < SUMS; s++)
         low[s] = lo[s], high[s] = hi[s];
@@ -58,8 +81,11 @@ static void check(double samples, double mean, double sigma) {
         put(S1, k, one * 0.2 * uniform());
         put(C2, k, one * (k % 7 == 3 ? 0.998 : even));
         put(S2, k, one * 0.2 * uniform());
+        for (int limb = C1LOW; limb <= S2LOW; limb++)
+            put(limb, k, rintq((__float128)samples * 0x1p49Q * uniform()));
         for (int part = 0; part < 2; part++) {
-            const __float128 x = exact_mean * get(part ? S1 : C1, k) + one * sigma * 0.3 * uniform();
+            const __float128 x =
+                exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, wide) + one * sigma * 0.3 * uniform();
             const __float128 whole = rintq(x);
             put(part ? YS : YC, k, whole);
             put(part ? YSLOW : YCLOW, k, rintq((x - whole) * 0x1p50Q));
@@ -70,7 +96,7 @@ static void check(double samples, double mean, double sigma) {
         double first[N], power[N];
         size_t said = 0;
         for (int isa = 0; isa < shim_power_isas(); isa++) {
-            said = shim_power(isa, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
+            said = shim_power(isa, wide, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
                               (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
             if (isa == 0)
                 memcpy(first, power, sizeof first);
@@ -79,7 +105,7 @@ static void check(double samples, double mean, double sigma) {
         int left_out = 0;
         for (int k = 0; k < N; k++) {
             __float128 determinant;
-            const __float128 expected = exact_power(k, weight, exact_mean, spread, fixed_mean, &determinant);
+            const __float128 expected = exact_power(wide, k, weight, exact_mean, spread, fixed_mean, &determinant);
             if (first[k] == -1) {
                 left_out++;
                 assert_true(determinant < 0.0501Q);
@@ -91,6 +117,11 @@ static void check(double samples, double mean, double sigma) {
         assert_int_equal(left_out, said);
         assert_true(left_out >= (fixed_mean ? 0 : N / 7) && left_out < N / 2);
     }
+}
+
+static void check(double samples, double mean, double sigma) {
+    check_kind(0, samples, mean, sigma);
+    check_kind(1, samples, mean, sigma);
 }
 
 static void test_latents(void **unused) {

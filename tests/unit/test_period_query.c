@@ -122,6 +122,19 @@ static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float
     x[0] += mean;
 }
 
+static void test_psd_of_nothing(void **unused) {
+    (void)unused;
+    toliman_period *period = NULL;
+    double power[3] = {7, 7, 7};
+    assert_ok(toliman_period_create(0.1, 0.1, 3, NULL, &period));
+    for (uint32_t normalisation = TOLIMAN_POWER_STANDARD; normalisation <= TOLIMAN_POWER_PSD; normalisation++) {
+        assert_ok(toliman_period_query_power(period, normalisation, 0, 3, power));
+        for (int k = 0; k < 3; k++)
+            assert_true(power[k] == 0);
+    }
+    toliman_period_destroy(period);
+}
+
 static void test_model(void **unused) {
     (void)unused;
     enum { N = 60 };
@@ -220,6 +233,7 @@ static void test_peaks_and_aliases(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_normalisations),
+        cmocka_unit_test(test_psd_of_nothing),
         cmocka_unit_test(test_model),
         cmocka_unit_test(test_model_of_one_wave),
         cmocka_unit_test(test_peaks_and_aliases),

@@ -190,6 +190,40 @@ static void test_merge_of_other_references(void **unused) {
     }
 }
 
+/* Two nights, each with the options that suit it: offsets by its first value, sigmas about its own. */
+static void test_merge_of_two_nights(void **unused) {
+    (void)unused;
+    fill(0);
+    toliman_period *nights[2];
+    for (int night = 0; night < 2; night++) {
+        toliman_period_options options = options_for(0);
+        const int first = 300 * night;
+        options.time_offset = times[first];
+        options.value_offset = values[first];
+        options.value_bound = 8; /* of values within 5 of each other */
+        for (int i = 0; i < 300; i++)
+            sigmas[first + i] = (night ? 0.3 : 0.2) * (1 + uniform());
+        options.sigma_floor = sigmas[first] / 8;
+        options.sigma_ceiling = sigmas[first] * 4;
+        nights[night] = make(&options);
+        assert_ok(toliman_period_push_many(nights[night], times + first, values + first, sigmas + first, 300));
+    }
+    const quad_samples samples = {times, values, sigmas, 600, NULL};
+    for (int into = 0; into < 2; into++) {
+        toliman_period *both = NULL;
+        assert_ok(toliman_period_copy(nights[into], &both));
+        assert_ok(toliman_period_merge(both, nights[1 - into]));
+        double power[300];
+        assert_ok(toliman_period_query_power(both, TOLIMAN_POWER_STANDARD, 0, 300, power));
+        for (int k = 0; k < 300; k += 13) {
+            const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
+            assert_close(power[k], (double)(1 - quad_residual(&samples, f, 0)), 1e-12, 1e-14);
+        }
+        toliman_period_destroy(both);
+    }
+    toliman_period_destroy(nights[0]), toliman_period_destroy(nights[1]);
+}
+
 static void test_merge_refuses(void **unused) {
     (void)unused;
     const toliman_period_options options = options_for(0);
@@ -205,19 +239,39 @@ static void test_merge_refuses(void **unused) {
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "fixed mean");
     toliman_period_destroy(odd);
     other = options;
-    other.value_bound = 65;
+    other.value_bound = 100;
     odd = make(&other);
+    assert_ok(toliman_period_merge(period, odd)); /* nothing in it that might not fit */
+    for (int i = 0; i < 4; i++)
+        assert_ok(toliman_period_push(odd, 2451000.5 + i, 70, 1));
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "value_bound is 64");
     toliman_period_destroy(odd);
     other = options;
     other.sigma_floor = 0.05;
     odd = make(&other);
+    assert_ok(toliman_period_push(odd, 2451000.5, 1, 0.09));
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "sigma_floor = 0.1");
     toliman_period_destroy(odd);
     other = options;
+    other.flags = TOLIMAN_PERIOD_WIDE;
+    odd = make(&other);
+    assert_ok(toliman_period_push(period, 2451000.5, 1, 1));
+    assert_fails(toliman_period_merge(odd, period), TOLIMAN_E_MISMATCH, "are narrow, these are wide");
+    assert_ok(toliman_period_reset(period));
+    toliman_period_destroy(odd);
+    other = options;
+    other.sigma_floor = 1;
+    other.sigma_ceiling = 10;
+    odd = make(&other);
+    assert_ok(toliman_period_push(odd, 2451000.5, 1, 9));
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "sigma_ceiling = 3.2");
+    toliman_period_destroy(odd);
+    assert_int_equal(toliman_period_count(period), 0);
+    other = options;
     other.unit_ns = 86400e9;
     odd = make(&other);
-    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH, "nanoseconds");
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH,
+                 "unit_ns = 1000000000, the other has 0, 86400000000000");
     toliman_period_destroy(odd);
     toliman_period_destroy(period);
 }
@@ -278,6 +332,7 @@ int main(void) {
         cmocka_unit_test(test_window_slides),
         cmocka_unit_test(test_a_copy_is_its_own),
         cmocka_unit_test(test_merge_of_other_references),
+        cmocka_unit_test(test_merge_of_two_nights),
         cmocka_unit_test(test_merge_refuses),
         cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
     };

@@ -293,8 +293,7 @@ void Campaign::try_out(Work &work, Workshop &workshop, const std::function<void(
         const std::vector<double> values = methods[i]->series();
         const size_t block = methods[i]->block();
         const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
-        const toliman_period_peak peak =
-            find_period(series, block > 1 ? default_grid(series) : grid_, false, quiet).peak;
+        const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
         row.period_days = peak.period;
         row.log10_fap = peak.log10_fap;
         row.mean = mean(values);

@@ -1,7 +1,6 @@
 // toliman experiment: which method finds which amplitude.
 #include <algorithm>
 #include <charconv>
-#include <csignal>
 
 #include "command.hpp"
 #include "experiment_report.hpp"
@@ -105,8 +104,7 @@ void try_all(const Campaign &campaign, Journal &journal, Progress &progress) {
     } catch (...) {
         if (stop_signal() != 0) {
             progress.clear();
-            throw Failure(stop_signal() == SIGTERM ? kExitTerminated : kExitInterrupted,
-                          "stopped by a signal; the same command goes on where it was");
+            throw Failure(stop_code(), "stopped by a signal; the same command goes on where it was");
         }
         throw;
     }

@@ -10,9 +10,11 @@ namespace cli {
 enum ExitCode {
     kExitOk = 0,
     kExitInternal = 1,
-    kExitUsage = 2,  // options or scene content
-    kExitInput = 3,  // an input file missing or malformed
-    kExitOutput = 6, // an output cannot be written
+    kExitUsage = 2,    // options or scene content
+    kExitInput = 3,    // an input file missing or malformed
+    kExitRejected = 4, // finished, but samples were skipped (--strict)
+    kExitOutput = 6,   // an output cannot be written
+    kExitHungUp = 129, // 128 and the signal
     kExitInterrupted = 130,
     kExitTerminated = 143,
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "failure.hpp"
@@ -48,8 +49,17 @@ Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, con
     if (method_ != kBootstrap)
         return;
     if (series == nullptr)
-        throw Failure(kExitUsage, "--fap bootstrap draws from the samples themselves: not with --from-state, --follow");
+        throw Failure(kExitUsage, "--fap bootstrap draws from the samples themselves: not with --from-state");
     resampled_ = resample(options, periodogram, *series, progress);
+}
+
+double Fap::judged(const toliman_period_peak &fitted) const {
+    if (method_ != kBootstrap)
+        return fitted.log10_residual;
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    toliman::check(toliman_period_query_peak(periodogram_.get(), &peak));
+    return peak.log10_residual;
 }
 
 double Fap::log10(double log10_residual) const {
@@ -58,8 +68,26 @@ double Fap::log10(double log10_residual) const {
         toliman::check(toliman_period_query_fap(periodogram_.get(), kMethods.at(method_), log10_residual, &log10_fap));
         return log10_fap;
     }
-    const auto above = std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
-    return std::log10(static_cast<double>(above + 1) / static_cast<double>(resampled_.size() + 1));
+    return std::log10(static_cast<double>(above(log10_residual) + 1) / static_cast<double>(resampled_.size() + 1));
+}
+
+// Resamplings with a peak as high.
+std::ptrdiff_t Fap::above(double log10_residual) const {
+    return std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
+}
+
+bool Fap::is_bound(double log10_residual) const {
+    return method_ == kBootstrap && above(log10_residual) == 0;
+}
+
+std::string Fap::text(double log10_residual) const {
+    char number[40];
+    std::snprintf(number, sizeof number, "%s%.2f", is_bound(log10_residual) ? "< " : "", log10(log10_residual));
+    return number;
+}
+
+std::string Fap::how(double log10_residual) const {
+    return is_bound(log10_residual) ? method_ + ", none of " + std::to_string(resampled_.size()) : method_;
 }
 
 } // namespace cli

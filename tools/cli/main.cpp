@@ -30,7 +30,8 @@ Examples:
   toliman doctor                              what this machine offers
 
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
-3 an input file missing or malformed, 6 output cannot be written, 130/143 stopped by a signal.)";
+3 an input file missing or malformed, 4 finished but samples skipped (--strict), 6 output cannot be written,
+129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
 
 // OpenBLAS chooses kernels and threads once, when it is loaded: set both and start again. The environment wins.
 void restart_with_fast_blas(char **argv) {

@@ -1,8 +1,12 @@
 // toliman merge: the sums of shards into one.
 #include <cstdio>
+#include <functional>
+#include <map>
+#include <string_view>
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "output.hpp"
 #include "periodogram.hpp"
 
 namespace cli {
@@ -14,6 +18,8 @@ struct Options {
     std::string out;
 };
 
+constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
+
 constexpr char kDescription[] = R"(Add up the saved sums of periodograms.
 
 Example:
@@ -23,13 +29,47 @@ Example:
   toliman period --from-state all.tlmp
 
 The first file's grid and references stay. With equal ones the result has the bits that all samples in one periodogram
-would give, in any shards and order; others of the same frequencies are turned to the first's.)";
+would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
+twice, as itself or as a copy, and sigmas stand in all files or in none.)";
+
+// The same samples make the same bytes: a state given twice would count them twice.
+class Once {
+  public:
+    void check(const toliman::periodogram &state, const std::string &file) {
+        const std::vector<unsigned char> bytes = state_bytes(state);
+        const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+        const auto [other, is_new] = seen_.emplace(std::hash<std::string_view>()(text), file);
+        if (!is_new && toliman_period_count(state.get()) > 0)
+            malformed(file, "holds the same samples as " + other->second);
+    }
+
+  private:
+    std::map<size_t, std::string> seen_; // files by a hash of their content
+};
+
+// Samples without sigma would weigh as much as those of the smallest one.
+void check_weights(const toliman_period_info &before, const toliman_period_info &more, const std::string &file) {
+    if (before.count > 0 && more.count > 0 && before.weighted != more.weighted)
+        malformed(file, std::string("its samples have ") + (more.weighted != 0 ? "a" : "no") +
+                            " sigma, those before have " + (more.weighted != 0 ? "none" : "one"));
+}
 
 void merge(const Options &options) {
+    if (options.files.size() < 2)
+        throw Failure(kExitUsage, "merge: one state alone: give two or more");
+    check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());
-    for (size_t i = 1; i < options.files.size(); i++)
-        if (toliman_period_merge(sum.get(), load_state(options.files[i]).get()) != TOLIMAN_OK)
-            malformed(options.files[i], toliman_last_error());
+    Once once;
+    once.check(sum, options.files.front());
+    for (size_t i = 1; i < options.files.size(); i++) {
+        const std::string &file = options.files[i];
+        const toliman::periodogram more = load_state(file);
+        once.check(more, file);
+        check_weights(info_of(sum), info_of(more), file);
+        const toliman_status status = toliman_period_merge(sum.get(), more.get());
+        if (status != TOLIMAN_OK)
+            malformed(file, toliman_last_error() + std::string(status == TOLIMAN_E_RANGE ? kBounds : ""));
+    }
     save_state(sum, options.out);
     std::fprintf(stderr, "%s: %lld samples\n", options.out.c_str(),
                  static_cast<long long>(toliman_period_count(sum.get())));

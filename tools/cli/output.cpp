@@ -11,11 +11,20 @@
 #include <unistd.h>
 
 #include "failure.hpp"
+#include "terminal.hpp"
 
 namespace cli {
 
 namespace {
+
 constexpr int kMostTemporaries = 100;
+
+// A write to a full pipe also fails when a signal comes.
+[[noreturn]] void lost_stdout(int reason) {
+    stop_if_asked();
+    throw Failure(kExitOutput, std::string("standard output: ") + std::strerror(reason));
+}
+
 } // namespace
 
 OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard output" : path), file_(nullptr) {
@@ -78,7 +87,7 @@ void OutputFile::fail(const std::string &why) const {
 }
 
 void OutputFile::fail() const {
-    fail((temporary_.empty() ? "" : temporary_ + ": ") + std::strerror(errno));
+    fail((errno == EEXIST ? temporary_ + ": " : "") + std::strerror(errno));
 }
 
 void OutputFile::need_space(const std::vector<size_t> &axes, size_t width) const {
@@ -147,9 +156,16 @@ OutputFolder::~OutputFolder() {
         ::rmdir(path_.c_str());
 }
 
+void check_output(const std::string &path) {
+    struct stat facts = {};
+    if (path == "-" || (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)))
+        return; // opening a pipe would wait for its reader, and closing it send him away
+    OutputFile probe(path);
+}
+
 void print_stdout(const std::string &text) {
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-        throw Failure(kExitOutput, std::string("standard output: ") + std::strerror(errno));
+        lost_stdout(errno);
 }
 
 } // namespace cli

@@ -50,6 +50,9 @@ class OutputFolder {
     bool made_;
 };
 
+// Fails now where an OutputFile would in the end; leaves nothing behind.
+void check_output(const std::string &path);
+
 // Data on stdout; a closed pipe or full disk is exit code 6.
 void print_stdout(const std::string &text);
 

@@ -11,14 +11,16 @@ namespace cli {
 struct StreamOptions {
     std::string file; // empty: no samples, only the state
     std::vector<std::string> columns;
-    std::string from_state;
+    std::string from_state, save_state;
     std::optional<FrequencyGrid> grid; // without a state
-    std::optional<double> value_bound, sigma_floor, sigma_ceiling;
-    bool fixed_mean = false, follow = false;
+    SumOptions sums;                   // likewise
+    // Prints a line of JSON after each sample from the fifth on; passes over lines that are no samples and tells of
+    // them, at the end as a failure if strict; saves every minute and whatever ends it. Otherwise the first such line
+    // is an error, and only a run that ends well saves.
+    bool follow = false, strict = false;
 };
 
-// Pushes the samples onto the state, or onto a new one; with `follow` prints a line of JSON after each from the fifth
-// on.
+// Pushes the samples onto the state, or onto a new one, and saves it.
 toliman::periodogram stream_samples(const StreamOptions &options, Progress &progress);
 
 } // namespace cli

@@ -151,12 +151,12 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
 
     const auto peak_of = [&](const std::vector<double> &values) {
-        return find_period({scene.path, cadence.times, values, {}}, result.grid, false, progress).peak;
+        return find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress).peak;
     };
     {
         const Stopwatch watch(result.timings.period);
         const Periodogram periodogram =
-            find_period({scene.path, cadence.times, result.latents, {}}, result.grid, false, progress);
+            find_period({scene.path, cadence.times, result.latents, {}}, result.grid, {}, progress);
         result.latent.peak = periodogram.peak;
         result.power = power_of(periodogram.handle, result.grid.nf);
     }

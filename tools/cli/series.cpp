@@ -1,16 +1,18 @@
 #include "series.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <iostream>
+#include <sys/stat.h>
+#include <utility>
 
 #include "failure.hpp"
 #include "json.hpp"
+#include "lines.hpp"
 #include "npy.hpp"
+#include "terminal.hpp"
 
 namespace cli {
 
@@ -55,16 +57,20 @@ std::string joined(const std::vector<std::string> &names) {
 
 class SampleReader::Lines {
   public:
-    Lines(const std::string &name, const std::vector<std::string> &columns, std::istream &in)
-        : name_(name), wanted_(columns), in_(in) {}
+    Lines(const std::string &path, const std::vector<std::string> &columns, bool whole, std::function<void()> awake)
+        : in_(path, std::move(awake)), wanted_(columns), whole_(whole) {}
 
     bool next(Sample &sample) {
-        for (std::string line; std::getline(in_, line);) {
+        for (std::string line; in_.next(line);) {
             number_++;
             if (number_ == 1)
                 begin(line);
             const size_t text = line.find_first_not_of(" \t\r");
-            if (text != std::string::npos && line[text] == '{') {
+            if (text == std::string::npos || line[text] == '#')
+                continue;
+            if (whole_ && !in_.whole())
+                bad("ends without a newline and may be cut");
+            if (line[text] == '{') {
                 take_object(line, sample);
                 return true;
             }
@@ -73,27 +79,32 @@ class SampleReader::Lines {
             if (!empty && fields[0][0] != '#' && take(fields, sample))
                 return true;
         }
-        if (in_.bad())
-            cli::malformed(name_, "cannot be read");
         return false;
     }
 
-    const std::string &name() const noexcept { return name_; }
+    const std::string &name() const noexcept { return in_.name(); }
+    std::string where() const { return in_.name() + ":" + std::to_string(number_); }
     bool weighted() const noexcept { return at_.size() == kMost; }
     bool empty() const noexcept { return number_ == 0; }
 
   private:
-    // `why` may quote the file: what does not print becomes ?.
-    [[noreturn]] void malformed(std::string why) const {
+    // This line is no sample; `why` may quote the file: what does not print becomes ?.
+    [[noreturn]] void bad(const std::string &why) const { throw BadLine(where() + ": " + printable(why)); }
+    // Nor will any line after it be.
+    [[noreturn]] void hopeless(const std::string &why) const { malformed(where(), printable(why)); }
+
+    static std::string printable(std::string text) {
         std::replace_if(
-            why.begin(), why.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
-        cli::malformed(name_ + ":" + std::to_string(number_), why);
+            text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+        return text;
     }
 
     // Editors of some systems put a mark before the text, U+FEFF.
     void begin(std::string &line) const {
         if (line.compare(0, 6, "\x93NUMPY") == 0)
-            cli::malformed(name_, "is a .npy file: give it by its name, without --follow");
+            malformed(name(), "is a .npy file: give it by its name, without --follow and --from-state");
+        if (line.compare(0, 4, "TLMP") == 0)
+            malformed(name(), "is a saved state: --from-state takes it");
         if (line.compare(0, 3, "\xef\xbb\xbf") == 0)
             line.erase(0, 3);
     }
@@ -101,30 +112,30 @@ class SampleReader::Lines {
     // False for a line of names.
     bool take(const std::vector<std::string> &fields, Sample &sample) {
         if (objects_)
-            malformed("is no JSON object, as the lines before");
-        if (width_ == 0 && fields.size() >= kFewest && heading(fields[0]) && heading(fields[1])) {
+            bad("is no JSON object, as the lines before");
+        if (!settled_ && fields.size() >= kFewest && heading(fields[0]) && heading(fields[1])) {
             take_names(fields);
             return false;
         }
-        if (width_ == 0)
+        if (!settled_)
             take_positions(fields.size());
         if (fields.size() != width_)
-            malformed("has " + std::to_string(fields.size()) + " columns: the lines before have " +
-                      std::to_string(width_));
+            bad("has " + std::to_string(fields.size()) + " columns: the lines before have " + std::to_string(width_));
         double values[kMost] = {0, 0, 1};
         for (size_t i = 0; i < at_.size(); i++)
             values[i] = value_of(fields[at_[i]], i);
+        settled_ = true;
         sample = {values[0], values[1], values[2]};
         return true;
     }
 
     // {"t": 1, "y": 2, "sigma": 0.1} and whatever else.
     void take_object(const std::string &line, Sample &sample) {
-        if (width_ != 0)
-            malformed("is a JSON object, the lines before are not");
-        const JsonTree object(cJSON_Parse(line.c_str()));
+        if (settled_ && !objects_)
+            bad("is a JSON object, the lines before are not");
+        const JsonTree object(cJSON_ParseWithOpts(line.c_str(), nullptr, true));
         if (!object)
-            malformed("is no JSON object");
+            bad("is no JSON object");
         double values[kMost] = {0, 0, 1};
         std::vector<size_t> at;
         for (size_t i = 0; i < kMost && (wanted_.empty() || i < wanted_.size()); i++) {
@@ -133,13 +144,13 @@ class SampleReader::Lines {
             if (item == nullptr && i >= kFewest && wanted_.empty())
                 break;
             if (cJSON_IsNumber(item) == 0)
-                malformed("has no number \"" + name + "\"");
+                bad("has no number \"" + name + "\"");
             values[i] = checked(item->valuedouble, name + " = " + std::to_string(item->valuedouble) + ": ", i);
             at.push_back(i);
         }
         if (objects_ && at.size() != at_.size())
-            malformed("has other keys than the lines before: sigma in all or none");
-        objects_ = true;
+            bad("has other keys than the lines before: sigma in all or none");
+        settled_ = objects_ = true;
         at_ = at;
         sample = {values[0], values[1], values[2]};
     }
@@ -147,22 +158,25 @@ class SampleReader::Lines {
     void take_names(const std::vector<std::string> &fields) {
         const std::vector<std::string> names =
             wanted_.empty() ? std::vector<std::string>(kNames, kNames + kMost) : wanted_;
+        at_.clear();
         for (const std::string &name : names) {
             const auto at = std::find(fields.begin(), fields.end(), name);
             if (at != fields.end())
                 at_.push_back(static_cast<size_t>(at - fields.begin()));
             else if (!wanted_.empty() || at_.size() < kFewest)
-                malformed("has no column " + name + " among " + joined(fields) +
-                          ": --columns T,Y or T,Y,SIGMA names them");
+                hopeless("has no column " + name + " among " + joined(fields) +
+                         ": --columns T,Y or T,Y,SIGMA names them");
         }
         width_ = fields.size();
+        settled_ = true;
     }
 
     void take_positions(size_t columns) {
         if (!wanted_.empty())
-            malformed("names no columns: --columns " + joined(wanted_) + " needs a first line that does");
+            hopeless("names no columns: --columns " + joined(wanted_) + " needs a first line that does");
         if (columns < kFewest || columns > kMost)
-            malformed("has " + std::to_string(columns) + " columns: without a line of names t,y or t,y,sigma are read");
+            bad("has " + std::to_string(columns) + " columns: without a line of names t,y or t,y,sigma are read");
+        at_.clear();
         for (size_t i = 0; i < columns; i++)
             at_.push_back(i);
         width_ = columns;
@@ -172,37 +186,36 @@ class SampleReader::Lines {
         const std::string shown = kNames[column] + (" = \"" + field + "\": ");
         double value;
         if (!number_of(field, value))
-            malformed(shown + "must be a finite number");
+            bad(shown + "must be a finite number");
         return checked(value, shown, column);
     }
 
     double checked(double value, const std::string &shown, size_t column) const {
         if (!std::isfinite(value))
-            malformed(shown + "must be a finite number");
+            bad(shown + "must be a finite number");
         if (column == 2 && !(value >= kLeastSigma && value <= kLargest))
-            malformed(shown + "must be above 0, from 1e-98 to 1e98");
+            bad(shown + "must be above 0, from 1e-98 to 1e98");
         if (std::fabs(value) > kLargest)
-            malformed(shown + "must be within -1e98 to 1e98");
+            bad(shown + "must be within -1e98 to 1e98");
         return value;
     }
 
-    std::string name_;
+    LineSource in_;
     std::vector<std::string> wanted_;
-    std::istream &in_;
+    bool whole_;             // the last line must have its newline
     std::vector<size_t> at_; // places of t, y and sigma in a line
-    size_t width_ = 0;       // fields of every line, 0 before the first
+    size_t width_ = 0;       // fields of every line
     size_t number_ = 0;      // of the line
+    bool settled_ = false;   // a line of names or a sample has told what lines are like
     bool objects_ = false;   // JSON Lines
 };
 
-SampleReader::SampleReader(const std::string &name, const std::vector<std::string> &columns) {
-    if (name != "-") {
-        file_ = std::make_unique<std::ifstream>(name);
-        if (!*file_)
-            malformed(name, std::strerror(errno));
-    }
-    lines_ = std::make_unique<Lines>(name == "-" ? "standard input" : name, columns, file_ ? *file_ : std::cin);
-}
+SampleReader::SampleReader(const std::string &path, const std::vector<std::string> &columns)
+    : lines_(std::make_unique<Lines>(path, columns, false, stop_if_asked)) {}
+
+SampleReader::SampleReader(const std::string &path, const std::vector<std::string> &columns,
+                           std::function<void()> awake)
+    : lines_(std::make_unique<Lines>(path, columns, true, std::move(awake))) {}
 
 SampleReader::~SampleReader() = default;
 
@@ -212,6 +225,10 @@ bool SampleReader::next(Sample &sample) {
 
 const std::string &SampleReader::name() const noexcept {
     return lines_->name();
+}
+
+std::string SampleReader::where() const {
+    return lines_->where();
 }
 
 bool SampleReader::empty() const noexcept {
@@ -233,9 +250,12 @@ std::vector<std::string> names_of(const std::string &list) {
 
 namespace {
 
+// Looks into regular files only: what is read from a pipe is gone.
 bool is_npy(const std::string &name) {
     char magic[6] = {};
-    return name != "-" && std::ifstream(name, std::ios::binary).read(magic, sizeof magic) &&
+    struct stat facts = {};
+    return ::stat(name.c_str(), &facts) == 0 && S_ISREG(facts.st_mode) &&
+           std::ifstream(name, std::ios::binary).read(magic, sizeof magic) &&
            std::memcmp(magic, "\x93NUMPY", sizeof magic) == 0;
 }
 

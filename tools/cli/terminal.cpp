@@ -3,18 +3,21 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <sys/time.h>
 #include <unistd.h>
-
-#include "failure.hpp"
 
 namespace cli {
 
 namespace {
 
-volatile std::sig_atomic_t asked = 0;
+volatile std::sig_atomic_t asked = 0, rang = 0;
 
 void take_note(int signal) {
     asked = signal;
+}
+
+void ring(int) {
+    rang = 1;
 }
 
 } // namespace
@@ -24,6 +27,9 @@ void watch_signals() {
     action.sa_handler = take_note;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
+    struct sigaction hangup = {};
+    if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+        ::sigaction(SIGHUP, &action, nullptr);
     // A closed pipe and a file beyond the limit of sizes are then write errors with a message.
     ::signal(SIGPIPE, SIG_IGN);
     ::signal(SIGXFSZ, SIG_IGN);
@@ -33,9 +39,29 @@ int stop_signal() noexcept {
     return asked;
 }
 
+ExitCode stop_code() noexcept {
+    return static_cast<ExitCode>(128 + asked); // as shells have it
+}
+
 void stop_if_asked() {
     if (asked != 0)
-        throw Failure(asked == SIGTERM ? kExitTerminated : kExitInterrupted, "stopped by a signal");
+        throw Failure(stop_code(), "stopped by a signal");
+}
+
+void set_alarm() {
+    struct sigaction action = {};
+    action.sa_handler = ring;
+    action.sa_flags = SA_RESTART; // no write fails for it
+    ::sigaction(SIGALRM, &action, nullptr);
+    itimerval minute = {};
+    minute.it_interval.tv_sec = minute.it_value.tv_sec = 60;
+    ::setitimer(ITIMER_REAL, &minute, nullptr);
+}
+
+bool alarm_rang() noexcept {
+    const bool result = rang != 0;
+    rang = 0;
+    return result;
 }
 
 Progress::Progress(Style style) : style_(style) {
@@ -85,6 +111,10 @@ void Progress::clear() {
 
 void Progress::warn(const std::string &text) {
     log(TOLIMAN_LOG_WARNING, text.c_str(), this);
+}
+
+void Progress::tell(const std::string &text) {
+    log(TOLIMAN_LOG_INFO, text.c_str(), this);
 }
 
 int32_t Progress::callback(const char *stage, double fraction, void *user_data) {

@@ -4,14 +4,21 @@
 #include <cstdint>
 #include <string>
 
+#include "failure.hpp"
+
 namespace cli {
 
-// Installs handlers for SIGINT and SIGTERM that only take note.
+// Installs handlers for SIGINT, SIGTERM and SIGHUP (unless it is ignored, as by nohup) that only take note.
 void watch_signals();
-// The signal that asked to stop, 0 if none.
+// The signal that asked to stop, 0 if none, and the exit code that tells of it.
 int stop_signal() noexcept;
-// Throws Failure with exit code 130 or 143 once a signal has asked to stop.
+ExitCode stop_code() noexcept;
+// Throws Failure with that exit code once a signal has asked to stop.
 void stop_if_asked();
+
+// From now on every minute, and at every SIGALRM, an alarm: whether there was one since the last call.
+void set_alarm();
+bool alarm_rang() noexcept;
 
 // A bar on a terminal, a JSON line a step with --progress=json, else nothing. Drawn at most ten times a second.
 class Progress {
@@ -24,6 +31,7 @@ class Progress {
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
     void warn(const std::string &text);
+    void tell(const std::string &text);
 
     // For the library: user_data is the Progress.
     static int32_t callback(const char *stage, double fraction, void *user_data);
