@@ -81,6 +81,9 @@ int parse_and_run(int argc, char **argv) {
     add_convert(app, context);
     add_period(app, context);
     add_merge(app, context);
+    add_track(app, context);
+    add_status(app, context);
+    add_rebuild(app, context);
     add_plan(app, context);
     add_pupil(app, context);
     add_doctor(app, context);
