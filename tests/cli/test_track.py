@@ -323,6 +323,17 @@ class Folders(Track):
         self.refuse(3, "all", arguments=("merge", "shard_0", "all", "--out", "no"))
         self.refuse(2, "one kind", arguments=("merge", "shard_0", "scene.json", "--out", "no"))
 
+    def test_example_of_an_array(self):
+        for k in range(0, FRAMES, 5):
+            self.pair(f"in/{k}", self.lines[k:k + 5], self.frames[k:k + 5])
+        script = SCENES.parent / "shell" / "track_array.sh"
+        arguments = ["shards", "in", "--template", "scene.json", "--dtype", "u32le", *GRID]
+        for task in range(3):
+            array = {"TOLIMAN": PROGRAM, "SLURM_ARRAY_TASK_ID": str(task), "SLURM_ARRAY_TASK_COUNT": "3"}
+            subprocess.run([script, *arguments], cwd=self.folder, env={**os.environ, **array}, check=True)
+        self.run_program("merge", *(f"shards/shard_{task}" for task in range(3)), "--out", "m")
+        self.assertEqual(self.sums("m"), self.clean(range(FRAMES)))
+
     def test_clock_and_rebuild(self):
         (self.folder / "clock.csv").write_text("camera_ns,tai_ns\n# twice as slow\n0, 1000\n1000000,2001000\n")
         plain = self.clean(range(FRAMES))
