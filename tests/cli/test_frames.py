@@ -177,7 +177,8 @@ class Refusals(ProgramTest):
 
 class Help(ProgramTest):
     def test_help_begins_with_examples(self):
-        for command in ([], ["run"], ["psf"], ["simulate"], ["train"], ["encode"], ["convert"], ["period"], ["plan"], ["pupil"]):
+        for command in ([], ["run"], ["psf"], ["simulate"], ["train"], ["encode"], ["convert"], ["period"], ["plan"], ["pupil"],
+                        ["track"], ["status"], ["rebuild"], ["merge"]):
             out = self.succeed(*command, "--help")
             self.assertLess(out.index("Example"), out.index("Options:"))
         overview = self.succeed("--help")

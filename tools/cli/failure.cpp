@@ -18,6 +18,7 @@ ExitCode exit_code(toliman_status status) noexcept {
     case TOLIMAN_E_RANGE:
     case TOLIMAN_E_MISMATCH:
     case TOLIMAN_E_STATE:
+    case TOLIMAN_E_CAPACITY:
         return kExitUsage;
     case TOLIMAN_E_NOT_FOUND:
     case TOLIMAN_E_FORMAT:

@@ -13,7 +13,8 @@ enum ExitCode {
     kExitInternal = 1,
     kExitUsage = 2,    // options or scene content
     kExitInput = 3,    // an input file missing or malformed
-    kExitRejected = 4, // finished, but samples were skipped (--strict)
+    kExitRejected = 4, // finished, but samples or frames were rejected (--strict)
+    kExitState = 5,    // a state folder is damaged and not recoverable
     kExitOutput = 6,   // an output cannot be written
     kExitHungUp = 129, // 128 and the signal
     kExitInterrupted = 130,

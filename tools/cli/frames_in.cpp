@@ -109,13 +109,17 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
                              " frames with sides of 1 to " + std::to_string(kLargestSide));
 }
 
-void FrameFile::read(double *image) {
+void FrameFile::read_any(double *image) {
     next(image);
+    read_++;
+}
+
+void FrameFile::read(double *image) {
+    read_any(image);
     for (size_t i = 0; i < rows() * cols(); i++)
         if (!std::isfinite(image[i]))
-            malformed(path_, "frame " + std::to_string(read_) + ", row " + std::to_string(i / cols()) + ", column " +
-                                 std::to_string(i % cols()) + ": is blank or not a finite number");
-    read_++;
+            malformed(path_, "frame " + std::to_string(read_ - 1) + ", row " + std::to_string(i / cols()) +
+                                 ", column " + std::to_string(i % cols()) + ": is blank or not a finite number");
 }
 
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {

@@ -18,6 +18,8 @@ class FrameFile {
     size_t cols() const noexcept { return axes_.back(); }
     // The next frame, every pixel a finite number.
     void read(double *image);
+    // The next frame as it is; a pixel without value is NaN.
+    void read_any(double *image);
 
   protected:
     explicit FrameFile(const std::string &path) : path_(path) {}

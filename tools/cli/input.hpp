@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdio>
 #include <string>
+#include <sys/types.h>
 
 namespace cli {
 
@@ -14,6 +15,7 @@ class InputFile {
     InputFile &operator=(const InputFile &) = delete;
     const std::string &path() const noexcept { return path_; }
     size_t size() const noexcept { return size_; }
+    void seek(size_t offset) noexcept { ::fseeko(file_, static_cast<off_t>(offset), SEEK_SET); }
     bool read(void *data, size_t size) noexcept { return std::fread(data, 1, size, file_) == size; }
 
   private:

@@ -22,6 +22,16 @@ Json &Json::set_whole(const char *name, uint64_t value) {
     return *this;
 }
 
+Json &Json::set_count(const char *name, int64_t value) {
+    cJSON_AddRawToObject(object_.get(), name, std::to_string(value).c_str());
+    return *this;
+}
+
+Json &Json::set_null(const char *name) {
+    cJSON_AddNullToObject(object_.get(), name);
+    return *this;
+}
+
 Json &Json::set(const char *name, const std::string &value) {
     cJSON_AddStringToObject(object_.get(), name, value.c_str());
     return *this;
@@ -38,7 +48,7 @@ Json &Json::set(const char *name, JsonTree &&value) {
 
 namespace {
 
-std::string owned(char *printed) {
+std::string taken(char *printed) {
     std::string text = printed != nullptr ? std::string(printed) + "\n" : "";
     cJSON_free(printed);
     return text;
@@ -47,11 +57,11 @@ std::string owned(char *printed) {
 } // namespace
 
 std::string text_of(const JsonTree &tree) {
-    return owned(cJSON_Print(tree.get()));
+    return taken(cJSON_Print(tree.get()));
 }
 
-std::string line_of(const JsonTree &tree) {
-    return owned(cJSON_PrintUnformatted(tree.get()));
+std::string Json::line() const {
+    return taken(cJSON_PrintUnformatted(object_.get()));
 }
 
 } // namespace cli

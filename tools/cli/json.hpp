@@ -23,11 +23,13 @@ class Json {
     Json &set(const char *name, double value);
     Json &set_flag(const char *name, bool value);
     Json &set_whole(const char *name, uint64_t value); // every digit, where a double would round
+    Json &set_count(const char *name, int64_t value);
+    Json &set_null(const char *name);
     Json &set(const char *name, const std::string &value);
     Json &set(const char *name, Json &&value); // nested
     Json &set(const char *name, JsonTree &&value);
     std::string text() const { return text_of(object_); }
-    std::string line() const { return line_of(object_); }
+    std::string line() const; // all on one
     JsonTree release() { return std::move(object_); }
 
   private:

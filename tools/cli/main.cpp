@@ -18,7 +18,9 @@ Examples:
   toliman run chapter.json                    simulate, train, encode fresh noise, find the period
   toliman experiment chapter.json --out table  which method finds which amplitude
   toliman period rv.csv                       period of a series t,y[,sigma]
-  toliman merge a.tlmp b.tlmp --out c.tlmp    sums of several periodograms in one
+  toliman track --weights w.tlmw --state mission --mission-days 1095 --dtype u16le --follow downlink/
+  toliman status mission                      frames and period of a state folder
+  toliman merge a.tlmp b.tlmp --out c.tlmp    sums of several periodograms, or state folders, in one
   toliman psf chapter.json --out psf.npy      the expected image
   toliman train chapter.json --out w.tlmw     weights for `encode`
   toliman simulate chapter.json --frames 0:100 --out frames.npy
@@ -29,8 +31,8 @@ Examples:
   toliman doctor                              what this machine offers
 
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
-3 an input file missing or malformed, 4 finished but samples skipped (--strict), 6 output cannot be written,
-129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
+3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict), 5 state folder damaged,
+6 output cannot be written, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
 
 int complain(int code, const char *text) {
     std::fprintf(stderr, "toliman: %s\n", text);
@@ -66,6 +68,9 @@ int parse_and_run(int argc, char **argv) {
     add_convert(app, context);
     add_period(app, context);
     add_merge(app, context);
+    add_track(app, context);
+    add_status(app, context);
+    add_rebuild(app, context);
     add_plan(app, context);
     add_pupil(app, context);
     add_doctor(app, context);

@@ -1,4 +1,5 @@
-// toliman merge: the sums of shards into one.
+// toliman merge: the sums of shards, or their state folders, into one.
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <map>
@@ -6,8 +7,10 @@
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "merge_folders.hpp"
 #include "output.hpp"
 #include "periodogram.hpp"
+#include "state_folder.hpp"
 
 namespace cli {
 
@@ -20,13 +23,14 @@ struct Options {
 
 constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
 
-constexpr char kDescription[] = R"(Add up the saved sums of periodograms.
+constexpr char kDescription[] = R"(Add up the saved sums of periodograms, or state folders of `toliman track`.
 
-Example:
+Examples:
   toliman period monday.csv --f0 1e-3 --df 1e-4 --nf 5000 --follow --save-state monday.tlmp
   toliman period tuesday.csv --from-state monday.tlmp --save-state both.tlmp
   toliman merge here.tlmp there.tlmp --out all.tlmp
   toliman period --from-state all.tlmp
+  toliman merge shard_1 shard_2 shard_3 --out mission
 
 The first file's grid and references stay. With equal ones the result has the bits that all samples in one periodogram
 would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
@@ -57,6 +61,11 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
 void merge(const Options &options) {
     if (options.files.size() < 2)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
+    const auto folders = std::count_if(options.files.begin(), options.files.end(), is_state_folder);
+    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
+        throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
+    if (folders > 0)
+        return merge_folders(options.files, options.out);
     check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());
     Once once;
@@ -80,8 +89,9 @@ void merge(const Options &options) {
 void add_merge(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("merge", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("STATES", options->files, "files of `toliman period --save-state`")->required();
-    command->add_option("--out", options->out, "the file to write (.tlmp); - is standard output")->required();
+    command->add_option("STATES", options->files, "files of `toliman period --save-state`, or state folders")
+        ->required();
+    command->add_option("--out", options->out, "the file (.tlmp; - is standard output) or new folder")->required();
     command->callback([&context, options] { context.action = [options] { merge(*options); }; });
 }
 

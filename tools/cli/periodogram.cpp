@@ -25,6 +25,20 @@ double median(std::vector<double> values) {
 
 } // namespace
 
+FrequencyGrid grid_of_span(double step, double span) {
+    const double f0 = 1.5 / span, df = 0.1 / span;
+    const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
+    if (!(count <= kMostFrequencies) || !(df > 0)) {
+        char text[256];
+        std::snprintf(text, sizeof text,
+                      "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
+                      "span %g; `toliman period` takes --f0, --df and --nf",
+                      kMostFrequencies, step, span);
+        throw Failure(kExitUsage, text);
+    }
+    return {f0, df, static_cast<int64_t>(count)};
+}
+
 FrequencyGrid default_grid(const Series &series) {
     std::vector<double> sorted = series.t, steps;
     std::sort(sorted.begin(), sorted.end());
@@ -35,17 +49,11 @@ FrequencyGrid default_grid(const Series &series) {
         malformed(series.name, "a periodogram needs at least five different times, there are " +
                                    std::to_string(sorted.empty() ? 0 : steps.size() + 1));
     const double step = median(steps), span = sorted.back() - sorted.front() + step;
-    const double f0 = 1.5 / span, df = 0.1 / span;
-    const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
-    if (!(count <= kMostFrequencies) || !(df > 0)) {
-        char text[256];
-        std::snprintf(text, sizeof text,
-                      "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
-                      "span %g; `toliman period` takes --f0, --df and --nf",
-                      kMostFrequencies, step, span);
-        throw Failure(kExitUsage, series.name + ": " + text);
+    try {
+        return grid_of_span(step, span);
+    } catch (const Failure &failure) {
+        throw Failure(failure.code(), series.name + ": " + failure.what());
     }
-    return {f0, df, static_cast<int64_t>(count)};
 }
 
 uint32_t flags_of(const SumOptions &sums) {

@@ -103,6 +103,20 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     drawn_ = true;
 }
 
+void Progress::note(const char *stage, const std::string &text) {
+    const auto now = std::chrono::steady_clock::now();
+    if (style_ == Style::none || now - last_ < std::chrono::milliseconds(100))
+        return;
+    last_ = now;
+    if (style_ == Style::json) {
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"note\":\"%s\"}\n", stage, text.c_str());
+        return;
+    }
+    std::fprintf(stderr, "\r\033[K%-10s %s", stage, text.c_str());
+    std::fflush(stderr);
+    drawn_ = true;
+}
+
 void Progress::clear() {
     if (drawn_)
         std::fprintf(stderr, "\r\033[K");

@@ -28,6 +28,8 @@ class Progress {
     ~Progress();
     // note: a few words beside the bar, of printable characters without quotes.
     void show(const char *stage, double fraction, const std::string &note = "");
+    // The same for a work without a known end: words alone.
+    void note(const char *stage, const std::string &text);
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
     void warn(const std::string &text);

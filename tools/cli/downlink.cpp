@@ -1,0 +1,207 @@
+#include "downlink.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <dirent.h>
+#include <memory>
+#include <poll.h>
+#include <sys/stat.h>
+
+#include <toliman/track.h>
+
+#include "failure.hpp"
+#include "frames_in.hpp"
+#include "lines.hpp"
+#include "suffix.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr int kPollMs = 1000;
+constexpr const char kRoi[] = "single_roi"; // as the mission calls it where there is but one
+
+bool is_folder(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
+}
+
+bool exists(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0;
+}
+
+bool is_cube(const std::string &path) {
+    return ends_with(path, ".npy") || is_fits(path);
+}
+
+struct CloseFolder {
+    void operator()(DIR *folder) const noexcept { ::closedir(folder); }
+};
+
+// Side files of a folder, in the order of their names, and binaries that have none.
+std::vector<std::string> pairs_of(const std::string &path) {
+    const std::unique_ptr<DIR, CloseFolder> folder(::opendir(path.c_str()));
+    if (!folder)
+        malformed(path, std::strerror(errno));
+    std::set<std::string> sides;
+    while (const dirent *entry = ::readdir(folder.get()))
+        if (is_pair(entry->d_name))
+            sides.insert(side_of(path + "/" + entry->d_name));
+    return {sides.begin(), sides.end()};
+}
+
+} // namespace
+
+void check_inputs(const DownlinkOptions &options) {
+    for (const std::string &input : options.inputs) {
+        if (input == "-" && (options.inputs.size() > 1 || options.follow))
+            throw Failure(kExitUsage, options.follow ? "-: standard input goes on by itself, without --follow"
+                                                     : "-: standard input stands alone");
+        if (input == "-")
+            continue;
+        if (!exists(input))
+            malformed(input, std::strerror(ENOENT));
+        if (is_cube(input) && options.follow)
+            throw Failure(kExitUsage, input + ": --follow is for folders and for pairs");
+        if (is_cube(input) && !options.cadence)
+            throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
+        if (!is_folder(input) && !is_pair(input) && !is_cube(input))
+            throw Failure(kExitUsage,
+                          input + ": must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder");
+        if (!is_cube(input) && options.dtype.empty())
+            throw Failure(kExitUsage, input + ": headerless frames need --dtype u16le or u32le");
+    }
+}
+
+void Downlink::read() {
+    if (options_.inputs.front() == "-")
+        return read_names();
+    if (!options_.follow) {
+        for (const std::string &input : options_.inputs)
+            read_input(input);
+        return;
+    }
+    try {
+        for (;;)
+            poll();
+    } catch (const Failure &) {
+        end();
+        throw;
+    }
+}
+
+void Downlink::read_names() {
+    LineSource names("-", [this] { receiver_.wait(); });
+    for (std::string name; names.next(name);) {
+        if (!name.empty() && name.back() == '\r')
+            name.pop_back();
+        if (!name.empty())
+            read_input(name);
+    }
+}
+
+// An input that cannot be read does not end the others.
+void Downlink::read_input(const std::string &name) {
+    try {
+        if (is_folder(name))
+            read_folder(name);
+        else if (is_pair(name))
+            read_pair(name);
+        else if (is_cube(name))
+            read_cube(name);
+        else
+            malformed(name, exists(name) ? "is no X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or folder"
+                                         : std::strerror(ENOENT));
+    } catch (const Failure &failure) {
+        if (failure.code() != kExitInput)
+            throw;
+        receiver_.remark(Remark::unreadable, name, failure.what());
+    }
+}
+
+void Downlink::read_folder(const std::string &folder) {
+    for (const std::string &side : pairs_of(folder))
+        read_input(side);
+}
+
+void Downlink::read_pair(const std::string &path) {
+    if (options_.dtype.empty())
+        malformed(path, "headerless frames need --dtype u16le or u32le");
+    Pair pair(path, {options_.dtype == "u32le", options_.rows, options_.cols});
+    pair.read(receiver_, false);
+    pair.end(receiver_);
+}
+
+std::string Downlink::session_of(const std::string &path) {
+    if (!options_.session.empty()) {
+        if (!cube_.empty() && cube_ != path)
+            malformed(path, "--session " + options_.session + " is that of " + cube_);
+        cube_ = path;
+        return options_.session;
+    }
+    const std::string name = path.substr(path.rfind('/') + 1);
+    return name.substr(0, name.find('.'));
+}
+
+void Downlink::read_cube(const std::string &path) {
+    if (!options_.cadence)
+        malformed(path, "a file without times needs --cadence SECONDS");
+    const auto file = open_frames(path);
+    const std::string session = session_of(path);
+    check_name(session, path);
+    const size_t pixels = file->rows() * file->cols();
+    for (size_t k = 0; k < file->count(); k++) {
+        Arrival &arrival = receiver_.next();
+        std::vector<double> image(pixels);
+        file->read_any(image.data());
+        arrival.pixels.resize(pixels * sizeof image[0]);
+        std::memcpy(arrival.pixels.data(), image.data(), arrival.pixels.size());
+        arrival.pixel = TOLIMAN_PIXEL_F64;
+        arrival.where = path + ":" + std::to_string(k);
+        arrival.facts = {session,
+                         kRoi,
+                         static_cast<int64_t>(k),
+                         std::llround(static_cast<double>(k) * *options_.cadence * 1e9),
+                         0,
+                         file->rows(),
+                         file->cols()};
+        receiver_.take();
+    }
+}
+
+void Downlink::poll() {
+    std::vector<std::string> sides;
+    for (const std::string &input : options_.inputs) {
+        const std::vector<std::string> found =
+            is_folder(input) ? pairs_of(input) : std::vector<std::string>{side_of(input)};
+        sides.insert(sides.end(), found.begin(), found.end());
+    }
+    for (const std::string &side : sides) {
+        if (!exists(side) || !exists(binary_of(side))) // yet
+            continue;
+        Pair &pair =
+            growing_.try_emplace(side, side, PairFormat{options_.dtype == "u32le", options_.rows, options_.cols})
+                .first->second;
+        try {
+            pair.read(receiver_, true);
+        } catch (const Failure &failure) {
+            if (failure.code() != kExitInput)
+                throw;
+            if (mute_.insert(side).second)
+                receiver_.remark(Remark::unreadable, side, failure.what());
+        }
+    }
+    receiver_.wait();
+    ::poll(nullptr, 0, kPollMs); // a signal ends it
+    receiver_.wait();
+}
+
+void Downlink::end() {
+    for (auto &[side, pair] : growing_)
+        pair.end(receiver_);
+}
+
+} // namespace cli

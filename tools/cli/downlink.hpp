@@ -1,0 +1,49 @@
+// Inputs of `toliman track`: files, folders, names on standard input, once or as they grow.
+#pragma once
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "arrival.hpp"
+#include "pair.hpp"
+
+namespace cli {
+
+struct DownlinkOptions {
+    std::vector<std::string> inputs;
+    std::string dtype;             // of pairs
+    std::optional<double> cadence; // seconds, of .npy and FITS
+    std::string session;           // of the one .npy or FITS file; empty: its name
+    bool follow = false;
+    size_t rows = 0, cols = 0; // of the tracker's frames
+};
+
+// Fails for inputs that cannot be meant.
+void check_inputs(const DownlinkOptions &options);
+
+class Downlink {
+  public:
+    Downlink(const DownlinkOptions &options, Receiver &receiver) : options_(options), receiver_(receiver) {}
+    // Gives everything there is; with `follow` until a signal ends it.
+    void read();
+
+  private:
+    void read_names();
+    void read_input(const std::string &name);
+    void read_folder(const std::string &folder);
+    void read_pair(const std::string &path);
+    void read_cube(const std::string &path);
+    std::string session_of(const std::string &path);
+    void poll();
+    void end();
+
+    const DownlinkOptions &options_;
+    Receiver &receiver_;
+    std::map<std::string, Pair> growing_; // by their side files
+    std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
+    std::string cube_;                    // that had --session
+};
+
+} // namespace cli

@@ -1,0 +1,114 @@
+#include "merge_folders.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "failure.hpp"
+#include "input.hpp"
+#include "output.hpp"
+#include "state_folder.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr const char kLedger[] = "/ledger.tlml", kCheckpoint[] = "/checkpoint.tlmc", kLock[] = "/lock";
+constexpr size_t kSaltOffset = 8, kSaltSize = 8; // lib/FORMATS.md, TLML
+
+std::string salt_of(const std::string &folder) {
+    InputFile ledger(folder + kLedger);
+    std::string salt(kSaltSize, '\0');
+    ledger.seek(kSaltOffset);
+    if (!ledger.read(salt.data(), salt.size()))
+        throw Failure(kExitState, ledger.path() + ": is too short for a ledger");
+    return salt;
+}
+
+// A ledger has a number of its own, which copies share.
+void check_different(const std::vector<std::string> &folders) {
+    std::map<std::string, std::string> seen;
+    for (const std::string &folder : folders) {
+        const auto [other, is_new] = seen.emplace(salt_of(folder), folder);
+        if (!is_new)
+            malformed(folder, "has the same ledger as " + other->second);
+    }
+}
+
+void copy(const std::string &from, const std::string &to) {
+    InputFile in(from);
+    OutputFile out(to);
+    std::vector<char> buffer(size_t{1} << 16);
+    for (size_t left = in.size(); left > 0;) {
+        const size_t count = std::min(left, buffer.size());
+        if (!in.read(buffer.data(), count))
+            malformed(from, "cannot be read");
+        out.write(buffer.data(), count);
+        left -= count;
+    }
+    out.commit();
+}
+
+// A new folder, which is removed again unless kept.
+class NewFolder {
+  public:
+    explicit NewFolder(const std::string &path) : path_(path) {
+        if (::mkdir(path.c_str(), 0777) != 0)
+            throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
+    }
+    ~NewFolder() {
+        if (kept_)
+            return;
+        for (const char *name : {kLedger, kCheckpoint, kLock})
+            ::unlink((path_ + name).c_str());
+        ::rmdir(path_.c_str());
+    }
+    NewFolder(const NewFolder &) = delete;
+    NewFolder &operator=(const NewFolder &) = delete;
+    void keep() noexcept { kept_ = true; }
+
+  private:
+    std::string path_;
+    bool kept_ = false;
+};
+
+toliman_track_options known(const std::string &folder) {
+    const std::optional<toliman_track_options> made = made_with(folder);
+    if (!made)
+        malformed(folder, "is no state folder of `toliman track`");
+    return *made;
+}
+
+} // namespace
+
+void merge_folders(const std::vector<std::string> &folders, const std::string &out) {
+    int64_t lines = 0;
+    toliman_track_options how = known(folders.front());
+    for (const std::string &folder : folders)
+        lines += known(folder).capacity;
+    if (how.nf == 0)
+        throw Failure(kExitState, folders.front() + ": its checkpoint, which had the grid, is lost: `toliman rebuild` "
+                                                    "makes it anew");
+    check_different(folders);
+    NewFolder made(out);
+    // A copy of the first, clock and all. The checkpoint before the ledger, to which a writer may be adding.
+    copy(folders.front() + kCheckpoint, out + kCheckpoint);
+    copy(folders.front() + kLedger, out + kLedger);
+    how.folder = out.c_str();
+    how.capacity = std::min(lines, int64_t{1} << 28);
+    toliman::tracker tracker = open_tracker(how);
+    for (size_t i = 1; i < folders.size(); i++) {
+        const toliman_status status = toliman_track_merge(tracker.get(), folders[i].c_str());
+        if (status == TOLIMAN_E_MISMATCH)
+            malformed(folders[i], toliman_last_error());
+        toliman::check(status);
+    }
+    toliman::check(toliman_track_save(tracker.get()));
+    made.keep();
+    std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info_of(tracker).accepted));
+}
+
+} // namespace cli

@@ -1,0 +1,119 @@
+#include "side_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+#include "failure.hpp"
+#include "input.hpp"
+#include "json.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr int kKeys = 8;
+constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
+
+class BadSideLine {
+  public:
+    explicit BadSideLine(const std::string &why) : why_(why) {}
+    const std::string &why() const noexcept { return why_; }
+
+  private:
+    std::string why_;
+};
+
+const std::string kNameRule = " must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
+
+bool is_name(const std::string &text) {
+    return !text.empty() && text.size() <= 64 && text[0] != '.' &&
+           text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
+               std::string::npos;
+}
+
+const cJSON &member(const cJSON *object, const char *key) {
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+    if (item == nullptr)
+        throw BadSideLine(std::string(key) + " is missing");
+    return *item;
+}
+
+// cJSON's numbers are doubles, a clock has more digits: they are read from the text.
+int64_t whole(const cJSON *object, const std::string &line, const char *key, int64_t least, int64_t most) {
+    int64_t value = 0;
+    const size_t name = line.find('"' + std::string(key) + '"');
+    const size_t at = name == std::string::npos ? name : line.find_first_not_of(" \t:", name + std::strlen(key) + 2);
+    bool good = cJSON_IsNumber(&member(object, key)) != 0 && at != std::string::npos;
+    if (good) {
+        const auto [end, error] = std::from_chars(line.data() + at, line.data() + line.size(), value);
+        good = error == std::errc() && end < line.data() + line.size() && std::strchr(" \t,}", *end) != nullptr &&
+               value >= least && value <= most;
+    }
+    if (!good)
+        throw BadSideLine(std::string(key) + " must be a whole number from " + std::to_string(least) + " to " +
+                          std::to_string(most));
+    return value;
+}
+
+std::string name(const cJSON *object, const char *key) {
+    const cJSON &item = member(object, key);
+    const std::string text = cJSON_IsString(&item) != 0 ? item.valuestring : "";
+    if (!is_name(text))
+        throw BadSideLine(key + kNameRule);
+    return text;
+}
+
+FrameFacts facts_of(const std::string &line) {
+    const JsonTree tree(line.find('\0') == std::string::npos ? cJSON_ParseWithOpts(line.c_str(), nullptr, 1) : nullptr);
+    const cJSON *object = tree.get();
+    if (cJSON_IsObject(object) == 0)
+        throw BadSideLine("is no JSON object");
+    FrameFacts facts;
+    facts.id = whole(object, line, "frame_id", INT64_MIN, INT64_MAX);
+    facts.camera_ns = whole(object, line, "timestamp_ns", INT64_MIN, INT64_MAX);
+    facts.dropped = whole(object, line, "nframes_dropped", 0, kMostDropped);
+    facts.roi = name(object, "roi_label");
+    facts.rows = static_cast<size_t>(whole(object, line, "n_rows", 1, kLargestSide));
+    facts.cols = static_cast<size_t>(whole(object, line, "n_cols", 1, kLargestSide));
+    facts.session = name(object, "session_id");
+    if (cJSON_IsNumber(&member(object, "host_time")) == 0)
+        throw BadSideLine("host_time must be a number");
+    if (cJSON_GetArraySize(object) != kKeys)
+        throw BadSideLine("has other keys than the eight of a side file");
+    return facts;
+}
+
+} // namespace
+
+void check_name(const std::string &name, const std::string &where) {
+    if (!is_name(name))
+        malformed(where, "session " + name + kNameRule);
+}
+
+SideLine read_side_line(const std::string &line) {
+    try {
+        return {facts_of(line), ""};
+    } catch (const BadSideLine &bad) {
+        return {{}, bad.why()};
+    }
+}
+
+std::vector<SideLine> read_side_file(const std::string &path, bool growing) {
+    InputFile file(path);
+    std::string text(file.size(), '\0');
+    if (!file.read(text.data(), text.size()))
+        malformed(path, "cannot be read");
+    std::vector<SideLine> lines;
+    for (size_t at = 0; at < text.size();) {
+        const size_t newline = text.find('\n', at);
+        if (newline == std::string::npos && growing)
+            break;
+        const size_t end = std::min(newline, text.size());
+        lines.push_back(read_side_line(text.substr(at, end - at)));
+        at = end + 1;
+    }
+    return lines;
+}
+
+} // namespace cli

@@ -1,0 +1,114 @@
+// toliman status, toliman rebuild: what a state folder tells, and the same on another grid or clock.
+#include <cstdio>
+
+#include "command.hpp"
+#include "failure.hpp"
+#include "output.hpp"
+#include "state_folder.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kStatusDescription[] = R"(What a folder of `toliman track` holds; also while it is written.
+
+Examples:
+  toliman status mission
+  toliman status mission --json
+
+Shows frames by what became of them, frame ids that are missing, and the period with its false alarm probability at one
+look (single) and for who looks after every frame (sequential).)";
+
+constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
+
+Examples:
+  toliman rebuild mission --grid 1e-3:1e-5:50000 --clock clock.csv
+  toliman rebuild mission --clock clock.csv
+  toliman rebuild mission --clock camera
+
+For another grid, or when a better clock correlation has come. --clock must be said, as the ledger has the camera's time:
+a CSV of pairs camera_ns,tai_ns, or `camera` where that time is TAI. Frames that were rejected for their time must come
+again.)";
+
+struct Options {
+    std::string folder, grid, clock;
+    bool as_json = false;
+};
+
+toliman_track_options known(const std::string &folder) {
+    const std::optional<toliman_track_options> made = made_with(folder);
+    if (!made)
+        malformed(folder, "is no state folder of `toliman track`");
+    toliman_track_options how = *made;
+    how.folder = folder.c_str();
+    return how;
+}
+
+void print(const toliman::tracker &tracker, const std::string &folder, bool as_json) {
+    const toliman_track_info info = info_of(tracker);
+    const PeriodFacts period(tracker);
+    Json json;
+    json.set("schema", std::string("toliman-track-status/1")).set("folder", folder);
+    period.add_to(json);
+    add_counts(info, json);
+    json.set_count("lines", info.lines).set_count("capacity", info.capacity).set("sigma", info.sigma);
+    if (as_json)
+        return print_stdout(json.text());
+    char text[900];
+    const auto number = [](int64_t value) { return static_cast<long long>(value); };
+    std::snprintf(text, sizeof text,
+                  "%s\n  %s\n"
+                  "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
+                  "  repeated    %12lld\n  rejected    %12lld\n"
+                  "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
+                  "  sessions    %12lld   and regions\n",
+                  folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
+                  number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
+                  number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
+    print_stdout(text);
+}
+
+void status(const Options &options) {
+    toliman_track_options how = known(options.folder);
+    if (how.nf == 0)
+        throw Failure(kExitState, options.folder + ": its checkpoint, which had the grid, is lost: `toliman rebuild " +
+                                      options.folder + " --grid F0:DF:NF --clock CSV` makes it anew");
+    how.flags = TOLIMAN_TRACK_READ_ONLY;
+    print(open_tracker(how), options.folder, options.as_json);
+}
+
+void rebuild(const Options &options) {
+    toliman_track_options how = known(options.folder);
+    if (!options.grid.empty())
+        set_grid(grid_of(options.grid), how);
+    if (how.nf == 0)
+        throw Failure(kExitUsage, options.folder + ": its checkpoint, which had the grid, is lost: needs --grid");
+    const std::vector<int64_t> clock = options.clock == "camera" ? std::vector<int64_t>() : read_clock(options.clock);
+    set_clock(clock, how);
+    how.flags = TOLIMAN_TRACK_REBUILD;
+    const toliman::tracker tracker = open_tracker(how);
+    toliman::check(toliman_track_save(tracker.get()));
+    print(tracker, options.folder, options.as_json);
+}
+
+} // namespace
+
+void add_status(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("status", kStatusDescription);
+    auto options = std::make_shared<Options>();
+    command->add_option("DIR", options->folder, "a state folder")->required();
+    command->add_flag("--json", options->as_json, "as JSON on stdout");
+    command->callback([&context, options] { context.action = [options] { status(*options); }; });
+}
+
+void add_rebuild(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
+    auto options = std::make_shared<Options>();
+    command->add_option("DIR", options->folder, "a state folder")->required();
+    command->add_option("--grid", options->grid, "F0:DF:NF in cycles a day, default the folder's");
+    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns, or camera")->required();
+    command->add_flag("--json", options->as_json, "as JSON on stdout");
+    command->callback([&context, options] { context.action = [options] { rebuild(*options); }; });
+}
+
+} // namespace cli

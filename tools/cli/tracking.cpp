@@ -1,0 +1,207 @@
+#include "tracking.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "json.hpp"
+#include "output.hpp"
+
+namespace cli {
+
+namespace {
+
+using toliman::check;
+
+constexpr size_t kBatch = 64;                // frames that are estimated together, at most
+constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
+constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
+constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected"};
+constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
+
+Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
+    Json line;
+    line.set("schema", std::string("toliman-frame/1"));
+    for (const char *key : {"session", "roi"})
+        facts == nullptr ? line.set_null(key) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
+    facts == nullptr ? line.set_null("frame_id") : line.set_count("frame_id", facts->id);
+    line.set("verdict", std::string(verdict));
+    reason == nullptr ? line.set_null("reason") : line.set("reason", std::string(reason));
+    facts == nullptr ? line.set_null("camera_ns") : line.set_count("camera_ns", facts->camera_ns);
+    line.set("input", where);
+    return line;
+}
+
+toliman_frame frame_of(const Arrival &arrival) noexcept {
+    toliman_frame frame = {};
+    frame.struct_size = sizeof frame;
+    frame.pixel = arrival.pixel;
+    frame.session = arrival.facts.session.c_str();
+    frame.roi = arrival.facts.roi.c_str();
+    frame.frame_id = arrival.facts.id;
+    frame.camera_ns = arrival.facts.camera_ns;
+    frame.dropped = arrival.facts.dropped;
+    frame.pixels = arrival.pixels.data();
+    frame.rows = static_cast<int64_t>(arrival.facts.rows);
+    frame.cols = static_cast<int64_t>(arrival.facts.cols);
+    return frame;
+}
+
+std::string why(const toliman_outcome &outcome) {
+    const std::string reason = toliman_track_reason_name(outcome.reason);
+    if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
+        return "quarantined: its key came with other bytes as well";
+    if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
+        return "outlier: a value of " + std::to_string(outcome.value);
+    const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
+    switch (outcome.reason) {
+    case TOLIMAN_REASON_SHAPE:
+        return "rejected: " + reason + " " + std::to_string(outcome.row) + "x" + std::to_string(outcome.col);
+    case TOLIMAN_REASON_OVER_RANGE:
+        return "rejected: " + reason + ", pixel " + place + " is " + std::to_string(outcome.pixel);
+    case TOLIMAN_REASON_HOLE:
+    case TOLIMAN_REASON_NOT_FINITE:
+        return "rejected: " + reason + " at pixel " + place;
+    default:
+        return "rejected: " + reason;
+    }
+}
+
+} // namespace
+
+Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
+    : tracker_(std::move(tracker)), options_(options), progress_(progress),
+      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_) {}
+
+void Tracking::take() {
+    filled_++;
+    // No update is passed over: at most as many frames at once as are left to the next.
+    if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_)))
+        flush();
+    stop_if_asked();
+}
+
+void Tracking::flush() {
+    if (filled_ == 0)
+        return;
+    std::vector<toliman_frame> frames;
+    for (size_t i = 0; i < filled_; i++)
+        frames.push_back(frame_of(batch_[i]));
+    toliman_outcome blank = {};
+    blank.struct_size = sizeof blank;
+    std::vector<toliman_outcome> outcomes(filled_, blank);
+    filled_ = 0;
+    size_t done = 0;
+    const toliman_status status =
+        toliman_track_push(tracker_.get(), frames.data(), frames.size(), outcomes.data(), &done);
+    const toliman::error error(status);
+    lines_ = info_of(tracker_).lines;
+    for (size_t i = 0; i < done; i++)
+        settled(batch_[i], outcomes[i]);
+    if (status != TOLIMAN_OK)
+        throw error;
+    if (since_update_ >= options_.every)
+        update();
+    if (lines_ - saved_ >= kCheckpoint) {
+        check(toliman_track_save(tracker_.get()));
+        saved_ = lines_;
+    }
+    print_acknowledged();
+}
+
+void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
+    const bool has_value = outcome.verdict == TOLIMAN_TRACK_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_OUTLIER;
+    Json line =
+        frame_line(arrival.where, &arrival.facts, kVerdicts[outcome.verdict],
+                   outcome.verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
+    has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
+    has_value ? line.set("value", outcome.value) : line.set_null("value");
+    say(line.line());
+    since_update_ += outcome.verdict == TOLIMAN_TRACK_ACCEPTED;
+    if (outcome.verdict != TOLIMAN_TRACK_ACCEPTED && outcome.verdict != TOLIMAN_TRACK_DUPLICATE)
+        warn(arrival.where, why(outcome));
+}
+
+void Tracking::warn(const std::string &where, const std::string &text) {
+    troubles_++;
+    progress_.warn(where + ": " + text);
+}
+
+void Tracking::reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &text) {
+    flush();
+    (std::strcmp(reason, "bad line") == 0 ? bad_lines_ : short_frames_)++;
+    warn(where, std::string("rejected: ") + reason + ": " + text);
+    Json line = frame_line(where, facts, "rejected", reason);
+    say(line.set_null("tai_ns").set_null("value").line());
+}
+
+void Tracking::remark(Remark kind, const std::string &where, const std::string &text) {
+    flush();
+    const auto at = static_cast<size_t>(kind);
+    remarks_[at]++;
+    warn(where, text);
+    Json line;
+    line.set("schema", std::string("toliman-track-remark/1")).set("remark", std::string(kRemarkNames[at]));
+    say(line.set("input", where).set("text", text).line());
+}
+
+void Tracking::update() {
+    since_update_ = 0;
+    const toliman_track_info info = info_of(tracker_);
+    const PeriodFacts period(tracker_);
+    Json line;
+    line.set("schema", std::string("toliman-track-update/1"));
+    period.add_to(line);
+    add_counts(info, line);
+    line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
+    line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
+    line.set_count("extra_bytes", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
+    line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
+    say(line.line());
+    progress_.note("track", std::to_string(info.accepted) + " frames, " + period.text());
+}
+
+void Tracking::say(const std::string &text) {
+    if (waiting_.empty())
+        oldest_ = std::chrono::steady_clock::now();
+    waiting_.push_back({lines_, text});
+}
+
+void Tracking::print_acknowledged() {
+    const int64_t committed = info_of(tracker_).committed;
+    std::string text;
+    for (; !waiting_.empty() && waiting_.front().lines <= committed; waiting_.pop_front())
+        text += waiting_.front().text;
+    if (!text.empty())
+        print_stdout(text);
+}
+
+void Tracking::wait() {
+    flush();
+    stop_if_asked();
+    if (waiting_.empty() || std::chrono::steady_clock::now() - oldest_ < kPatience)
+        return;
+    check(toliman_track_commit(tracker_.get()));
+    print_acknowledged();
+}
+
+void Tracking::end() {
+    flush();
+    update();
+    check(toliman_track_save(tracker_.get()));
+    progress_.clear();
+    print_acknowledged();
+}
+
+void Tracking::rescue() {
+    try {
+        flush();
+        check(toliman_track_save(tracker_.get()));
+        progress_.clear();
+        print_acknowledged();
+        progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
+    } catch (const std::exception &error) {
+        progress_.warn(error.what());
+    }
+}
+
+} // namespace cli
