@@ -14,8 +14,6 @@ using JsonTree = std::unique_ptr<cJSON, FreeJson>;
 
 // The tree as text, indented, with a line end.
 std::string text_of(const JsonTree &tree);
-// The same on one line.
-std::string line_of(const JsonTree &tree);
 
 class Json {
   public:
