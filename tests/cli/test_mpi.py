@@ -12,7 +12,7 @@ from program import ROOT, SCENES, ProgramTest
 
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 PROGRAM = os.environ.get("TOLIMAN_MPI", "")
-MPIRUN = ["mpirun", "--quiet", "--oversubscribe", "--bind-to", "none"]
+MPIRUN = ["mpirun", "--quiet", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]
 if os.geteuid() == 0:
     MPIRUN.append("--allow-run-as-root")
 FRAMES, AMPLITUDE, PERIOD = 97, 3e-6, 40
