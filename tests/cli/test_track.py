@@ -114,6 +114,20 @@ class Order(Track):
         self.assertEqual(self.counts(again)["period"], self.counts(out)["period"])
 
 
+class Network(ProgramTest):
+    def test_values_are_those_of_encode(self):
+        chapter = SCENES / "chapter.json"
+        self.succeed("train", chapter, "--steps", "1", "--out", "w.tlmw")
+        self.succeed("simulate", chapter, "--frames", "0:6", "--out", "in", "--session", "day", "--dtype", "u32le")
+        pair = ("--dtype", "u32le", "in/day_frames.bin")
+        encoded = self.succeed("encode", "--weights", "w.tlmw", "--shape", "256x256", *pair).splitlines()[1:]
+        for jobs in ("1", "2"):
+            how = ("--jobs", jobs, "--every", "4", "--mission-days", "1095", "--value-limit", "1e9")
+            out = self.succeed("track", "--weights", "w.tlmw", "--state", f"s{jobs}", *how, *pair)
+            frames = [line for line in map(json.loads, out.splitlines()) if "value" in line]
+            self.assertEqual([line["value"] for line in frames], [float(line.split(",")[2]) for line in encoded])
+
+
 class Damage(Track):
     def test_every_kind_is_named_counted_and_harmless(self):
         """10 % twice, all out of order, and each kind of damage: the sums are those of the frames that are left."""
@@ -234,6 +248,26 @@ class Stops(Track):
             self.assertEqual(status["accepted"], 20)
             self.track(state, "all")
             self.assertEqual(self.sums(state), clean)
+
+    def test_killed_at_any_moment(self):
+        clean = self.clean(range(FRAMES))
+        chance, seconds = random.Random(1), 0.4
+        for _ in range(12):
+            run = subprocess.Popen(self.command("s", "all", "--sync", "frame"), cwd=self.folder, stdout=subprocess.PIPE)
+            time.sleep(chance.uniform(0, seconds))
+            run.kill()
+            told = [json.loads(line) for line in run.communicate()[0].splitlines(keepends=True) if line.endswith(b"\n")]
+            told = {line["frame_id"] for line in told if line["schema"] == "toliman-frame/1"}
+            if told:
+                self.assertGreaterEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], len(told))
+        self.track("s", "all")
+        self.assertEqual(self.sums("s"), clean)
+
+    def test_full(self):
+        out = self.track("s", "all", "--capacity", "10", code=2)
+        self.assertEqual(sum(line["schema"] == "toliman-frame/1" for line in out), 10)
+        self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], 10)
+        self.assertEqual(self.counts(self.track("s", "all"))["accepted"], FRAMES)
 
     def test_a_folder_that_grows(self):
         clean = self.clean(range(FRAMES))

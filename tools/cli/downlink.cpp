@@ -7,12 +7,12 @@
 #include <dirent.h>
 #include <memory>
 #include <poll.h>
-#include <sys/stat.h>
 
 #include <toliman/track.h>
 
 #include "failure.hpp"
 #include "frames_in.hpp"
+#include "input.hpp"
 #include "lines.hpp"
 #include "suffix.hpp"
 
@@ -22,16 +22,6 @@ namespace {
 
 constexpr int kPollMs = 1000;
 constexpr const char kRoi[] = "single_roi"; // as the mission calls it where there is but one
-
-bool is_folder(const std::string &path) {
-    struct stat facts = {};
-    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
-}
-
-bool exists(const std::string &path) {
-    struct stat facts = {};
-    return ::stat(path.c_str(), &facts) == 0;
-}
 
 bool is_cube(const std::string &path) {
     return ends_with(path, ".npy") || is_fits(path);

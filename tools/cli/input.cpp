@@ -8,6 +8,16 @@
 
 namespace cli {
 
+bool exists(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0;
+}
+
+bool is_folder(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
+}
+
 InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
     struct stat facts = {};
     if (::stat(path.c_str(), &facts) != 0)

@@ -6,6 +6,9 @@
 
 namespace cli {
 
+bool exists(const std::string &path);
+bool is_folder(const std::string &path);
+
 // An open regular file and its size; a Failure if there is none.
 class InputFile {
   public:

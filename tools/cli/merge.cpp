@@ -7,10 +7,10 @@
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "input.hpp"
 #include "merge_folders.hpp"
 #include "output.hpp"
 #include "periodogram.hpp"
-#include "state_folder.hpp"
 
 namespace cli {
 
@@ -61,7 +61,7 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
 void merge(const Options &options) {
     if (options.files.size() < 2)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
-    const auto folders = std::count_if(options.files.begin(), options.files.end(), is_state_folder);
+    const auto folders = std::count_if(options.files.begin(), options.files.end(), is_folder);
     if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
         throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
     if (folders > 0)

@@ -75,20 +75,13 @@ class NewFolder {
     bool kept_ = false;
 };
 
-toliman_track_options known(const std::string &folder) {
-    const std::optional<toliman_track_options> made = made_with(folder);
-    if (!made)
-        malformed(folder, "is no state folder of `toliman track`");
-    return *made;
-}
-
 } // namespace
 
 void merge_folders(const std::vector<std::string> &folders, const std::string &out) {
     int64_t lines = 0;
-    toliman_track_options how = known(folders.front());
+    toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders)
-        lines += known(folder).capacity;
+        lines += known_state(folder).capacity;
     if (how.nf == 0)
         throw Failure(kExitState, folders.front() + ": its checkpoint, which had the grid, is lost: `toliman rebuild` "
                                                     "makes it anew");

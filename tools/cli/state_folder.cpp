@@ -1,9 +1,10 @@
 #include "state_folder.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <sys/stat.h>
 
 #include "failure.hpp"
 #include "input.hpp"
@@ -31,11 +32,6 @@ int64_t whole_of(const std::string &text, size_t &at, const std::string &where) 
 
 } // namespace
 
-bool is_state_folder(const std::string &path) {
-    struct stat facts = {};
-    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
-}
-
 std::optional<toliman_track_options> made_with(const std::string &folder) {
     toliman_track_options options = {};
     options.struct_size = sizeof options;
@@ -45,6 +41,15 @@ std::optional<toliman_track_options> made_with(const std::string &folder) {
     if (status != TOLIMAN_OK)
         fail_state(status);
     return options;
+}
+
+toliman_track_options known_state(const std::string &folder) {
+    const std::optional<toliman_track_options> made = made_with(folder);
+    if (!made)
+        malformed(folder, "is no state folder of `toliman track`");
+    toliman_track_options how = *made;
+    how.folder = folder.c_str();
+    return how;
 }
 
 toliman::tracker open_tracker(const toliman_track_options &options) {
@@ -93,7 +98,8 @@ std::vector<int64_t> read_clock(const std::string &path) {
         const std::string line = text.substr(at, end - at), where = path + ":" + std::to_string(++number);
         at = end + 1;
         const size_t first = line.find_first_not_of(" \t\r");
-        if (first == std::string::npos || line[first] == '#' || (number == 1 && std::isalpha(line[first]) != 0))
+        if (first == std::string::npos || line[first] == '#' ||
+            (number == 1 && std::isalpha(static_cast<unsigned char>(line[first])) != 0))
             continue;
         size_t column = 0;
         clock.push_back(whole_of(line, column, where));

@@ -11,9 +11,10 @@
 
 namespace cli {
 
-bool is_state_folder(const std::string &path);
 // What a folder was made with; none for one that holds no state yet.
 std::optional<toliman_track_options> made_with(const std::string &folder);
+// The same of one that must hold a state; `folder` must outlive it.
+toliman_track_options known_state(const std::string &folder);
 // A Failure with exit code 5 where the state is damaged.
 toliman::tracker open_tracker(const toliman_track_options &options);
 toliman_track_info info_of(const toliman::tracker &tracker);

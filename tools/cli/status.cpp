@@ -35,15 +35,6 @@ struct Options {
     bool as_json = false;
 };
 
-toliman_track_options known(const std::string &folder) {
-    const std::optional<toliman_track_options> made = made_with(folder);
-    if (!made)
-        malformed(folder, "is no state folder of `toliman track`");
-    toliman_track_options how = *made;
-    how.folder = folder.c_str();
-    return how;
-}
-
 void print(const toliman::tracker &tracker, const std::string &folder, bool as_json) {
     const toliman_track_info info = info_of(tracker);
     const PeriodFacts period(tracker);
@@ -69,7 +60,7 @@ void print(const toliman::tracker &tracker, const std::string &folder, bool as_j
 }
 
 void status(const Options &options) {
-    toliman_track_options how = known(options.folder);
+    toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
         throw Failure(kExitState, options.folder + ": its checkpoint, which had the grid, is lost: `toliman rebuild " +
                                       options.folder + " --grid F0:DF:NF --clock CSV` makes it anew");
@@ -78,7 +69,7 @@ void status(const Options &options) {
 }
 
 void rebuild(const Options &options) {
-    toliman_track_options how = known(options.folder);
+    toliman_track_options how = known_state(options.folder);
     if (!options.grid.empty())
         set_grid(grid_of(options.grid), how);
     if (how.nf == 0)
