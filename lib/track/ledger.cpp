@@ -29,13 +29,14 @@ uint64_t place_of(uint64_t number) noexcept {
 
 } // namespace
 
-Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, const Each &each)
+Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held,
+               const Each &each)
     : store_(store), access_(access), sync_(sync), group_((sync == Sync::frame ? 1 : group) * kRecordSize) {
     if (store.size(kName) < 0 && access == Access::write)
         begin(terms);
     else
         check_header(terms);
-    recover(each);
+    recover(held, each);
 }
 
 void Ledger::begin(const Terms &terms) {
@@ -109,7 +110,7 @@ uint64_t Ledger::scan(uint64_t first, uint64_t end, Tail &tail, const Each &each
     return number;
 }
 
-void Ledger::recover(const Each &each) {
+void Ledger::recover(Held held, const Each &each) {
     const auto size = static_cast<uint64_t>(store_.size(kName));
     const uint64_t lines = (size - kHeaderSize) / kRecordSize;
     if (lines > kMostRecords)
@@ -120,6 +121,12 @@ void Ledger::recover(const Each &each) {
     if (written_ < lines && damaged_inside(lines))
         fail(Status::format, "%s: line %llu is damaged, and later ones are not: the disk lost what it had",
              store_.path(kName).c_str(), static_cast<unsigned long long>(written_));
+    if (held.salt == salt_ && written_ < held.lines)
+        fail(Status::format,
+             "%s: %llu lines are whole, the checkpoint was made of %llu: lines were lost; rebuild to go on with what is "
+             "left",
+             store_.path(kName).c_str(), static_cast<unsigned long long>(written_),
+             static_cast<unsigned long long>(held.lines));
     chain_ = tail.chain;
     if (access_ == Access::read)
         return;

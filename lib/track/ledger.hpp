@@ -23,7 +23,12 @@ class Ledger {
     // Takes up the ledger in the store, or begins one on these terms, and hands every line that is whole to each. What
     // a crash tore off behind the last one is cut away, when writing. Status::mismatch for other terms, Status::format
     // for a header or a line that is damaged though the disk had it.
-    Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, const Each &each);
+    // Lines that a checkpoint holds of the ledger with this salt must all be whole: Status::format before anything is
+    // cut.
+    struct Held {
+        uint64_t salt = 0, lines = 0;
+    };
+    Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held, const Each &each);
     static Terms terms_in(Store &store); // of the ledger there
 
     // Lines from `first` on once more.
@@ -57,7 +62,7 @@ class Ledger {
         uint32_t chain, synced;
     };
     uint64_t scan(uint64_t first, uint64_t end, Tail &tail, const Each &each);
-    void recover(const Each &each);
+    void recover(Held held, const Each &each);
     void write_anew(uint64_t first);
     bool damaged_inside(uint64_t lines);
     void check_alive() const;

@@ -33,7 +33,10 @@ Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums
     }
     if (access_ == Access::write && store_->size(Ledger::kName) < 0 && store_->size(Checkpoint::kName) >= 0)
         fail(Status::format, "%s: missing, though the checkpoint of one is there", store_->path(Ledger::kName).c_str());
-    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
+    Ledger::Held held;
+    if (place.loaded && !place.rebuild)
+        held = {place.loaded->checkpoint.salt, place.loaded->checkpoint.lines};
+    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, held,
                     [this](const Record &record, uint64_t line) { note(record, line); });
     const bool fits = place.loaded && place.loaded->checkpoint.salt == ledger_->salt();
     if (fits)
@@ -105,6 +108,9 @@ void Tracker::note(const Record &record, uint64_t line) {
         index_.check_room();
         streams_.check_room(record.stream);
         const bool accepted = record.kind == Kind::accepted;
+        if (index_.find(key_of(record)) != nullptr)
+            fail(Status::format, "%s: line %llu holds a frame that is there already",
+                 store_->path(Ledger::kName).c_str(), static_cast<unsigned long long>(line));
         index_.add(key_of(record), record.content, line, accepted ? Fate::accepted : Fate::outlier);
         streams_.add(record.stream, record.frame_id);
         (accepted ? counts_.accepted : counts_.outlier)++;
@@ -260,7 +266,11 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
 
 void Tracker::merge(Store &other) {
     check_writable();
-    Ledger lines(other, Access::read, plan_.terms, 1, Sync::none, [](const Record &, uint64_t) {});
+    const std::optional<Loaded> loaded = load(other); // before the ledger, to which its writer may be adding
+    Ledger::Held held;
+    if (loaded)
+        held = {loaded->checkpoint.salt, loaded->checkpoint.lines};
+    Ledger lines(other, Access::read, plan_.terms, 1, Sync::none, held, [](const Record &, uint64_t) {});
     lines.visit(0, [&](const Record &theirs, uint64_t number) {
         Record record = theirs;
         if (record.kind == Kind::quarantined && index_.find(key_of(record)) == nullptr)
@@ -271,7 +281,6 @@ void Tracker::merge(Store &other) {
         Outcome outcome;
         settle(record, outcome);
     });
-    const std::optional<Loaded> loaded = load(other);
     if (loaded && loaded->checkpoint.salt == lines.salt())
         count_repeats(loaded->checkpoint.repeats);
     commit();
