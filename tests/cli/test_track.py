@@ -128,6 +128,32 @@ class Network(ProgramTest):
             self.assertEqual([line["value"] for line in frames], [float(line.split(",")[2]) for line in encoded])
 
 
+    def test_what_run_finds(self):
+        """Frames as raw pairs, names in random order: the values of `toliman run`, and its period."""
+        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene["cadence"]["frames"] = 40
+        scene["signal"].update(amplitude_px=1e-5, period_days=9)
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        self.run_program("run", "scene.json", "--seed", "5", "--out", "run")
+        self.run_program("train", "scene.json", "--seed", "5", "--out", "w.tlmw")
+        names = []
+        for k in range(0, 40, 4):
+            part = ("--frames", f"{k}:{k + 4}", "--session", f"part{k}", "--dtype", "u32le", "--seed", "5")
+            self.succeed("simulate", "scene.json", "--out", "in", *part)
+            side = self.folder / f"in/part{k}_meta.jsonl"
+            side.write_text(side.read_text().replace(f'"part{k}"', '"day"'))
+            names.append(f"in/part{k}_meta.jsonl")
+        random.Random(3).shuffle(names)
+        how = ("--weights", "w.tlmw", "--state", "s", "--mission-days", "40", "--dtype", "u32le", "-")
+        out = [json.loads(line) for line in self.succeed("track", *how, input="\n".join(names)).splitlines()]
+        values = {line["frame_id"]: line["value"] for line in out if "value" in line}
+        rows = [line.split(",") for line in (self.folder / "run/series.csv").read_text().splitlines() if line[0].isdigit()]
+        self.assertEqual(values, {int(row[0]): float(row[3]) for row in rows})
+        found = json.loads((self.folder / "run/result.json").read_text())
+        self.assertLess(abs(out[-1]["period"] - found["period_days"]), found["period_error_days"])
+        self.assertAlmostEqual(out[-1]["log10_fap"] / found["log10_fap"], 1, delta=0.05)
+
+
 class Damage(Track):
     def test_every_kind_is_named_counted_and_harmless(self):
         """10 % twice, all out of order, and each kind of damage: the sums are those of the frames that are left."""

@@ -1,6 +1,7 @@
 #include "json.hpp"
 
 #include <cmath>
+#include <cstdio>
 
 namespace cli {
 
@@ -9,6 +10,13 @@ Json &Json::set(const char *name, double value) {
         cJSON_AddNumberToObject(object_.get(), name, value);
     else
         cJSON_AddNullToObject(object_.get(), name);
+    return *this;
+}
+
+Json &Json::set_exact(const char *name, double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.17g", value);
+    cJSON_AddRawToObject(object_.get(), name, std::isfinite(value) ? text : "null");
     return *this;
 }
 

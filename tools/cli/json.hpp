@@ -19,6 +19,7 @@ class Json {
   public:
     Json() : object_(cJSON_CreateObject()) {}
     Json &set(const char *name, double value);
+    Json &set_exact(const char *name, double value); // to the last bit, which cJSON may round
     Json &set_flag(const char *name, bool value);
     Json &set_whole(const char *name, uint64_t value); // every digit, where a double would round
     Json &set_count(const char *name, int64_t value);

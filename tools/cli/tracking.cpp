@@ -114,7 +114,7 @@ void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
         frame_line(arrival.where, &arrival.facts, kVerdicts[outcome.verdict],
                    outcome.verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
-    has_value ? line.set("value", outcome.value) : line.set_null("value");
+    has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
     say(line.line());
     since_update_ += outcome.verdict == TOLIMAN_TRACK_ACCEPTED;
     if (outcome.verdict != TOLIMAN_TRACK_ACCEPTED && outcome.verdict != TOLIMAN_TRACK_DUPLICATE)
