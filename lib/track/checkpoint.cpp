@@ -15,7 +15,7 @@ constexpr uint32_t kVersion = 1;
 constexpr char kKind[] = "checkpoint";
 constexpr size_t kHeaderSize = 4 + 4 + 8 + 8 + 8 + 4 + 4;
 constexpr size_t kPointSize = 16;
-constexpr int64_t kLargest = int64_t{1} << 35;
+constexpr int64_t kLargest = int64_t{1} << 35, kMostRepeats = int64_t{1} << 60;
 
 Loaded read(const std::vector<uint8_t> &bytes) {
     ByteReader in(bytes.data(), bytes.size(), kKind);
@@ -28,6 +28,8 @@ Loaded read(const std::vector<uint8_t> &bytes) {
     checkpoint.lines = in.u64();
     checkpoint.repeats = in.i64();
     checkpoint.chain = in.u32();
+    if (checkpoint.repeats < 0 || checkpoint.repeats > kMostRepeats)
+        fail(Status::format, "%s: impossible counts", kKind);
     const size_t count = in.u32();
     if (count > in.left() / kPointSize)
         fail(Status::format, "%s: %zu points of the clock do not fit in it", kKind, count);

@@ -29,8 +29,7 @@ uint64_t place_of(uint64_t number) noexcept {
 
 } // namespace
 
-Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held,
-               const Each &each)
+Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held, const Each &each)
     : store_(store), access_(access), sync_(sync), group_((sync == Sync::frame ? 1 : group) * kRecordSize) {
     if (store.size(kName) < 0 && access == Access::write)
         begin(terms);
@@ -122,11 +121,12 @@ void Ledger::recover(Held held, const Each &each) {
         fail(Status::format, "%s: line %llu is damaged, and later ones are not: the disk lost what it had",
              store_.path(kName).c_str(), static_cast<unsigned long long>(written_));
     if (held.salt == salt_ && written_ < held.lines)
-        fail(Status::format,
-             "%s: %llu lines are whole, the checkpoint was made of %llu: lines were lost; rebuild to go on with what is "
-             "left",
-             store_.path(kName).c_str(), static_cast<unsigned long long>(written_),
-             static_cast<unsigned long long>(held.lines));
+        fail(
+            Status::format,
+            "%s: %llu lines are whole, the checkpoint was made of %llu: lines were lost; rebuild to go on with what is "
+            "left",
+            store_.path(kName).c_str(), static_cast<unsigned long long>(written_),
+            static_cast<unsigned long long>(held.lines));
     chain_ = tail.chain;
     if (access_ == Access::read)
         return;

@@ -180,9 +180,16 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
 
+    /* Damage in the last group, which the checkpoint holds: refused, and nothing is cut. */
+    flip_byte(ledger, HEADER + 29 * LINE + 7);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "29 lines are whole");
+    assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
+    flip_byte(ledger, HEADER + 29 * LINE + 7);
+
     /* Lines that the checkpoint counts and the ledger has not. */
     assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "made of 30 lines, the ledger has 29");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
+                 "29 lines are whole, the checkpoint was made of 30");
     options.flags = TOLIMAN_TRACK_REBUILD;
     track = make_track(&options);
     assert_holds(track, &options, 1, 29);
