@@ -7,15 +7,16 @@
  * duplicate    the key and bytes of a frame that is in (pixels, time, frames dropped): nothing happens
  * quarantined  the key of a frame that is in, with other bytes: neither can be trusted, and what the first brought is
  *              taken back exactly; so it stays
- * outlier      good, but its value is beyond value_limit: known, not in the periodogram
+ * outlier      good, but its value is beyond value_limit, or (after a change of grid or clock) its time has no place in
+ *              the periodogram: known, not in the periodogram
  * rejected     damaged (see the reasons), whatever came before; a good copy may still come
  *
  * Whatever the order of arrival, the periodogram has the same bits. What cannot be seen: bits that flipped in a frame
  * of which there is no other copy, as the side file has no checksum.
  *
- * With a folder every frame's line goes to a ledger there (lib/FORMATS.md "TLML"), which is the truth; the sums are
- * kept beside it as a checkpoint and are made anew from the ledger if need be. A crash loses no frame that is
- * committed.
+ * With a folder every frame's line goes to a ledger there (lib/FORMATS.md "TLML"), which is the truth; grid and clock
+ * stand beside it, and the sums as a checkpoint, which are made anew from the ledger if need be. A crash loses no frame
+ * that is committed.
  */
 #ifndef TOLIMAN_TRACK_H
 #define TOLIMAN_TRACK_H
@@ -35,6 +36,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_QUARANTINED 2
 #define TOLIMAN_TRACK_OUTLIER 3
 #define TOLIMAN_TRACK_REJECTED 4
+#define TOLIMAN_TRACK_MERGED 5 /* of lines alone: no frame, lines of another ledger are in */
 
 /* Why a frame is rejected. */
 #define TOLIMAN_REASON_NONE 0
@@ -67,9 +69,10 @@ typedef struct toliman_frame {
     int64_t frame_id;
     int64_t camera_ns;  /* the camera's clock */
     int64_t dropped;    /* frames that the camera dropped before this one, up to 65535; 0 where it does not say */
-    const void *pixels; /* [rows][stride] */
+    const void *pixels; /* [rows][stride], aligned to a pixel */
     int64_t rows, cols;
     int64_t stride; /* pixels from row to row; 0 means cols */
+    double sigma;   /* of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's */
 } toliman_frame;
 
 /* What became of a frame. Since 0.1. */
@@ -91,9 +94,10 @@ typedef int32_t (*toliman_estimate_fn)(const double *image, size_t rows, size_t 
 
 /* Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
  * sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
- * again. */
+ * again. SALVAGE is for toliman_track_merge alone. */
 #define TOLIMAN_TRACK_READ_ONLY 1u
 #define TOLIMAN_TRACK_REBUILD 2u
+#define TOLIMAN_TRACK_SALVAGE 4u
 
 /* When a frame's line is brought to the disk, and so acknowledged. */
 #define TOLIMAN_SYNC_GROUP 0 /* every `group` lines, and lines that wait for a second at the next push */
@@ -104,7 +108,8 @@ typedef int32_t (*toliman_estimate_fn)(const double *image, size_t rows, size_t 
 typedef struct toliman_track_options {
     uint32_t struct_size;
     uint32_t flags;     /* TOLIMAN_TRACK_..., default 0 */
-    const char *folder; /* of ledger and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a frame */
+    const char *folder; /* of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a
+                           frame */
     int64_t capacity;   /* frames at most, up to 2^28, 24 bytes each and 2.4 MB; default 2^20 */
     /* The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
      * where nothing is pushed. */
@@ -122,8 +127,8 @@ typedef struct toliman_track_options {
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
     uint32_t bit_depth;  /* up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does */
     uint32_t hole_bytes; /* so many bytes of zeros in a row reject it; default 4096; 0: none do */
-    /* The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: all that the
-     * folder has, with time_offset_ns, unit_ns and period_flags. */
+    /* The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
+     * with time_offset_ns, unit_ns and period_flags. */
     double f0, df;
     int64_t nf;
     int64_t time_offset_ns; /* TAI that is time 0; default 0 */
@@ -131,8 +136,9 @@ typedef struct toliman_track_options {
     uint32_t period_flags;  /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE */
     uint32_t threads;       /* that estimate; default 1; 0 = one a processor. Never changes a bit */
     /* Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
-     * constant difference. Beyond the ends the nearest line goes on. No pairs: the folder's clock, or, for a new one
-     * and with REBUILD, the camera's time is TAI. */
+     * constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock, also
+     * with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost, both must be
+     * given. */
     const int64_t *clock;
     size_t clock_points;
     uint32_t sync;  /* TOLIMAN_SYNC_..., default GROUP */
@@ -143,15 +149,15 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
- * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if the checkpoint,
- * which has the grid, is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1. */
+ * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if the file of grid
+ * and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
  * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
  * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
- * holds more frames; TOLIMAN_E_RANGE if a time is too far off for this grid. The caller destroys *out. Since 0.1. */
+ * holds more frames. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
@@ -173,11 +179,37 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track
 /* The same and a checkpoint, so that taking up is quick. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
 
-/* Takes all lines of another folder, as if its frames had been pushed here, in whatever shards and order, and commits.
- * The grid and clock are this one's. TOLIMAN_E_MISMATCH for another estimator, other frames or limits; errors as of
- * create and push, after which some lines may be in: they do no harm when it is merged again. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track,
-                                                                  const char *folder) TOLIMAN_NOEXCEPT;
+/* Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here, in
+ * whatever shards and order, and commits. A folder may be merged again as it grows: only what came since is taken. The
+ * grid and clock are this one's. Of a frame that several folders have the value that came first stays; networks on
+ * machines of unlike instruction sets may give values that differ by 1e-5 sigma. With flags = TOLIMAN_TRACK_SALVAGE
+ * lines of a damaged ledger are left out, else flags = 0; *lost (may be NULL) becomes how many those are.
+ * TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
+ * errors as of create and push, after which some lines may be in: merged again, their frames count as repeated. Since
+ * 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
+                                                                  uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
+
+/* A line of the ledger: a frame as it arrived, and what it is by now. Since 0.1. */
+typedef struct toliman_track_line {
+    uint32_t struct_size; /* sizeof(toliman_track_line), of the first at least */
+    int32_t verdict;      /* TOLIMAN_TRACK_...; of a frame that was denied later, quarantined */
+    int32_t reason;       /* of rejected ones, TOLIMAN_REASON_... */
+    uint32_t content;     /* CRC32 of the frame */
+    uint64_t stream;      /* FNV-1a of session and region */
+    int64_t frame_id;
+    int64_t camera_ns, tai_ns; /* by the tracker's clock */
+    int64_t dropped;
+    double value, sigma; /* 0 and the tracker's where there was none */
+} toliman_track_line;
+
+/* Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
+ * duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
+ * those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since. Since 0.1.
+ */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first,
+                                                                      size_t count, toliman_track_line *lines,
+                                                                      size_t *done) TOLIMAN_NOEXCEPT;
 
 /* Counts. received = accepted + outlier + quarantined + repeated + all rejected. Since 0.1. */
 typedef struct toliman_track_info {
@@ -187,7 +219,8 @@ typedef struct toliman_track_info {
     int64_t accepted;     /* in the periodogram now */
     int64_t outlier;
     int64_t quarantined; /* keys */
-    int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; after a crash fewer */
+    int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; after a crash fewer; here or
+                            in folders that were merged */
     int64_t rejected;    /* all; those of a reason below */
     int64_t rejected_by[TOLIMAN_REASONS];
     int64_t expected;  /* frame ids from the first to the last of each session and region */
@@ -195,7 +228,7 @@ typedef struct toliman_track_info {
     int64_t dropped;   /* by the camera, as accepted frames and outliers tell */
     int64_t sessions;  /* and regions */
     int64_t lines;     /* of the ledger; in memory, frames that came as good ones */
-    int64_t committed; /* lines that are acknowledged */
+    int64_t committed; /* lines that are acknowledged; of READ_ONLY those that the files tell to be */
     int64_t capacity;
     uint64_t estimator_id;
     double sigma; /* of a value */
@@ -210,6 +243,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
  * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
                                                                        const toliman_period **out) TOLIMAN_NOEXCEPT;
+
+/* The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the periodogram by
+ * now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their standard errors. Reads all
+ * lines and takes 56 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
+ * Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
+                                                                      toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -11,6 +11,7 @@
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/peak.hpp"
 #include "backend/file.hpp"
 #include "period/bootstrap.hpp"
 #include "period/fap.hpp"
@@ -99,26 +100,6 @@ std::function<double(double)> normaliser(uint32_t normalisation, const period::P
                : normalisation == TOLIMAN_POWER_LOG ? -std::log(residual)
                                                     : power * half;
     };
-}
-
-toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
-    toliman_period_peak out = {};
-    out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u);
-    out.frequency = peak.frequency;
-    out.period = 1 / peak.frequency;
-    out.power = peak.power;
-    out.log10_residual = peak.log10_residual;
-    out.fwhm = peak.fwhm;
-    out.fwhm_error = peak.fwhm / (peak.frequency * peak.frequency);
-    out.half_width_error = out.fwhm_error / 2;
-    out.frequency_error = peak.frequency_error;
-    out.amplitude = peak.amplitude;
-    out.amplitude_error = peak.amplitude_error;
-    out.phase = peak.phase;
-    out.offset = peak.offset;
-    out.log10_fap = log10_fap(period::Fap::baluev, period::sampling_of(stream), peak.log10_residual);
-    out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
-    return out;
 }
 
 } // namespace

@@ -11,6 +11,7 @@
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/peak.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
@@ -31,6 +32,7 @@ static_assert(static_cast<int32_t>(track::Verdict::rejected) == TOLIMAN_TRACK_RE
 namespace {
 
 constexpr int64_t kLargestSide = 65536;
+constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4;
 
 toliman_track_options default_options() noexcept {
@@ -53,6 +55,11 @@ toliman_track_options known_options(const toliman_track_options *given) {
         fail(Status::argument, "options->sync = %u: must be one of TOLIMAN_SYNC_..., 0 to 2", options.sync);
     if (options.clock_points > 0)
         required(options.clock, "options->clock");
+    if (options.group < 1 || options.group > kLargestGroup)
+        fail(Status::argument, "options->group = %u: must be in [1, %u]", options.group, kLargestGroup);
+    if (options.capacity < 1 || options.capacity > track::FrameIndex::kMost)
+        fail(Status::argument, "options->capacity = %lld: must be in [1, 2^28]",
+             static_cast<long long>(options.capacity));
     if (options.folder == nullptr && options.flags != 0)
         fail(Status::argument, "options->folder is NULL: it is needed for READ_ONLY and REBUILD");
     return options;
@@ -160,12 +167,10 @@ double power_of_two(double value) noexcept {
     return std::frexp(value, &exponent) == 0.5 ? value : std::ldexp(1.0, exponent);
 }
 
-period::Grid grid_of(const toliman_track_options &options, const track::Terms &terms,
-                     const std::optional<track::Loaded> &loaded) {
-    if (options.nf == 0 && loaded)
-        return loaded->sums.grid();
-    if (options.nf == 0 && options.folder != nullptr)
-        fail(Status::argument, "options->nf = 0: there is no checkpoint in %s to take the grid from", options.folder);
+// nf = 0: none.
+std::optional<period::Grid> grid_of(const toliman_track_options &options, const track::Terms &terms) {
+    if (options.nf == 0)
+        return std::nullopt;
     period::Grid grid;
     grid.f0 = options.f0;
     grid.df = options.df;
@@ -175,16 +180,39 @@ period::Grid grid_of(const toliman_track_options &options, const track::Terms &t
     grid.unit_ns = options.unit_ns;
     grid.value_bound = power_of_two(terms.value_limit);
     grid.sigma_floor = terms.sigma;
+    grid.sigma_ceiling = track::Terms::kMostSigmas * terms.sigma;
+    grid.check();
     return grid;
 }
 
-track::Clock clock_of(const toliman_track_options &options, const std::optional<track::Loaded> &loaded) {
+// No points: none.
+std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     if (options.clock_points == 0)
-        return loaded && (options.flags & TOLIMAN_TRACK_REBUILD) == 0 ? loaded->checkpoint.clock : track::Clock();
+        return std::nullopt;
     std::vector<track::ClockPoint> points(options.clock_points);
     for (size_t i = 0; i < points.size(); i++)
         points[i] = {options.clock[2 * i], options.clock[2 * i + 1]};
     return track::Clock(std::move(points));
+}
+
+// What is asked for, and else what the folder has. Of frames that are there neither grid nor clock is guessed.
+track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::Place &place) {
+    const bool has_frames = place.store && place.store->size(track::LedgerFile::kName) >= 0;
+    if (place.setup && (has_frames || !grid)) {
+        grid = grid.value_or(place.setup->grid);
+        clock = clock.value_or(place.setup->clock);
+    }
+    const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
+    if (!grid && place.store)
+        fail(Status::argument, "options->nf = 0: %s, which would have the grid, is missing or damaged", path.c_str());
+    if (!grid)
+        fail(Status::argument, "options->nf = 0: must be at least 1");
+    if (!clock && has_frames)
+        fail(Status::argument,
+             "options->clock is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, 0 "
+             "where the camera's time is TAI",
+             path.c_str());
+    return {*grid, clock.value_or(track::Clock())};
 }
 
 std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
@@ -198,21 +226,23 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms.geometry);
 
+    const std::optional<period::Grid> grid = grid_of(options, plan.terms);
+    const std::optional<track::Clock> clock = clock_of(options);
     track::Place place;
-    place.access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
+    if (options.folder != nullptr) // nothing is made there before everything else is known to be right
+        place = track::open_place(options.folder,
+                                  (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write);
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
-    if (options.folder != nullptr) {
-        place.store = open_folder(options.folder, place.access);
-        place.loaded = track::load(*place.store);
-    }
-    plan.clock = clock_of(options, place.loaded);
-    auto made = std::unique_ptr<toliman_track>(
-        new toliman_track{{period::Stream(grid_of(options, plan.terms, place.loaded))}, std::nullopt, options.flags});
+    const track::Setup setup = setup_of(grid, clock, place);
+    plan.clock = setup.clock;
+    auto made =
+        std::unique_ptr<toliman_track>(new toliman_track{{period::Stream(setup.grid)}, std::nullopt, options.flags});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     return made;
 }
 
-track::Frame known_frame(const toliman_frame &given, size_t i) {
+// A frame that fits this tracker's terms, or an error that names what does not.
+track::Frame known_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "frames[%zu].%s = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
@@ -228,13 +258,23 @@ track::Frame known_frame(const toliman_frame &given, size_t i) {
         refuse("cols", given.cols, "in [1, 65536]");
     if (given.stride != 0 && (given.stride < given.cols || given.stride > INT32_MAX))
         refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
+    if (given.dropped < 0 || given.dropped > UINT16_MAX)
+        refuse("dropped", given.dropped, "in [0, 65535]");
+    if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
+        fail(Status::argument, "frames[%zu].sigma = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
+             given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
+    const auto pixel = static_cast<track::Pixel>(given.pixel);
+    if (reinterpret_cast<uintptr_t>(given.pixels) % track::size_of(pixel) != 0)
+        fail(Status::argument, "frames[%zu].pixels: must be aligned to %zu bytes, the size of a pixel", i,
+             track::size_of(pixel));
     track::Frame frame = {};
     frame.session = given.session;
     frame.roi = given.roi;
     frame.frame_id = given.frame_id;
     frame.camera_ns = given.camera_ns;
-    frame.dropped = given.dropped;
-    frame.pixel = static_cast<track::Pixel>(given.pixel);
+    frame.dropped = static_cast<uint16_t>(given.dropped);
+    frame.sigma = given.sigma;
+    frame.pixel = pixel;
     frame.pixels = given.pixels;
     frame.rows = static_cast<size_t>(given.rows);
     frame.cols = static_cast<size_t>(given.cols);
@@ -257,13 +297,29 @@ toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
     return out;
 }
 
+toliman_track_line public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
+    toliman_track_line line = {};
+    line.struct_size = sizeof line;
+    line.stream = record.stream;
+    line.frame_id = record.frame_id;
+    line.camera_ns = record.camera_ns;
+    line.tai_ns = outcome.tai_ns;
+    line.value = record.value;
+    line.sigma = record.sigma;
+    line.content = record.content;
+    line.dropped = record.dropped;
+    line.reason = static_cast<int32_t>(record.reason);
+    line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_MERGED : static_cast<int32_t>(outcome.verdict);
+    return line;
+}
+
 // Frames that were checked; adds to done those that are in, also when it fails.
 void push_batch(track::Tracker &tracker, const toliman_frame *frames, size_t count, toliman_outcome *outcomes,
                 size_t &done) {
     track::Frame batch[track::Tracker::kBatch];
     track::Outcome results[track::Tracker::kBatch];
     for (size_t i = 0; i < count; i++)
-        batch[i] = known_frame(frames[i], i);
+        batch[i] = known_frame(frames[i], i, tracker.plan().terms);
     size_t in = 0;
     const auto give = [&] {
         for (size_t i = 0; i < in; i++)
@@ -281,10 +337,10 @@ void push_batch(track::Tracker &tracker, const toliman_frame *frames, size_t cou
 
 toliman_track_options options_of(Store &store) {
     toliman_track_options options = default_options();
-    const std::optional<track::Loaded> loaded = track::load(store);
-    const track::Terms terms = track::Ledger::terms_in(store);
+    const std::optional<track::Setup> setup = track::load_setup(store);
+    const track::Terms terms = track::LedgerFile(store).terms();
     const track::Geometry &geometry = terms.geometry;
-    options.capacity = std::max(options.capacity, store.size(track::Ledger::kName) / int64_t{track::kRecordSize});
+    options.capacity = std::max(options.capacity, store.size(track::LedgerFile::kName) / int64_t{track::kRecordSize});
     options.estimator_id = terms.estimator;
     options.sigma = terms.sigma;
     options.value_limit = terms.value_limit;
@@ -297,8 +353,8 @@ toliman_track_options options_of(Store &store) {
     options.image_cols = static_cast<int64_t>(geometry.out_cols);
     options.bit_depth = geometry.bit_depth;
     options.hole_bytes = static_cast<uint32_t>(geometry.hole);
-    if (loaded) {
-        const period::Grid &grid = loaded->sums.grid();
+    if (setup) {
+        const period::Grid &grid = setup->grid;
         options.f0 = grid.f0;
         options.df = grid.df;
         options.nf = grid.nf;
@@ -381,7 +437,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
         required(frames, "frames");
         check_struct_size("outcomes", required(outcomes, "outcomes").struct_size, sizeof *outcomes, sizeof *outcomes);
         for (size_t i = 0; i < count; i++)
-            known_frame(frames[i], i);
+            known_frame(frames[i], i, tracker.plan().terms);
         for (size_t first = 0; first < count; first += track::Tracker::kBatch)
             push_batch(tracker, frames + first, std::min(track::Tracker::kBatch, count - first), outcomes + first,
                        *done);
@@ -396,11 +452,33 @@ toliman_status toliman_track_save(toliman_track *track) noexcept {
     return guard([&] { required(track, "track").tracker->save(); });
 }
 
-toliman_status toliman_track_merge(toliman_track *track, const char *folder) noexcept {
+toliman_status toliman_track_merge(toliman_track *track, const char *folder, uint32_t flags, int64_t *lost) noexcept {
     return guard([&] {
         track::Tracker &tracker = *required(track, "track").tracker;
+        if ((flags & ~TOLIMAN_TRACK_SALVAGE) != 0)
+            fail(Status::argument, "flags = 0x%x: must be 0 or TOLIMAN_TRACK_SALVAGE", flags);
         const std::unique_ptr<Store> other = open_folder(&required(folder, "folder"), Access::read);
-        tracker.merge(*other);
+        const uint64_t lines = tracker.merge(*other, flags != 0);
+        if (lost != nullptr)
+            *lost = static_cast<int64_t>(lines);
+    });
+}
+
+toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first, size_t count,
+                                       toliman_track_line *lines, size_t *done) noexcept {
+    return guard([&] {
+        const track::Tracker &tracker = *required(track, "track").tracker;
+        required(done, "done") = 0;
+        if (first < 0)
+            fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
+        if (count == 0)
+            return;
+        check_struct_size("lines", required(lines, "lines").struct_size, sizeof *lines, sizeof *lines);
+        tracker.visit(static_cast<uint64_t>(first), count,
+                      [&](const track::Record &record, const track::Outcome &outcome) {
+                          lines[*done] = public_line(record, outcome);
+                          ++*done;
+                      });
     });
 }
 
@@ -408,6 +486,17 @@ toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_
     return guard([&] {
         const toliman_track &handle = required(track, "track");
         deliver(info_of(*handle.tracker, handle.flags), out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
+    return guard([&] {
+        const toliman_track &handle = required(track, "track");
+        required(out, "out");
+        const track::Series series = handle.tracker->series();
+        const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
+        const period::Stream &stream = handle.period.stream;
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out", sizeof *out);
     });
 }
 

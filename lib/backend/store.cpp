@@ -45,22 +45,28 @@ class Folder final : public Store {
         return file >= 0 ? facts.st_size : -1;
     }
 
-    void read(const std::string &name, uint64_t at, void *data, size_t size) override {
+    size_t read(const std::string &name, uint64_t at, void *data, size_t size) override {
         const int file = open(name, Missing::refused);
-        auto *next = static_cast<uint8_t *>(data);
-        while (size > 0) {
-            const ssize_t got = ::pread(file, next, size, static_cast<off_t>(at));
+        size_t done = 0;
+        while (done < size) {
+            const ssize_t got =
+                ::pread(file, static_cast<uint8_t *>(data) + done, size - done, static_cast<off_t>(at + done));
             if (got < 0 && errno == EINTR)
                 continue;
             if (got < 0)
                 complain(Status::not_found, name);
             if (got == 0)
-                fail(Status::format, "%s: truncated: %zu more bytes are needed at %llu", this->path(name).c_str(), size,
-                     static_cast<unsigned long long>(at));
-            next += got;
-            at += static_cast<uint64_t>(got);
-            size -= static_cast<size_t>(got);
+                break;
+            done += static_cast<size_t>(got);
         }
+        return done;
+    }
+
+    void create(const std::string &name) override {
+        forget(name);
+        if (::unlinkat(folder_, name.c_str(), 0) != 0 && errno != ENOENT)
+            complain(Status::write, name);
+        open(name, Missing::made, O_EXCL);
     }
 
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
@@ -108,14 +114,15 @@ class Folder final : public Store {
         fail(status, "%s: %s", path(name).c_str(), std::strerror(reason));
     }
 
-    // A new folder is on the disk only when the one that it is in is synced.
+    // A folder is on the disk only when the one that it is in is synced, which whoever made it may not have come to;
+    // where that one may not be read, another has made this one.
     void make() const {
-        if (::mkdir(path_.c_str(), 0777) != 0) {
-            if (errno != EEXIST)
-                complain(Status::write, "");
-            return;
-        }
+        const bool made = ::mkdir(path_.c_str(), 0777) == 0;
+        if (!made && errno != EEXIST)
+            complain(Status::write, "");
         const int above = ::open((path_ + "/..").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (above < 0 && !made)
+            return;
         const bool synced = above >= 0 && ::fsync(above) == 0;
         const int reason = errno;
         if (above >= 0)
@@ -151,12 +158,12 @@ class Folder final : public Store {
     enum class Missing { allowed, refused, made };
 
     // Negative only for a file that may be missing and is. Opening a pipe would otherwise wait for its other end.
-    int open(const std::string &name, Missing missing) {
+    int open(const std::string &name, Missing missing, int exclusive = 0) {
         const auto found = files_.find(name);
         if (found != files_.end())
             return found->second;
         const bool make = missing == Missing::made;
-        const int flags = (access_ == Access::write ? O_RDWR : O_RDONLY) | (make ? O_CREAT : 0);
+        const int flags = (access_ == Access::write ? O_RDWR : O_RDONLY) | (make ? O_CREAT | exclusive : 0);
         const int file = ::openat(folder_, name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
         if (file < 0 && errno == ENOENT && missing == Missing::allowed)
             return file;
@@ -179,10 +186,17 @@ class Folder final : public Store {
 
 } // namespace
 
+void read_all(Store &store, const std::string &name, uint64_t at, void *data, size_t size) {
+    const size_t done = store.read(name, at, data, size);
+    if (done < size)
+        fail(Status::format, "%s: truncated: %zu more bytes are needed at %llu", store.path(name).c_str(), size - done,
+             static_cast<unsigned long long>(at + done));
+}
+
 void replace_whole(Store &store, const std::string &name, const void *data, size_t size) {
     const std::string beside = name + ".tmp";
+    store.create(beside); // one may have been left behind
     store.write(beside, 0, data, size);
-    store.truncate(beside, size); // one that was left behind may be longer
     store.sync(beside);
     store.rename(beside, name);
     store.sync_folder();

@@ -57,7 +57,7 @@ void load_exact(ByteReader &in, double limit, ExactSum &sum) {
         fail(Status::format, "%s: an exact sum is out of range", kKind);
 }
 
-Grid load_header(ByteReader &in) {
+Grid take_grid(ByteReader &in) {
     if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
         fail(Status::format, "%s: does not begin with \"TLMP\"", kKind);
     const uint32_t version = in.u32();
@@ -96,22 +96,34 @@ size_t Stream::saved_size() const noexcept {
 
 size_t Stream::saved_size(const void *header, size_t size) {
     ByteReader in(header, size, kKind);
-    return state_size(load_header(in));
+    return state_size(take_grid(in));
+}
+
+Grid Stream::load_header(const void *header, size_t size) {
+    ByteReader in(header, size, kKind);
+    return take_grid(in);
+}
+
+std::vector<uint8_t> Stream::header(const Grid &grid) {
+    ByteWriter out;
+    out.raw(kMagic, sizeof kMagic);
+    out.u32(kVersion);
+    out.u32((grid.fixed_mean ? kFixedMean : 0) | (grid.wide() ? kWide : 0));
+    out.u32(0);
+    out.i64(grid.nf);
+    for (double value : {grid.f0, grid.df, grid.time_offset, grid.value_offset, grid.value_bound, grid.sigma_floor,
+                         grid.sigma_ceiling})
+        out.f64(value);
+    out.i64(grid.time_offset_ns);
+    out.f64(grid.unit_ns);
+    out.u64(grid.digest());
+    return out.take();
 }
 
 std::vector<uint8_t> Stream::save() const {
     ByteWriter out;
-    out.raw(kMagic, sizeof kMagic);
-    out.u32(kVersion);
-    out.u32((grid_.fixed_mean ? kFixedMean : 0) | (grid_.wide() ? kWide : 0));
-    out.u32(0);
-    out.i64(grid_.nf);
-    for (double value : {grid_.f0, grid_.df, grid_.time_offset, grid_.value_offset, grid_.value_bound,
-                         grid_.sigma_floor, grid_.sigma_ceiling})
-        out.f64(value);
-    out.i64(grid_.time_offset_ns);
-    out.f64(grid_.unit_ns);
-    out.u64(grid_.digest());
+    const std::vector<uint8_t> start = header(grid_);
+    out.raw(start.data(), start.size());
     out.i64(totals_.count);
     save_pair(out, totals_.weight, totals_.weight_high);
     save_pair(out, totals_.value, totals_.value_high);
@@ -127,7 +139,7 @@ std::vector<uint8_t> Stream::save() const {
 
 Stream Stream::load(const void *bytes, size_t size) {
     ByteReader in(bytes, size, kKind);
-    const Grid grid = load_header(in);
+    const Grid grid = take_grid(in);
     if (size != state_size(grid))
         fail(Status::format, "%s: %zu bytes, a grid of %lld frequencies takes %zu", kKind, size,
              static_cast<long long>(grid.nf), state_size(grid));

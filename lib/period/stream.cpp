@@ -106,6 +106,11 @@ Sample Stream::sample_ns(int64_t t_ns, double y, double sigma) const noexcept {
     return sample;
 }
 
+bool Stream::reaches(const Sample &sample) const noexcept {
+    const double elapsed = std::fabs(sample.t_high);
+    return elapsed <= kMostTime && elapsed * grid_.last() <= kMaxCycles;
+}
+
 void Stream::check(const Sample &sample, int64_t index) const {
     const double t = sample.t, y = sample.y, sigma = sample.sigma, elapsed = std::fabs(sample.t_high);
     char where[32] = "";
@@ -119,7 +124,7 @@ void Stream::check(const Sample &sample, int64_t index) const {
         fail(Status::argument, "%ssigma = %g: must be finite and above 0", where, sigma);
     if (!(elapsed <= kMostTime))
         fail(Status::range, "%st = %g: further than %g from time_offset = %g", where, t, kMostTime, grid_.time_offset);
-    if (!(elapsed * grid_.last() <= kMaxCycles))
+    if (!reaches(sample))
         fail(Status::range, "%st = %g: more than 2^50 cycles from the time offset", where, t);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
         fail(Status::range, "%sy = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",

@@ -59,6 +59,8 @@ class Stream {
     Sample sample(double t, double low, double y, double sigma) const noexcept;
     Sample sample_ns(int64_t t_ns, double y, double sigma) const noexcept;
 
+    // Whether the sums have a place for its time.
+    bool reaches(const Sample &sample) const noexcept;
     // Fails with the sample's number (when index >= 0) unless it can be pushed.
     void check(const Sample &sample, int64_t index) const;
     // Takes a checked sample. Allocates nothing.
@@ -99,6 +101,8 @@ class Stream {
     // The size that state bytes must have which begin with these, kHeaderSize or more.
     static size_t saved_size(const void *header, size_t size);
     static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 10 * 8 + 8;
+    static std::vector<uint8_t> header(const Grid &grid);
+    static Grid load_header(const void *header, size_t size);
 
   private:
     void add(const Sample &sample, double sign) noexcept;

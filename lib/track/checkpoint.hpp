@@ -6,7 +6,6 @@
 
 #include "backend/store.hpp"
 #include "period/stream.hpp"
-#include "track/clock.hpp"
 
 namespace toliman::track {
 
@@ -14,8 +13,8 @@ struct Checkpoint {
     static constexpr const char *kName = "checkpoint.tlmc";
     uint64_t salt = 0, lines = 0; // of the ledger, and how many of its lines the sums hold
     uint32_t chain = 0;           // checksum of the last of them
+    uint32_t setup = 0;           // digest of what the sums were made with
     int64_t repeats = 0;          // frames that came again, which have no line
-    Clock clock;                  // that gave the sums their times
 };
 
 // Status::write; the old checkpoint then stands.
@@ -26,6 +25,6 @@ struct Loaded {
     Checkpoint checkpoint;
     period::Stream sums;
 };
-std::optional<Loaded> load(Store &store);
+std::optional<Loaded> load_checkpoint(Store &store);
 
 } // namespace toliman::track

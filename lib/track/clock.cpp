@@ -20,6 +20,8 @@ Wide rounded_ratio(Wide a, Wide b) noexcept {
 } // namespace
 
 Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
+    if (points_.size() == 1 && points_[0].camera_ns == points_[0].tai_ns)
+        points_.clear();                     // TAI is the camera's time: said by a pair, or by none
     constexpr Wide kLongest = Wide{1} << 62; // 146 years, so that products fit
     for (size_t i = 1; i < points_.size(); i++) {
         const ClockPoint &point = points_[i], &before = points_[i - 1];
@@ -32,7 +34,7 @@ Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
     }
 }
 
-int64_t Clock::tai_ns(int64_t camera_ns) const {
+std::optional<int64_t> Clock::tai_ns(int64_t camera_ns) const noexcept {
     if (points_.empty())
         return camera_ns;
     const auto later = [](int64_t time, const ClockPoint &point) { return time < point.camera_ns; };
@@ -51,7 +53,7 @@ int64_t Clock::tai_ns(int64_t camera_ns) const {
     }
     const Wide result = from.tai_ns + moved;
     if (result > INT64_MAX || result < INT64_MIN)
-        fail(Status::range, "camera time %lld ns: its TAI does not fit in 64 bits", static_cast<long long>(camera_ns));
+        return std::nullopt;
     return static_cast<int64_t>(result);
 }
 

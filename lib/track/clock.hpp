@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace toliman::track {
@@ -19,8 +20,8 @@ class Clock {
     // No points: TAI is the camera's time. One: a constant difference. Two and more: camera and TAI times must both
     // rise (Status::argument); before the first and after the last the nearest line goes on.
     explicit Clock(std::vector<ClockPoint> points = {});
-    // Status::range where the result does not fit in 64 bits.
-    int64_t tai_ns(int64_t camera_ns) const;
+    // None where the result does not fit in 64 bits.
+    std::optional<int64_t> tai_ns(int64_t camera_ns) const noexcept;
     const std::vector<ClockPoint> &points() const noexcept { return points_; }
 
   private:

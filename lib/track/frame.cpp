@@ -13,13 +13,23 @@ namespace toliman::track {
 
 namespace {
 
+// The largest pixel below 2^bit_depth, or of all.
+template <class T> T largest_pixel(uint32_t bit_depth) noexcept {
+    const double end = std::ldexp(1.0, static_cast<int>(bit_depth)); // bit_depth = 0: not used
+    const T largest = std::numeric_limits<T>::max();
+    if (bit_depth == 0 || end > static_cast<double>(largest))
+        return largest;
+    if constexpr (std::is_floating_point_v<T>)
+        return std::nextafter(static_cast<T>(end), T{0});
+    else
+        return static_cast<T>(end - 1);
+}
+
 // Whether no pixel of a row can be a flaw: a pass without branches, which most rows need no more than.
-template <class T> bool is_plain(const T *row, size_t cols, double most) noexcept {
-    const double largest = static_cast<double>(std::numeric_limits<T>::max());
-    const T limit = most < largest ? static_cast<T>(most) : std::numeric_limits<T>::max();
+template <class T> bool is_plain(const T *row, size_t cols, T most) noexcept {
     int bad = 0;
     for (size_t c = 0; c < cols; c++)
-        bad |= static_cast<int>(!(row[c] <= limit)) | static_cast<int>(row[c] == 0);
+        bad |= static_cast<int>(!(row[c] <= most)) | static_cast<int>(row[c] == 0);
     if constexpr (std::is_floating_point_v<T>)
         for (size_t c = 0; c < cols; c++)
             bad |= static_cast<int>(!(row[c] >= -std::numeric_limits<T>::max()));
@@ -27,7 +37,8 @@ template <class T> bool is_plain(const T *row, size_t cols, double most) noexcep
 }
 
 // The first pixel that is not finite or above `most`, or that completes a hole.
-template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry, double most) noexcept {
+template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry) noexcept {
+    const T most = largest_pixel<T>(geometry.bit_depth);
     const size_t hole = geometry.hole > 0 ? (geometry.hole + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
     size_t zeros = 0;
     for (size_t r = 0; r < frame.rows; r++) {
@@ -39,7 +50,7 @@ template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry,
         for (size_t c = 0; c < frame.cols; c++) {
             const auto value = static_cast<double>(row[c]);
             zeros = value == 0 ? zeros + 1 : 0;
-            if (!(value <= most) || (std::is_floating_point_v<T> && !std::isfinite(value)))
+            if (!(row[c] <= most) || !std::isfinite(value))
                 return {std::isfinite(value) ? Reason::over_range : Reason::not_finite, r, c, value};
             if (zeros >= hole)
                 return {Reason::hole, r, c, value};
@@ -49,8 +60,7 @@ template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry,
 }
 
 template <class T> Flaw take_pixels(const Frame &frame, const Geometry &geometry, double *out) noexcept {
-    const double most = geometry.bit_depth > 0 ? std::ldexp(1.0, static_cast<int>(geometry.bit_depth)) - 1 : HUGE_VAL;
-    const Flaw flaw = first_flaw<T>(frame, geometry, most);
+    const Flaw flaw = first_flaw<T>(frame, geometry);
     if (flaw.reason != Reason::none)
         return flaw;
     if (geometry.bin > 1)
@@ -91,8 +101,9 @@ void Geometry::check() const {
 }
 
 uint32_t content_of(const Frame &frame) noexcept {
-    const uint64_t numbers[] = {static_cast<uint64_t>(frame.camera_ns), static_cast<uint64_t>(frame.dropped),
-                                frame.rows, frame.cols, static_cast<uint64_t>(frame.pixel)};
+    const uint64_t numbers[] = {
+        static_cast<uint64_t>(frame.camera_ns), frame.dropped, with_bits<uint64_t>(frame.sigma), frame.rows, frame.cols,
+        static_cast<uint64_t>(frame.pixel)};
     uint8_t facts[sizeof numbers], *at = facts;
     for (const uint64_t number : numbers)
         at = put_number(at, number, 8);

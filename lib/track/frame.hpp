@@ -15,7 +15,8 @@ size_t size_of(Pixel pixel) noexcept;
 struct Frame {
     const char *session, *roi;
     int64_t frame_id, camera_ns;
-    int64_t dropped;
+    uint16_t dropped;
+    double sigma; // of its value; 0: as the terms have it
     Pixel pixel;
     const void *pixels;
     size_t rows, cols, stride; // in pixels
@@ -37,7 +38,7 @@ struct Flaw {
     double value = 0;
 };
 
-// CRC32 of what must be the same when a frame comes again: pixels, their kind and shape, time, frames dropped.
+// CRC32 of what must be the same when a frame comes again: pixels, their kind and shape, time, frames dropped, sigma.
 uint32_t content_of(const Frame &frame) noexcept;
 
 // The first flaw, or none and out [out_rows * out_cols].

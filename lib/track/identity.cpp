@@ -6,18 +6,6 @@
 
 namespace toliman::track {
 
-namespace {
-
-constexpr int64_t kMaxCapacity = int64_t{1} << 28;
-
-size_t slots_for(int64_t capacity) {
-    if (capacity < 1 || capacity > kMaxCapacity)
-        fail(Status::argument, "capacity = %lld: must be in [1, 2^28]", static_cast<long long>(capacity));
-    return static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1;
-}
-
-} // namespace
-
 void check_name(std::string_view name, const char *what) {
     if (!is_name(name))
         fail(Status::argument, "%s = \"%.*s\": %s", what,
@@ -37,7 +25,8 @@ uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {
     return hash ^ (hash >> 33);
 }
 
-FrameIndex::FrameIndex(int64_t capacity) : slots_(slots_for(capacity)), capacity_(capacity) {}
+FrameIndex::FrameIndex(int64_t capacity)
+    : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), capacity_(capacity) {}
 
 size_t FrameIndex::slot_of(uint64_t key) const noexcept {
     __extension__ using Product = unsigned __int128;

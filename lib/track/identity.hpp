@@ -27,7 +27,8 @@ struct Seen {
 
 class FrameIndex {
   public:
-    explicit FrameIndex(int64_t capacity); // 1 to 2^28
+    static constexpr int64_t kMost = int64_t{1} << 28;
+    explicit FrameIndex(int64_t capacity); // 1 to kMost
     // The frame of this key, or NULL. The pointer holds until the next add.
     const Seen *find(uint64_t key) const noexcept;
     // Status::capacity if a frame more would not fit.

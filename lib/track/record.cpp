@@ -34,7 +34,7 @@ RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noex
     return bytes;
 }
 
-bool from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
+Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
     const uint32_t expected = checksum(bytes, chain);
     const uint8_t *at = bytes;
     Record read;
@@ -47,16 +47,31 @@ bool from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t
     const uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
     read.dropped = static_cast<uint16_t>(take_number(at, 2));
     const auto before = static_cast<uint32_t>(take_number(at, 4));
-    if (take_number(at, 4) != expected || kind < 1 || kind > kKinds || reason >= kReasons)
-        return false;
-    if (!(std::isfinite(read.value) && std::isfinite(read.sigma) && read.sigma > 0))
-        return false;
+    if (take_number(at, 4) != expected)
+        return Line::torn;
+    synced = before;
+    chain = expected;
+    if (kind < 1 || kind > kKinds || reason >= kReasons || !std::isfinite(read.value))
+        return Line::impossible;
     read.kind = static_cast<Kind>(kind);
     read.reason = static_cast<Reason>(reason);
     record = read;
-    synced = before;
-    chain = expected;
-    return true;
+    return Line::whole;
+}
+
+Record to_record(const Merged &merged, double sigma) noexcept {
+    Record record;
+    record.kind = Kind::merged;
+    record.stream = merged.salt;
+    record.frame_id = merged.lines;
+    record.camera_ns = merged.repeats;
+    record.content = merged.chain;
+    record.sigma = sigma;
+    return record;
+}
+
+Merged merged_of(const Record &record) noexcept {
+    return {record.stream, record.frame_id, record.camera_ns, record.content};
 }
 
 } // namespace toliman::track

@@ -11,11 +11,12 @@ enum class Kind : uint8_t {
     outlier = 2,     // a good frame whose value is beyond the limit: not in the sums
     quarantined = 3, // another payload of a key that is known: what was accepted of it is taken back
     rejected = 4,    // a frame that cannot be trusted; a good copy may still come
+    merged = 5,      // no frame: lines of another ledger are in, see Merged
 };
 
 // Why a frame was rejected.
 enum class Reason : uint8_t { none = 0, shape = 1, over_range = 2, hole = 3, not_finite = 4, clock = 5, estimate = 6 };
-constexpr size_t kKinds = 4, kReasons = 7;
+constexpr size_t kKinds = 5, kReasons = 7;
 
 struct Record {
     uint64_t stream = 0; // digest of session and region
@@ -28,6 +29,15 @@ struct Record {
     uint16_t dropped = 0; // frames that the camera says it dropped before this one
 };
 
+// A record of kind merged, by its members' other names: the first `lines` of the ledger with this salt are in.
+struct Merged {
+    uint64_t salt = 0;
+    int64_t lines = 0, repeats = 0; // repeats: frames that came again there, which have no line
+    uint32_t chain = 0;             // checksum of the last of the lines
+};
+Record to_record(const Merged &merged, double sigma) noexcept;
+Merged merged_of(const Record &record) noexcept;
+
 constexpr size_t kRecordSize = 64;
 using RecordBytes = std::array<uint8_t, kRecordSize>;
 
@@ -35,8 +45,8 @@ using RecordBytes = std::array<uint8_t, kRecordSize>;
 // record before.
 RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noexcept;
 
-// The record, or false where the checksum does not fit or a member is impossible. On success synced and chain are those
-// of the record.
-bool from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept;
+// A line whose checksum fits was written as it is: then synced and chain become those of the record.
+enum class Line { whole, torn, impossible };
+Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept;
 
 } // namespace toliman::track

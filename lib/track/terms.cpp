@@ -1,5 +1,8 @@
 #include "track/terms.hpp"
 
+#include <cmath>
+#include <cstdio>
+
 #include "base/bytes.hpp"
 #include "base/error.hpp"
 
@@ -8,6 +11,7 @@ namespace toliman::track {
 namespace {
 
 constexpr double kLeast = 1e-90, kMost = 1e90; // so that a periodogram can carry them
+constexpr int64_t kMostRepeats = int64_t{1} << 60;
 
 } // namespace
 
@@ -17,6 +21,48 @@ void Terms::check() const {
         fail(Status::argument, "sigma = %g: must be in [%g, %g]", sigma, kLeast, kMost);
     if (!(value_limit >= kLeast && value_limit <= kMost))
         fail(Status::argument, "value_limit = %g: must be in [%g, %g]", value_limit, kLeast, kMost);
+}
+
+bool Terms::allow(const Record &record) const noexcept {
+    if (record.kind == Kind::merged) {
+        const Merged merged = merged_of(record);
+        return merged.lines >= 0 && merged.repeats >= 0 && merged.repeats <= kMostRepeats;
+    }
+    return allows_sigma(record.sigma) && !(record.kind == Kind::accepted && std::fabs(record.value) > value_limit);
+}
+
+std::string difference(const Terms &there, const Terms &here) {
+    char text[160];
+    const Geometry &a = there.geometry, &b = here.geometry;
+    const auto sides = [&](const char *name, size_t rows, size_t cols, size_t rows_here, size_t cols_here) {
+        std::snprintf(text, sizeof text, "%s %zux%zu, here %zux%zu", name, rows, cols, rows_here, cols_here);
+        return std::string(text);
+    };
+    const auto number = [&](const char *name, double value, double value_here) {
+        std::snprintf(text, sizeof text, "%s %.17g, here %.17g", name, value, value_here);
+        return std::string(text);
+    };
+    if (a.rows != b.rows || a.cols != b.cols)
+        return sides("frames of", a.rows, a.cols, b.rows, b.cols);
+    if (a.crop_row != b.crop_row || a.crop_col != b.crop_col)
+        return sides("crop from", a.crop_row, a.crop_col, b.crop_row, b.crop_col);
+    if (a.out_rows != b.out_rows || a.out_cols != b.out_cols)
+        return sides("images of", a.out_rows, a.out_cols, b.out_rows, b.out_cols);
+    if (a.bin != b.bin)
+        return number("bin", static_cast<double>(a.bin), static_cast<double>(b.bin));
+    if (a.bit_depth != b.bit_depth)
+        return number("bit depth", a.bit_depth, b.bit_depth);
+    if (a.hole != b.hole)
+        return number("hole bytes", static_cast<double>(a.hole), static_cast<double>(b.hole));
+    if (there.sigma != here.sigma)
+        return number("sigma", there.sigma, here.sigma);
+    if (there.value_limit != here.value_limit)
+        return number("value limit", there.value_limit, here.value_limit);
+    if (there.estimator == here.estimator)
+        return "";
+    std::snprintf(text, sizeof text, "estimator %016llx, here %016llx",
+                  static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
+    return text;
 }
 
 TermsBytes to_bytes(const Terms &terms) noexcept {

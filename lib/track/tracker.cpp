@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "base/error.hpp"
@@ -12,6 +13,7 @@ namespace toliman::track {
 namespace {
 
 constexpr std::chrono::seconds kLongestWait{1};
+constexpr int64_t kMostRepeats = int64_t{1} << 61;
 
 uint64_t key_of(const Record &record) noexcept {
     return key_digest(record.stream, record.frame_id);
@@ -19,80 +21,88 @@ uint64_t key_of(const Record &record) noexcept {
 
 } // namespace
 
+Place open_place(const std::string &folder, Access access) {
+    Place place;
+    place.access = access;
+    place.store = open_folder(folder, access);
+    place.setup = load_setup(*place.store);
+    place.loaded = load_checkpoint(*place.store);
+    return place;
+}
+
 Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums)
     : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(place.store)), access_(place.access),
       index_(plan_.capacity), streams_(plan_.capacity), sums_(sums) {
-    plan_.terms.check();
-    if (plan_.group < 1 || plan_.group > 65536)
-        fail(Status::argument, "group = %zu: must be in [1, 65536]", plan_.group);
     images_.resize(plan_.workers * plan_.terms.geometry.out_rows * plan_.terms.geometry.out_cols);
     jobs_.resize(kBatch);
-    if (!store_) {
+    if (store_)
+        open(place);
+    else
         memory_.resize(static_cast<size_t>(plan_.capacity));
-        return;
-    }
-    if (access_ == Access::write && store_->size(Ledger::kName) < 0 && store_->size(Checkpoint::kName) >= 0)
-        fail(Status::format, "%s: missing, though the checkpoint of one is there", store_->path(Ledger::kName).c_str());
-    Ledger::Held held;
-    if (place.loaded && !place.rebuild)
-        held = {place.loaded->checkpoint.salt, place.loaded->checkpoint.lines};
-    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, held,
-                    [this](const Record &record, uint64_t line) { note(record, line); });
-    const bool fits = place.loaded && place.loaded->checkpoint.salt == ledger_->salt();
-    if (fits)
-        count_repeats(place.loaded->checkpoint.repeats);
-    if (fits && !place.rebuild) {
-        take_up(*place.loaded);
-        return;
-    }
-    sum_up(0);
-    if (access_ == Access::write)
-        save(); // readers find the grid there
 }
 
-// The checkpoint's sums and the lines behind them.
-void Tracker::take_up(const Loaded &loaded) {
-    const Checkpoint &point = loaded.checkpoint;
-    const std::string path = store_->path(Checkpoint::kName);
-    if (point.lines > ledger_->count() || point.chain != ledger_->chain_before(point.lines))
-        fail(Status::format,
-             "%s: made of %llu lines, the ledger has %llu or others: lines were lost; rebuild to go on with what is "
-             "left",
-             path.c_str(), static_cast<unsigned long long>(point.lines),
-             static_cast<unsigned long long>(ledger_->count()));
-    if (loaded.sums.grid().digest() != sums_.grid().digest())
-        fail(Status::mismatch, "%s: made on another grid of frequencies: rebuild it", path.c_str());
-    if (!(point.clock.points() == plan_.clock.points()))
-        fail(Status::mismatch, "%s: made with another clock: rebuild it", path.c_str());
-    sums_ = loaded.sums;
-    sum_up(point.lines);
+// The setup of a new folder is there before its ledger is, a changed one before sums that were made with it.
+void Tracker::open(Place &place) {
+    const bool is_new = store_->size(LedgerFile::kName) < 0, writing = access_ == Access::write;
+    if (is_new && writing && store_->size(Checkpoint::kName) >= 0)
+        fail(Status::format, "%s: missing, though the checkpoint of one is there",
+             store_->path(LedgerFile::kName).c_str());
+    check_setup(place, is_new);
+    const bool changed = !place.setup || place.setup->digest() != setup().digest();
+    if (is_new && writing && changed)
+        track::save(*store_, setup());
+    const Checkpoint none, &point = place.loaded ? place.loaded->checkpoint : none;
+    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, Held{point.salt, point.lines, point.chain},
+                    [this](const Record &record, uint64_t line) { note(record, line); });
+    if (!is_new && writing && changed)
+        track::save(*store_, setup());
+    const bool fits = place.loaded && point.salt == ledger_->salt();
+    if (fits)
+        count_repeats(point.repeats);
+    if (fits && !place.rebuild && point.setup == setup().digest() &&
+        place.loaded->sums.grid().digest() == sums_.grid().digest()) {
+        sums_ = std::move(place.loaded->sums);
+        return sum_up(point.lines);
+    }
+    sum_up(0);
+    if (writing)
+        save();
+}
+
+void Tracker::check_setup(const Place &place, bool is_new) const {
+    if (is_new)
+        return;
+    LedgerFile(*store_).check_terms(plan_.terms); // on which the grid depends, too
+    if (place.rebuild || !place.setup)
+        return;
+    const std::string path = store_->path(Setup::kName);
+    if (place.setup->grid.digest() != sums_.grid().digest())
+        fail(Status::mismatch, "%s: of another grid of frequencies: rebuild for this one", path.c_str());
+    if (!(place.setup->clock.points() == plan_.clock.points()))
+        fail(Status::mismatch, "%s: of another clock: rebuild for this one", path.c_str());
 }
 
 // Pushes what is accepted of the lines from `first` on, and takes back what earlier ones brought and these deny. Frames
 // that are quarantined by now are never pushed.
 void Tracker::sum_up(uint64_t first) {
-    ledger_->visit(first, [&](const Record &record, uint64_t line) {
-        const Seen *seen = record.kind == Kind::rejected ? nullptr : index_.find(key_of(record));
-        if (record.kind == Kind::accepted && seen->fate() == Fate::accepted) {
-            const period::Sample sample = sample_of(record);
-            try {
-                sums_.check(sample, -1);
-            } catch (const Error &error) {
-                fail(error.status(), "%s: line %llu: %s", store_->path(Ledger::kName).c_str(),
-                     static_cast<unsigned long long>(line), error.what());
-            }
-            sums_.push(sample);
-        }
-        if (record.kind == Kind::quarantined && seen->line() < first) {
-            const Record denied = ledger_->read(seen->line());
-            if (denied.kind == Kind::accepted)
-                sums_.retract(sample_of(denied));
-        }
+    ledger_->visit(first, ledger_->count(), [&](const Record &record, uint64_t) {
+        if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
+            return;
+        const Seen &seen = *index_.find(key_of(record));
+        if (record.kind == Kind::accepted && seen.fate() == Fate::accepted)
+            sums_.push(*sample_of(record));
+        if (record.kind == Kind::quarantined && seen.line() < first)
+            if (const auto sample = sample_of(ledger_->read(seen.line())))
+                sums_.retract(*sample);
     });
 }
 
-period::Sample Tracker::sample_of(const Record &record) const {
-    return sums_.sample_ns(plan_.clock.tai_ns(record.camera_ns), record.value, record.sigma);
+std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
+    const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(record.camera_ns);
+    if (record.kind != Kind::accepted || !tai_ns)
+        return std::nullopt;
+    const period::Sample sample = sums_.sample_ns(*tai_ns, record.value, record.sigma);
+    return sums_.reaches(sample) ? std::optional(sample) : std::nullopt;
 }
 
 void Tracker::count_repeats(int64_t count) noexcept {
@@ -102,31 +112,62 @@ void Tracker::count_repeats(int64_t count) noexcept {
 }
 
 void Tracker::note(const Record &record, uint64_t line) {
-    if (record.kind == Kind::rejected) {
+    if (record.kind == Kind::merged)
+        return take_merged(merged_of(record));
+    if (record.kind == Kind::rejected)
         counts_.rejected[static_cast<size_t>(record.reason)]++;
-    } else if (record.kind != Kind::quarantined) {
-        index_.check_room();
-        streams_.check_room(record.stream);
-        const bool accepted = record.kind == Kind::accepted;
-        if (index_.find(key_of(record)) != nullptr)
-            fail(Status::format, "%s: line %llu holds a frame that is there already",
-                 store_->path(Ledger::kName).c_str(), static_cast<unsigned long long>(line));
-        index_.add(key_of(record), record.content, line, accepted ? Fate::accepted : Fate::outlier);
-        streams_.add(record.stream, record.frame_id);
-        (accepted ? counts_.accepted : counts_.outlier)++;
-        counts_.dropped += record.dropped;
-    } else {
-        const Seen *seen = index_.find(key_of(record));
-        if (seen == nullptr || seen->fate() == Fate::quarantined)
-            fail(Status::format, "%s: line %llu denies a frame that is not there", store_->path(Ledger::kName).c_str(),
-                 static_cast<unsigned long long>(line));
-        (seen->fate() == Fate::accepted ? counts_.accepted : counts_.outlier)--;
-        counts_.quarantined++;
-        counts_.repeated++;
-        counts_.dropped -= record.dropped;
-        index_.quarantine(*seen);
-    }
+    else if (record.kind == Kind::quarantined)
+        note_denial(record, line);
+    else
+        note_frame(record, line);
     counts_.received++;
+}
+
+// A good frame whose time has no place in these sums is an outlier: with another clock it may come in.
+void Tracker::note_frame(const Record &record, uint64_t line) {
+    index_.check_room();
+    streams_.check_room(record.stream);
+    const bool accepted = sample_of(record).has_value();
+    if (index_.find(key_of(record)) != nullptr)
+        fail(Status::format, "%s: line %llu holds a frame that is there already",
+             store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(line));
+    index_.add(key_of(record), record.content, line, accepted ? Fate::accepted : Fate::outlier);
+    streams_.add(record.stream, record.frame_id);
+    (accepted ? counts_.accepted : counts_.outlier)++;
+    counts_.dropped += record.dropped;
+}
+
+void Tracker::note_denial(const Record &record, uint64_t line) {
+    const Seen *seen = index_.find(key_of(record));
+    if (seen == nullptr || seen->fate() == Fate::quarantined)
+        fail(Status::format, "%s: line %llu denies a frame that is not there", store_->path(LedgerFile::kName).c_str(),
+             static_cast<unsigned long long>(line));
+    (seen->fate() == Fate::accepted ? counts_.accepted : counts_.outlier)--;
+    counts_.quarantined++;
+    counts_.repeated++;
+    counts_.dropped -= record.dropped;
+    index_.quarantine(*seen);
+}
+
+Merged Tracker::merged_before(uint64_t salt) const noexcept {
+    for (const Merged &merged : merged_)
+        if (merged.salt == salt)
+            return merged;
+    Merged none;
+    none.salt = salt;
+    return none;
+}
+
+// Its repeats have a line by that, unlike those of this ledger.
+void Tracker::take_merged(const Merged &merged) {
+    const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
+    if (counts_.repeated + repeats > kMostRepeats)
+        fail(Status::format, "ledger: impossible counts of merged lines");
+    counts_.received += repeats;
+    counts_.repeated += repeats;
+    const auto same = [&](const Merged &one) { return one.salt == merged.salt; };
+    merged_.erase(std::remove_if(merged_.begin(), merged_.end(), same), merged_.end());
+    merged_.push_back(merged);
 }
 
 // In memory what is no frame's own needs no line.
@@ -140,7 +181,7 @@ uint64_t Tracker::write_line(const Record &record) {
     return in_memory_ - 1;
 }
 
-Record Tracker::read_line(uint64_t number) {
+Record Tracker::read_line(uint64_t number) const {
     return ledger_ ? ledger_->read(number) : memory_[number];
 }
 
@@ -161,13 +202,12 @@ void Tracker::judge(const Frame &frame, Job &job, unsigned worker) {
     outcome.flaw = take(frame, terms.geometry, image);
     if (outcome.flaw.reason != Reason::none)
         return;
-    try {
-        outcome.tai_ns = plan_.clock.tai_ns(frame.camera_ns);
-        sums_.check(sums_.sample_ns(outcome.tai_ns, 0, terms.sigma), -1);
-    } catch (const Error &) {
+    const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(frame.camera_ns);
+    if (!tai_ns || !sums_.reaches(sums_.sample_ns(*tai_ns, 0, terms.sigma))) {
         outcome.flaw.reason = Reason::clock;
         return;
     }
+    outcome.tai_ns = *tai_ns;
     try {
         outcome.value = estimate_(image, worker);
     } catch (...) {
@@ -186,9 +226,9 @@ Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
     record.camera_ns = frame.camera_ns;
     record.tai_ns = job.outcome.tai_ns;
     record.value = job.outcome.value;
-    record.sigma = plan_.terms.sigma;
+    record.sigma = frame.sigma != 0 ? frame.sigma : plan_.terms.sigma;
     record.reason = job.outcome.flaw.reason;
-    record.dropped = static_cast<uint16_t>(std::clamp<int64_t>(frame.dropped, 0, UINT16_MAX));
+    record.dropped = frame.dropped;
     record.kind = record.reason != Reason::none                       ? Kind::rejected
                   : std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier
                                                                       : Kind::accepted;
@@ -218,12 +258,10 @@ void Tracker::settle(const Record &record, Outcome &outcome) {
 void Tracker::take_in(const Record &record) {
     index_.check_room();
     streams_.check_room(record.stream);
-    if (record.kind != Kind::accepted)
-        return note(record, write_line(record));
-    const period::Sample sample = sample_of(record);
-    sums_.check(sample, -1);
+    const std::optional<period::Sample> sample = sample_of(record);
     note(record, write_line(record));
-    sums_.push(sample);
+    if (sample)
+        sums_.push(*sample);
 }
 
 void Tracker::deny(const Seen &seen, Record record) {
@@ -231,8 +269,29 @@ void Tracker::deny(const Seen &seen, Record record) {
     record.kind = Kind::quarantined;
     record.dropped = denied.dropped; // what is no longer counted
     note(record, write_line(record));
-    if (denied.kind == Kind::accepted)
-        sums_.retract(sample_of(denied));
+    if (const std::optional<period::Sample> sample = sample_of(denied))
+        sums_.retract(*sample);
+}
+
+// What a line means by now.
+Outcome Tracker::outcome_of(const Record &record) const {
+    Outcome outcome;
+    outcome.flaw.reason = record.reason;
+    outcome.value = record.value;
+    outcome.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
+    if (record.kind == Kind::rejected || record.kind == Kind::merged)
+        return outcome;
+    constexpr Verdict kVerdicts[] = {Verdict::rejected, Verdict::accepted, Verdict::outlier, Verdict::quarantined};
+    outcome.verdict = kVerdicts[static_cast<size_t>(index_.find(key_of(record))->fate())];
+    return outcome;
+}
+
+void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const {
+    const auto give = [&](const Record &record, uint64_t) { each(record, outcome_of(record)); };
+    if (ledger_)
+        return ledger_->visit(first, most, give);
+    for (uint64_t number = first; number < in_memory_ && number - first < most; number++)
+        give(memory_[number], number);
 }
 
 void Tracker::check_writable() const {
@@ -264,26 +323,100 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
         commit();
 }
 
-void Tracker::merge(Store &other) {
-    check_writable();
-    const std::optional<Loaded> loaded = load(other); // before the ledger, to which its writer may be adding
-    Ledger::Held held;
-    if (loaded)
-        held = {loaded->checkpoint.salt, loaded->checkpoint.lines};
-    Ledger lines(other, Access::read, plan_.terms, 1, Sync::none, held, [](const Record &, uint64_t) {});
-    lines.visit(0, [&](const Record &theirs, uint64_t number) {
-        Record record = theirs;
-        if (record.kind == Kind::quarantined && index_.find(key_of(record)) == nullptr)
-            fail(Status::format, "%s: line %llu denies a frame that is not there", other.path(Ledger::kName).c_str(),
-                 static_cast<unsigned long long>(number));
-        if (record.kind == Kind::accepted || record.kind == Kind::outlier)
-            record.tai_ns = plan_.clock.tai_ns(record.camera_ns);
-        Outcome outcome;
-        settle(record, outcome);
+// Sorted, so that no order of arrival changes what is made of it.
+Series Tracker::series() const {
+    std::vector<period::Sample> samples;
+    samples.reserve(static_cast<size_t>(counts_.accepted));
+    visit(0, lines(), [&](const Record &record, const Outcome &outcome) {
+        if (outcome.verdict == Verdict::accepted)
+            samples.push_back(*sample_of(record));
     });
-    if (loaded && loaded->checkpoint.salt == lines.salt())
-        count_repeats(loaded->checkpoint.repeats);
+    std::sort(samples.begin(), samples.end(), [](const period::Sample &a, const period::Sample &b) {
+        return std::tie(a.t_high, a.t_low, a.y, a.sigma) < std::tie(b.t_high, b.t_low, b.y, b.sigma);
+    });
+    Series series;
+    for (const period::Sample &sample : samples) {
+        series.t.push_back(sample.t_high);
+        series.y.push_back(sample.y);
+        series.sigma.push_back(sample.sigma);
+    }
+    return series;
+}
+
+uint64_t Tracker::merge(Store &other, bool salvage) {
+    check_writable();
+    const std::optional<Loaded> loaded = load_checkpoint(other); // before the ledger, to which its writer may be adding
+    const Checkpoint none, &point = loaded ? loaded->checkpoint : none;
+    const LedgerFile file(other);
+    file.check_terms(plan_.terms);
+    if (ledger_ && file.salt() == ledger_->salt())
+        fail(Status::argument, "%s: the tracker's own, or a copy of it", file.path().c_str());
+    const Held held = {point.salt, point.lines, point.chain};
+    Merged merged = merged_before(file.salt());
+    const uint64_t lost = salvage ? merge_whole_lines(file, held, merged) : merge_all_lines(other, held, merged);
+    if (point.salt == merged.salt)
+        merged.repeats = std::max(merged.repeats, point.repeats);
+    mark(merged);
     commit();
+    return lost;
+}
+
+uint64_t Tracker::merge_all_lines(Store &other, Held held, Merged &merged) {
+    const Ledger theirs(other, Access::read, plan_.terms, 1, Sync::none, held, [](const Record &, uint64_t) {});
+    const auto first = static_cast<uint64_t>(merged.lines);
+    const std::string path = other.path(LedgerFile::kName);
+    if (first > theirs.count() || (first > 0 && theirs.chain_before(first) != merged.chain))
+        fail(Status::mismatch,
+             "%s: not with the first %llu lines that were merged before: of copies that went on apart?", path.c_str(),
+             static_cast<unsigned long long>(first));
+    theirs.visit(first, theirs.count(), [&](const Record &record, uint64_t number) {
+        if (!merge_line(record))
+            fail(Status::format, "%s: line %llu denies a frame that is not there", path.c_str(),
+                 static_cast<unsigned long long>(number));
+    });
+    merged.lines = static_cast<int64_t>(theirs.count());
+    merged.chain = theirs.chain_before(theirs.count());
+    return 0;
+}
+
+uint64_t Tracker::merge_whole_lines(const LedgerFile &file, Held held, Merged &merged) {
+    const auto first = static_cast<uint64_t>(merged.lines);
+    uint64_t lost = 0, lines = file.count();
+    lost += file.salvage([&](const Record &record, uint64_t number) {
+        if (number >= first && !merge_line(record))
+            lost++; // with the frame that it denies
+    });
+    if (held.salt == file.salt() && held.lines > lines)
+        lost += held.lines - lines;
+    merged.lines = std::max(merged.lines, static_cast<int64_t>(lines));
+    merged.chain = 0;
+    return lost;
+}
+
+// False for one that denies a frame which is not there.
+bool Tracker::merge_line(const Record &theirs) {
+    if (theirs.kind == Kind::merged) {
+        mark(merged_of(theirs));
+        return true;
+    }
+    if (theirs.kind == Kind::quarantined && index_.find(key_of(theirs)) == nullptr)
+        return false;
+    Record record = theirs;
+    if (record.kind == Kind::accepted || record.kind == Kind::outlier)
+        record.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
+    Outcome outcome;
+    settle(record, outcome);
+    return true;
+}
+
+// That lines of another ledger are in, unless that is known.
+void Tracker::mark(const Merged &merged) {
+    const Merged before = merged_before(merged.salt);
+    const bool is_own = ledger_ && merged.salt == ledger_->salt();
+    if (is_own || (before.lines >= merged.lines && before.repeats >= merged.repeats))
+        return;
+    const Record record = to_record(merged, plan_.terms.sigma);
+    note(record, write_line(record));
 }
 
 void Tracker::commit() {
@@ -301,8 +434,8 @@ void Tracker::save() {
     point.salt = ledger_->salt();
     point.lines = ledger_->count();
     point.chain = ledger_->chain_before(point.lines);
+    point.setup = setup().digest();
     point.repeats = unwritten_repeats_;
-    point.clock = plan_.clock;
     track::save(*store_, point, sums_);
 }
 

@@ -14,6 +14,7 @@
 #include "track/frame.hpp"
 #include "track/identity.hpp"
 #include "track/ledger.hpp"
+#include "track/setup.hpp"
 #include "track/streams.hpp"
 #include "track/terms.hpp"
 
@@ -41,13 +42,15 @@ struct Plan {
     Sync sync = Sync::group;
 };
 
-// Where ledger and checkpoint are.
+// Where the files are, and what of them was read before the ledger: a writer may be adding to that.
 struct Place {
     std::unique_ptr<Store> store; // none: all in memory
     Access access = Access::write;
-    std::optional<Loaded> loaded; // its checkpoint, read before the ledger: a writer may be adding to that
-    bool rebuild = false;         // the checkpoint's sums do not count
+    bool rebuild = false; // sums anew, on the plan's grid and clock
+    std::optional<Setup> setup;
+    std::optional<Loaded> loaded;
 };
+Place open_place(const std::string &folder, Access access);
 
 // Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
 struct Counts {
@@ -55,23 +58,38 @@ struct Counts {
     int64_t dropped = 0; // by the camera, before frames that are in
 };
 
+// Times in the grid's unit from its reference, values and their sigmas.
+struct Series {
+    std::vector<double> t, y, sigma;
+};
+
 class Tracker {
   public:
     static constexpr size_t kBatch = 256; // frames, the most of one push
 
     // Takes up what the place holds; sums, which are empty, become those of its frames and must outlive the tracker. No
-    // estimate: frames come by merging only. Status::mismatch if it was made with another plan or grid.
+    // estimate: frames come by merging only. Status::mismatch if it was made on other terms or, without rebuild, with
+    // another grid or clock.
     Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums);
 
     // Estimates on all workers, then settles one frame after the other; allocates nothing with one worker. Where it
     // fails, frames before `done` are in and that one is not.
     void push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done);
-    // All lines of another folder, as if their frames had come here. Status::mismatch for other terms.
-    void merge(Store &other);
+    // All lines of another folder that did not come before, as if their frames had come here. Status::mismatch for
+    // other terms. Salvage leaves out what is damaged; returns how many lines are lost.
+    uint64_t merge(Store &other, bool salvage);
     // Brings all lines to the disk.
     void commit();
     // The same and the sums, so that taking up is quick.
     void save();
+
+    // Frames in the order of arrival, by lines of the ledger from `first` on, `most` at the most; their verdict is that
+    // of now. In memory there are those alone that came as good ones.
+    using EachFrame = std::function<void(const Record &, const Outcome &)>;
+    void visit(uint64_t first, uint64_t most, const EachFrame &each) const;
+
+    // What is in the sums, by time.
+    Series series() const;
 
     const Plan &plan() const noexcept { return plan_; }
     const Counts &counts() const noexcept { return counts_; }
@@ -87,8 +105,16 @@ class Tracker {
         uint32_t content = 0;
         Outcome outcome;
     };
-    void take_up(const Loaded &loaded);
+    void open(Place &place);
+    void check_setup(const Place &place, bool is_new) const;
     void sum_up(uint64_t first);
+    void take_merged(const Merged &merged);
+    Merged merged_before(uint64_t salt) const noexcept; // no lines if there was none
+    uint64_t merge_all_lines(Store &other, Held held, Merged &merged);
+    uint64_t merge_whole_lines(const LedgerFile &file, Held held, Merged &merged);
+    bool merge_line(const Record &theirs);
+    void mark(const Merged &merged);
+    Setup setup() const { return {sums_.grid(), plan_.clock}; }
     void look_at(const Frame &frame, Job &job, unsigned worker) noexcept;
     void judge(const Frame &frame, Job &job, unsigned worker);
     Record record_of(const Frame &frame, const Job &job) const noexcept;
@@ -97,10 +123,14 @@ class Tracker {
     void deny(const Seen &seen, Record record);
     void count_repeats(int64_t count) noexcept;
     void note(const Record &record, uint64_t line); // in index and counts
-    uint64_t write_line(const Record &record);      // returns its number
-    Record read_line(uint64_t number);
+    void note_frame(const Record &record, uint64_t line);
+    void note_denial(const Record &record, uint64_t line);
+    uint64_t write_line(const Record &record); // returns its number
+    Record read_line(uint64_t number) const;
+    Outcome outcome_of(const Record &record) const;
     void check_writable() const;
-    period::Sample sample_of(const Record &record) const;
+    // What a line brings to the sums: nothing unless it says accepted and its time has a place there.
+    std::optional<period::Sample> sample_of(const Record &record) const noexcept;
 
     Plan plan_;
     Estimate estimate_;
@@ -110,6 +140,7 @@ class Tracker {
     Streams streams_;
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
+    std::vector<Merged> merged_; // of every ledger the latest
     std::vector<Record> memory_; // in place of a ledger, frames that are in
     size_t in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]

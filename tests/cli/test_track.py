@@ -109,6 +109,13 @@ class Order(Track):
         fitted = json.loads(self.succeed("period", "v.npy", "--json"))
         self.assertAlmostEqual(self.counts(out)["log10_fap"] / fitted["log10_fap"], 1, delta=0.05)
         self.assertAlmostEqual(self.counts(out)["period"] / fitted["peak"]["period"], 1, delta=1e-3)
+        status = json.loads(self.succeed("status", "s", "--json"))
+        peak = fitted["peak"]
+        peak.update(log10_fap=fitted["log10_fap"], period_error=peak["frequency_error"] / peak["frequency"] ** 2)
+        for key in ("period", "period_error", "amplitude", "amplitude_error", "offset", "log10_fap"):
+            for line in (self.counts(out), status):
+                self.assertAlmostEqual(line["fit"][key] / peak[key], 1, delta=1e-5, msg=key)
+        self.assertTrue(all(line["fit"] is None for line in out[:-1] if "fit" in line))
         again = self.track("s", "all", grid=())
         self.assertEqual((self.counts(again)["repeated"], self.counts(again)["accepted"]), (FRAMES, FRAMES))
         self.assertEqual(self.counts(again)["period"], self.counts(out)["period"])
@@ -407,13 +414,37 @@ class Folders(Track):
         self.succeed("rebuild", "slow", "--clock", "clock.csv")
         self.assertEqual(self.sums("slow"), slow)
         self.track("other", "all", grid=("--grid", "0.02:0.001:50"))
-        self.succeed("rebuild", "clean", "--grid", "0.02:0.001:50", "--clock", "camera")
+        self.succeed("rebuild", "clean", "--grid", "0.02:0.001:50")
         self.assertEqual(self.sums("clean"), self.sums("other"))
+        self.succeed("rebuild", "slow", "--grid", "0.02:0.001:50")  # and the clock stays
+        self.track("slower", "all", "--clock", "clock.csv", grid=("--grid", "0.02:0.001:50"))
+        self.assertEqual(self.sums("slow"), self.sums("slower"))
+        (self.folder / "slower" / "setup.tlms").unlink()  # had the clock: nothing is guessed
+        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --grid and --clock",
+                    arguments=("rebuild", "slower", "--grid", "0.02:0.001:50"))
+        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --clock",
+                    arguments=("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le",
+                               "--grid", "0.02:0.001:50", "all"))
+        self.succeed("rebuild", "slower", "--grid", "0.02:0.001:50", "--clock", "clock.csv")
+        self.assertEqual(self.sums("slow"), self.sums("slower"))
         self.shards(2, "--clock", "clock.csv")
         self.run_program("merge", "shard_0", "shard_1", "--out", "both")
         self.assertEqual(self.sums("both"), slow)
         (self.folder / "bad.csv").write_text("0,1\n5;6\n")
         self.refuse(3, "bad.csv:2", arguments=("rebuild", "slow", "--clock", "bad.csv"))
+
+    def test_salvage(self):
+        self.track("s", "all")
+        ledger = self.folder / "s" / "ledger.tlml"
+        lines = bytearray(ledger.read_bytes())
+        lines[128 + 5 * 64] ^= 1  # frame 5
+        ledger.write_bytes(lines)
+        self.refuse(5, "5 lines are whole", arguments=("status", "s"))
+        self.refuse(5, "5 lines are whole", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))
+        done = self.run_program("merge", "s", "--salvage", "--out", "saved")
+        self.assertEqual((done.returncode, "s: 1 lines are lost" in done.stderr), (0, True))
+        self.assertEqual(self.sums("saved"), self.clean([k for k in range(FRAMES) if k != 5]))
+        self.refuse(2, "--salvage is for state folders", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
 
     def test_files_with_a_header(self):
         numpy.save(self.folder / "day.npy", self.frames)

@@ -18,7 +18,7 @@ struct Arrival {
     uint16_t pixels[kPixels];
     int64_t id;
     track::Frame frame() const {
-        return {"pass", "core", id, id * 1000, 0, track::Pixel::u16, pixels, kSide, kSide, kSide};
+        return {"pass", "core", id, id * 1000, 0, 0, track::Pixel::u16, pixels, kSide, kSide, kSide};
     }
 };
 
@@ -62,7 +62,8 @@ struct Run {
     Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group) : sums(grid()) {
         track::Place place;
         place.store = std::move(store);
-        place.loaded = track::load(*place.store);
+        place.setup = track::load_setup(*place.store);
+        place.loaded = track::load_checkpoint(*place.store);
         tracker.emplace(
             make_plan(group, sync),
             [](const double *image, unsigned) { return (image[0] - image[1] + image[2]) / 1024; }, std::move(place),

@@ -34,7 +34,7 @@ Told run_with_failure(Disk &disk, const std::vector<Arrival> &arrivals, long cal
     told.acknowledged = run->tracker->committed();
     if (!told.error)
         return told;
-    const auto ledger = [&] { return disk.files[disk.names.at(track::Ledger::kName)].now.size(); };
+    const auto ledger = [&] { return disk.files[disk.names.at(track::LedgerFile::kName)].now.size(); };
     const size_t size = ledger();
     try { // frames that surely need lines
         for (int64_t id = 1000; id < 1010; id++) {

@@ -199,7 +199,7 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
             options.crop_col = 2;
             options.bin = bin;
             toliman_track *track = make_track(&options);
-            const toliman_frame frame = {sizeof frame, kind, "s", "r", 1, 0, 0, bytes, ROWS, COLS, STRIDE};
+            const toliman_frame frame = {sizeof frame, kind, "s", "r", 1, 0, 0, bytes, ROWS, COLS, STRIDE, 0};
             assert_int_equal(push_one(track, &frame).verdict, TOLIMAN_TRACK_ACCEPTED);
             assert_int_equal(seen_rows, (ROWS - 1) / bin);
             assert_int_equal(seen_cols, (COLS - 2) / bin);
@@ -212,6 +212,105 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
                 }
             toliman_track_destroy(track);
         }
+}
+
+/* The largest pixel below 2^depth is good, 2^depth is not, whatever holds it. */
+static void bit_depth_ends_where_it_says(void **unused) {
+    (void)unused;
+    static double doubles[PIXELS];
+    static float floats[PIXELS];
+    static uint32_t words[PIXELS];
+    for (uint32_t depth = 1; depth <= 32; depth++) {
+        toliman_track_options options = small_options(NULL);
+        options.bit_depth = depth;
+        options.value_limit = 1e10;
+        toliman_track *track = make_track(&options);
+        const double end = ldexp(1, (int)depth);
+        small_frame frame;
+        int64_t id = 0;
+        for (int beyond = 0; beyond < 2; beyond++) {
+            const int32_t expected = beyond ? TOLIMAN_TRACK_REJECTED : TOLIMAN_TRACK_ACCEPTED;
+            for (int i = 0; i < PIXELS; i++) {
+                doubles[i] = beyond && i == 9 ? end : nextafter(end, 0);
+                floats[i] = beyond && i == 9 ? (float)end : nextafterf((float)end, 0);
+                words[i] = beyond && i == 9 && depth < 32 ? (uint32_t)end : (uint32_t)(end - 1);
+            }
+            const void *const pixels[] = {doubles, floats, words};
+            const int32_t kinds[] = {TOLIMAN_PIXEL_F64, TOLIMAN_PIXEL_F32, TOLIMAN_PIXEL_U32};
+            for (int kind = 0; kind < (beyond && depth == 32 ? 2 : 3); kind++) {
+                make_frame(&frame, ++id);
+                frame.frame.pixel = kinds[kind];
+                frame.frame.pixels = pixels[kind];
+                const toliman_outcome outcome = push_one(track, &frame.frame);
+                assert_int_equal(outcome.verdict, expected);
+                assert_true(!beyond || (outcome.reason == TOLIMAN_REASON_OVER_RANGE && outcome.col == 1));
+            }
+        }
+        toliman_track_destroy(track);
+    }
+}
+
+/* A frame of less weight, and that it is part of the frame's content. */
+static void frames_may_have_their_own_sigma(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    toliman_period *clean = clean_period(&options);
+    small_frame frame;
+    for (int64_t id = 100; id < 130; id++) {
+        make_frame(&frame, id);
+        frame.frame.sigma = id % 3 == 0 ? 0 : SIGMA * (double)(1 + id % 32);
+        const toliman_outcome outcome = push_one(track, &frame.frame);
+        if (outcome.verdict == TOLIMAN_TRACK_ACCEPTED)
+            assert_ok(toliman_period_push_ns(clean, frame.frame.camera_ns, outcome.value,
+                                             id % 3 == 0 ? SIGMA : frame.frame.sigma));
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+    }
+    assert_same_periods(period_of(track), clean);
+    frame.frame.sigma = SIGMA;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    toliman_period_destroy(clean);
+    toliman_track_destroy(track);
+}
+
+/* Of the frames that are in, against the periodogram's own fit to their values; the order of arrival changes no bit. */
+static void fit_sees_what_is_in(void **unused) {
+    (void)unused;
+    enum { N = 300 };
+    const toliman_track_options options = small_options(NULL);
+    double t[N], y[N];
+    size_t n = 0;
+    for (int64_t id = 1; id <= N; id++) {
+        small_frame frame;
+        make_frame(&frame, id);
+        const double value = value_of_frame(&frame);
+        if (fabs(value) > VALUE_LIMIT || id == 77)
+            continue;
+        t[n] = (double)frame.frame.camera_ns / (double)DAY_NS;
+        y[n++] = value;
+    }
+    toliman_period_peak expected = {.struct_size = sizeof expected}, fits[3];
+    for (int order = 0; order < 3; order++) {
+        toliman_track *track = make_track(&options);
+        fits[order].struct_size = sizeof *fits;
+        assert_fails(toliman_track_query_fit(track, &fits[order]), TOLIMAN_E_STATE, "samples");
+        for (int64_t i = 0; i < N; i++)
+            push_number(track, order == 0 ? i + 1 : order == 1 ? N - i : i * 77 % N + 1);
+        small_frame frame;
+        make_frame(&frame, 77);
+        frame.pixels[0]++;
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+        assert_ok(toliman_track_query_fit(track, &fits[order]));
+        if (order == 0)
+            assert_ok(toliman_period_query_fit(period_of(track), t, y, NULL, n, &expected));
+        toliman_track_destroy(track);
+        assert_memory_equal(&fits[order], &fits[0], sizeof *fits);
+    }
+    const double *const a = &fits[0].frequency, *const b = &expected.frequency;
+    for (size_t i = 0; i < (sizeof expected - 8) / sizeof(double); i++)
+        assert_close(a[i], b[i], 1e-9, 1e-12);
+    assert_true(fits[0].period_error > 0 && fits[0].amplitude > 0);
+    assert_fails(toliman_track_query_fit(NULL, &expected), TOLIMAN_E_ARGUMENT, "track is NULL");
 }
 
 /* What stands between the rows is no part of a frame. */
@@ -263,6 +362,12 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     REFUSED(rows, 0, "frames[1].rows = 0");
     REFUSED(cols, -1, "frames[1].cols = -1");
     REFUSED(stride, 7, "frames[1].stride = 7");
+    REFUSED(dropped, -1, "frames[1].dropped = -1");
+    REFUSED(dropped, 65536, "frames[1].dropped = 65536: must be in [0, 65535]");
+    REFUSED(sigma, nextafter(SIGMA, 0), "frames[1].sigma = 0.25: must be 0 or in [0.25, 8]");
+    REFUSED(sigma, 33 * SIGMA, "frames[1].sigma = 8.25");
+    REFUSED(sigma, NAN, "frames[1].sigma = nan");
+    REFUSED(pixels, (const char *)frames[1].pixels + 1, "frames[1].pixels: must be aligned to 2 bytes");
     REFUSED(struct_size, 8, "struct_size");
     assert_int_equal(info_of(track).received, 0);
     toliman_track_destroy(track);
@@ -371,12 +476,15 @@ static void threads_and_batches_change_no_bit(void **unused) {
 static void memory_is_taken_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
+    static const int64_t clock[2] = {0, 1000};
     char folder[256];
     make_folder(folder, sizeof folder);
     for (int on_disk = 0; on_disk < 2; on_disk++) {
         toliman_track_options options = small_options(on_disk ? folder : NULL);
         options.capacity = MANY;
         options.group = 65536;
+        options.clock = clock;
+        options.clock_points = 1;
         asked = 0;
         toliman_track *track = make_track(&options);
         const double rest = 65536 * 24 * 1.5 + (on_disk ? 65536 * 64 : 0) + 2e5; /* streams, group, grid */
@@ -388,9 +496,12 @@ static void memory_is_taken_at_creation(void **unused) {
             frame.pixels[7] = (uint16_t)(i % 3 == 2 && i % 2 ? 5000 : 1 + i % 3 / 2);
             push_one(track, &frame.frame);
         }
+        make_frame(&frame, 5000);
+        frame.frame.camera_ns = INT64_MAX; /* beyond TAI of 64 bits */
+        assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_REASON_CLOCK);
         assert_int_equal(asked, 0);
         const toliman_track_info info = info_of(track);
-        assert_true(info.quarantined == 500 && info.rejected == 500 && info.repeated == 1500);
+        assert_true(info.quarantined == 500 && info.rejected == 501 && info.repeated == 1500);
         assert_int_equal(asked, 0);
         toliman_track_destroy(track);
     }
@@ -404,11 +515,12 @@ static void memory_is_taken_at_creation(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_verdict_is_counted),       cmocka_unit_test(every_reason_names_its_pixel),
-        cmocka_unit_test(estimators_may_refuse),          cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
-        cmocka_unit_test(gaps_between_rows_do_not_count), cmocka_unit_test(impossible_frames_and_options_are_refused),
-        cmocka_unit_test(full_tracker_keeps_what_it_has), cmocka_unit_test(threads_and_batches_change_no_bit),
-        cmocka_unit_test(memory_is_taken_at_creation),
+        cmocka_unit_test(every_verdict_is_counted),        cmocka_unit_test(every_reason_names_its_pixel),
+        cmocka_unit_test(estimators_may_refuse),           cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
+        cmocka_unit_test(gaps_between_rows_do_not_count),  cmocka_unit_test(impossible_frames_and_options_are_refused),
+        cmocka_unit_test(full_tracker_keeps_what_it_has),  cmocka_unit_test(threads_and_batches_change_no_bit),
+        cmocka_unit_test(memory_is_taken_at_creation),     cmocka_unit_test(bit_depth_ends_where_it_says),
+        cmocka_unit_test(frames_may_have_their_own_sigma), cmocka_unit_test(fit_sees_what_is_in),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -182,7 +182,7 @@ static void merge_shards(const struct pass *pass, int shards) {
     toliman_track *track = make_track(&options);
     for (int left = shards; left > 0; left--) {
         const uint64_t next = draw(&random, (uint64_t)left);
-        assert_ok(toliman_track_merge(track, paths[next]));
+        assert_ok(toliman_track_merge(track, paths[next], 0, NULL));
         memmove(path, paths[next], sizeof path);
         memmove(paths[next], paths[left - 1], sizeof path);
         memmove(paths[left - 1], path, sizeof path);
@@ -190,9 +190,12 @@ static void merge_shards(const struct pass *pass, int shards) {
     toliman_track_info info = info_of(track);
     assert_counts(&info, &pass->expected);
     assert_same_periods(period_of(track), pass->clean);
-    assert_ok(toliman_track_merge(track, paths[0]));
+    int64_t lost = -1;
+    assert_ok(toliman_track_merge(track, paths[0], 0, &lost)); /* known: nothing is taken or counted twice */
+    assert_int_equal(lost, 0);
     assert_same_periods(period_of(track), pass->clean);
-    assert_int_equal(info_of(track).accepted, info.accepted);
+    const toliman_track_info again = info_of(track);
+    assert_memory_equal(&again, &info, sizeof info);
     toliman_track_destroy(track);
     for (int shard = 0; shard < shards; shard++)
         remove_folder(paths[shard]);
@@ -211,6 +214,68 @@ static void shards_merge_in_any_order(void **unused) {
         merge_shards(&pass, counts[i]);
         toliman_period_destroy(pass.clean);
     }
+}
+
+/* A folder that is merged again and again as it grows, by itself and by way of another one; nothing counts twice. */
+static void growing_shards_are_merged_once(void **unused) {
+    (void)unused;
+    char paths[3][256];
+    toliman_track *tracks[3];
+    toliman_track_options options = small_options(NULL);
+    for (int i = 0; i < 3; i++) {
+        make_folder(paths[i], sizeof paths[i]);
+        options.folder = paths[i];
+        tracks[i] = make_track(&options);
+    }
+    toliman_track *shard = tracks[0], *region = tracks[1], *mission = tracks[2];
+    for (int round = 1; round <= 5; round++) {
+        small_frame frame;
+        for (int64_t id = 10 * round - 9; id <= 10 * round; id++)
+            push_number(shard, id);
+        push_number(shard, 10 * round); /* once more */
+        make_frame(&frame, 10 * round - 5);
+        frame.pixels[3] = 5000;
+        push_one(shard, &frame.frame);
+        assert_ok(toliman_track_save(shard));
+        assert_ok(toliman_track_merge(region, paths[0], 0, NULL));
+        if (round % 2 == 0)
+            assert_ok(toliman_track_merge(mission, paths[1], 0, NULL)); /* which then knows of the shard */
+        assert_ok(toliman_track_merge(mission, paths[0], 0, NULL));
+        if (round == 3) { /* also after being closed */
+            assert_ok(toliman_track_save(mission));
+            toliman_track_destroy(mission);
+            mission = make_track(&options);
+        }
+        for (int i = 0; i < 2; i++) {
+            const toliman_track_info info = info_of(i == 0 ? region : mission);
+            assert_holds(i == 0 ? region : mission, &options, 1, 10 * round);
+            assert_int_equal(info.accepted + info.outlier, 10 * round);
+            assert_int_equal(info.received, i == 0 ? 12 * round : info.received);
+            assert_int_equal(info.rejected, i == 0 ? round : info.rejected);
+            assert_int_equal(info.repeated, i == 0 ? round : info.repeated);
+        }
+    }
+    assert_fails(toliman_track_merge(region, paths[1], 0, NULL), TOLIMAN_E_ARGUMENT, "the tracker's own");
+    /* A copy that went on apart. */
+    char copy[300], command[700];
+    snprintf(copy, sizeof copy, "%s-copy", paths[0]);
+    snprintf(command, sizeof command, "cp -r %s %s", paths[0], copy);
+    assert_int_equal(system(command), 0);
+    options.folder = copy;
+    toliman_track *apart = make_track(&options);
+    push_number(apart, 60);
+    push_number(shard, 61);
+    assert_ok(toliman_track_save(apart));
+    assert_ok(toliman_track_save(shard));
+    toliman_track_destroy(apart);
+    assert_ok(toliman_track_merge(region, paths[0], 0, NULL));
+    assert_fails(toliman_track_merge(region, copy, 0, NULL), TOLIMAN_E_MISMATCH, "copies that went on apart");
+    remove_folder(copy);
+    toliman_track_destroy(shard);
+    toliman_track_destroy(region);
+    toliman_track_destroy(mission);
+    for (int i = 0; i < 3; i++)
+        remove_folder(paths[i]);
 }
 
 static void unlike_shards_are_refused(void **unused) {
@@ -233,7 +298,7 @@ static void unlike_shards_are_refused(void **unused) {
     others[5].hole_bytes = 0;
     for (int i = 0; i < 6; i++) {
         track = make_track(&others[i]);
-        assert_fails(toliman_track_merge(track, folder), TOLIMAN_E_MISMATCH, "ledger.tlml");
+        assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_MISMATCH, "ledger.tlml");
         assert_int_equal(info_of(track).received, 0);
         toliman_track_destroy(track);
         others[i].folder = folder;
@@ -242,16 +307,16 @@ static void unlike_shards_are_refused(void **unused) {
     }
     options.folder = NULL;
     track = make_track(&options);
-    assert_fails(toliman_track_merge(track, "/nonexistent/folder"), TOLIMAN_E_NOT_FOUND, "/nonexistent/folder");
+    assert_fails(toliman_track_merge(track, "/nonexistent/folder", 0, NULL), TOLIMAN_E_NOT_FOUND,
+                 "/nonexistent/folder");
     toliman_track_destroy(track);
     remove_folder(folder);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_bits),
-        cmocka_unit_test(replays_change_nothing),
-        cmocka_unit_test(shards_merge_in_any_order),
+        cmocka_unit_test(any_order_gives_the_same_bits), cmocka_unit_test(replays_change_nothing),
+        cmocka_unit_test(shards_merge_in_any_order),     cmocka_unit_test(growing_shards_are_merged_once),
         cmocka_unit_test(unlike_shards_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -19,6 +19,7 @@ namespace {
 struct Options {
     std::vector<std::string> files;
     std::string out;
+    bool salvage = false;
 };
 
 constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
@@ -34,7 +35,11 @@ Examples:
 
 The first file's grid and references stay. With equal ones the result has the bits that all samples in one periodogram
 would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
-twice, as itself or as a copy, and sigmas stand in all files or in none.)";
+twice, as itself or as a copy, and sigmas stand in all files or in none.
+
+Of state folders grid and clock are the first's, and counts are those of all together. A folder that is refused because
+its ledger is damaged can be brought into a new one, with --salvage, less the lines that are lost:
+  toliman merge mission --salvage --out mission_saved)";
 
 // The same samples make the same bytes: a state given twice would count them twice.
 class Once {
@@ -59,13 +64,15 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
 }
 
 void merge(const Options &options) {
-    if (options.files.size() < 2)
+    if (options.files.size() < 2 && !options.salvage)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
     const auto folders = std::count_if(options.files.begin(), options.files.end(), is_folder);
     if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
         throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
     if (folders > 0)
-        return merge_folders(options.files, options.out);
+        return merge_folders(options.files, options.out, options.salvage);
+    if (options.salvage)
+        throw Failure(kExitUsage, "merge: --salvage is for state folders");
     check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());
     Once once;
@@ -92,6 +99,7 @@ void add_merge(CLI::App &app, Context &context) {
     command->add_option("STATES", options->files, "files of `toliman period --save-state`, or state folders")
         ->required();
     command->add_option("--out", options->out, "the file (.tlmp; - is standard output) or new folder")->required();
+    command->add_flag("--salvage", options->salvage, "leave out what is damaged in a folder's ledger, and tell it");
     command->callback([&context, options] { context.action = [options] { merge(*options); }; });
 }
 

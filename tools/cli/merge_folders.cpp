@@ -16,7 +16,8 @@ namespace cli {
 
 namespace {
 
-constexpr const char kLedger[] = "/ledger.tlml", kCheckpoint[] = "/checkpoint.tlmc", kLock[] = "/lock";
+constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms", kCheckpoint[] = "/checkpoint.tlmc",
+                     kLock[] = "/lock";
 constexpr size_t kSaltOffset = 8, kSaltSize = 8; // lib/FORMATS.md, TLML
 
 std::string salt_of(const std::string &folder) {
@@ -62,7 +63,7 @@ class NewFolder {
     ~NewFolder() {
         if (kept_)
             return;
-        for (const char *name : {kLedger, kCheckpoint, kLock})
+        for (const char *name : {kLedger, kSetup, kCheckpoint, kLock})
             ::unlink((path_ + name).c_str());
         ::rmdir(path_.c_str());
     }
@@ -77,27 +78,33 @@ class NewFolder {
 
 } // namespace
 
-void merge_folders(const std::vector<std::string> &folders, const std::string &out) {
+void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage) {
     int64_t lines = 0;
     toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders)
         lines += known_state(folder).capacity;
     if (how.nf == 0)
-        throw Failure(kExitState, folders.front() + ": its checkpoint, which had the grid, is lost: `toliman rebuild` "
-                                                    "makes it anew");
+        throw Failure(kExitState, folders.front() +
+                                      ": setup.tlms, which had grid and clock, is lost: `toliman rebuild` "
+                                      "makes it anew");
     check_different(folders);
     NewFolder made(out);
-    // A copy of the first, clock and all. The checkpoint before the ledger, to which a writer may be adding.
-    copy(folders.front() + kCheckpoint, out + kCheckpoint);
-    copy(folders.front() + kLedger, out + kLedger);
+    copy(folders.front() + kSetup, out + kSetup); // grid and clock of the first
     how.folder = out.c_str();
+    how.nf = 0;
     how.capacity = std::min(lines, int64_t{1} << 28);
     toliman::tracker tracker = open_tracker(how);
-    for (size_t i = 1; i < folders.size(); i++) {
-        const toliman_status status = toliman_track_merge(tracker.get(), folders[i].c_str());
+    for (const std::string &folder : folders) {
+        int64_t lost = 0;
+        const toliman_status status =
+            toliman_track_merge(tracker.get(), folder.c_str(), salvage ? TOLIMAN_TRACK_SALVAGE : 0, &lost);
         if (status == TOLIMAN_E_MISMATCH)
-            malformed(folders[i], toliman_last_error());
+            malformed(folder, toliman_last_error());
+        if (status == TOLIMAN_E_FORMAT)
+            throw Failure(kExitState, toliman_last_error());
         toliman::check(status);
+        if (lost > 0)
+            std::fprintf(stderr, "%s: %lld lines are lost\n", folder.c_str(), static_cast<long long>(lost));
     }
     toliman::check(toliman_track_save(tracker.get()));
     made.keep();

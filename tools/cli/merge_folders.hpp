@@ -6,6 +6,6 @@
 namespace cli {
 
 // Into `out`, which must not be there yet; nothing is left of it after an error.
-void merge_folders(const std::vector<std::string> &folders, const std::string &out);
+void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage);
 
 } // namespace cli

@@ -87,6 +87,10 @@ void set_grid(const FrequencyGrid &grid, toliman_track_options &options) {
 }
 
 std::vector<int64_t> read_clock(const std::string &path) {
+    if (path.empty())
+        return {};
+    if (path == "camera")
+        return {0, 0};
     InputFile file(path);
     std::string text(file.size(), '\0');
     if (!file.read(text.data(), text.size()))
@@ -119,38 +123,64 @@ void set_clock(const std::vector<int64_t> &clock, toliman_track_options &options
     options.clock_points = clock.size() / 2;
 }
 
-PeriodFacts::PeriodFacts(const toliman::tracker &tracker)
-    : period_(NAN), fwhm_error_(NAN), frequency_(NAN), power_(NAN), log10_fap_(NAN), sequential_(NAN) {
+namespace {
+
+// NaN in all numbers.
+toliman_period_peak unknown_peak() noexcept {
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    for (double *number :
+         {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_error, &peak.frequency_error, &peak.amplitude,
+          &peak.amplitude_error, &peak.phase, &peak.offset, &peak.log10_fap, &peak.period_error})
+        *number = NAN;
+    return peak;
+}
+
+// Few frames, or hardly different ones, tell nothing.
+bool is_known(toliman_status status) {
+    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
+        return false;
+    toliman::check(status);
+    return true;
+}
+
+} // namespace
+
+PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
+    : sequential_(NAN), peak_(unknown_peak()), fit_(unknown_peak()) {
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
-    const toliman_status status = toliman_period_query_peak(period, &peak);
-    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // few frames, or hardly different ones
+    if (!is_known(toliman_period_query_peak(period, &peak_)))
         return;
-    toliman::check(status);
-    toliman::check(toliman_period_query_fap(period, TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &sequential_));
-    period_ = peak.period;
-    fwhm_error_ = peak.fwhm_error;
-    frequency_ = peak.frequency;
-    power_ = peak.power;
-    log10_fap_ = peak.log10_fap;
-    at_edge_ = (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0;
+    toliman::check(toliman_period_query_fap(period, TOLIMAN_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
+    if (fit == Fit::made)
+        is_known(toliman_track_query_fit(tracker.get(), &fit_));
 }
 
 void PeriodFacts::add_to(Json &json) const {
-    json.set_count("n", count_).set("period", period_).set("period_error_fwhm", fwhm_error_);
-    json.set("frequency", frequency_).set("power", power_).set("log10_fap", log10_fap_);
-    json.set("log10_fap_sequential", sequential_).set_flag("at_edge", at_edge_);
+    json.set_count("n", count_).set("period", peak_.period).set("period_error_fwhm", peak_.fwhm_error);
+    json.set("frequency", peak_.frequency).set("power", peak_.power).set("log10_fap", peak_.log10_fap);
+    json.set("log10_fap_sequential", sequential_).set_flag("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    if (!std::isfinite(fit_.period)) {
+        json.set_null("fit");
+        return;
+    }
+    Json fit;
+    fit.set("period", fit_.period).set("period_error", fit_.period_error).set("amplitude", fit_.amplitude);
+    fit.set("amplitude_error", fit_.amplitude_error).set("phase", fit_.phase).set("offset", fit_.offset);
+    json.set("fit", std::move(fit.set("log10_fap", fit_.log10_fap)));
 }
 
 std::string PeriodFacts::text() const {
-    char text[160];
-    if (!std::isfinite(log10_fap_))
+    char text[200];
+    if (!std::isfinite(peak_.log10_fap))
         return "no period yet";
-    std::snprintf(text, sizeof text, "period %.6g d, log10 FAP %.2f, sequential %.2f", period_, log10_fap_,
-                  sequential_);
+    const toliman_period_peak &best = std::isfinite(fit_.period) ? fit_ : peak_;
+    size_t size = static_cast<size_t>(std::snprintf(text, sizeof text, "period %.6g ", best.period));
+    if (std::isfinite(best.period_error))
+        size += static_cast<size_t>(std::snprintf(text + size, sizeof text - size, "+- %.2g ", best.period_error));
+    std::snprintf(text + size, sizeof text - size, "d, log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_);
     return text;
 }
 

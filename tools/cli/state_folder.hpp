@@ -26,17 +26,19 @@ void set_grid(const FrequencyGrid &grid, toliman_track_options &options);
 std::vector<int64_t> read_clock(const std::string &path);
 void set_clock(const std::vector<int64_t> &clock, toliman_track_options &options);
 
-// The period as far as frames tell; NaN else.
+// The period as far as frames tell; NaN else. Of a look after each frame the highest peak of the grid; `fit` is the
+// least-squares fit to all values, which are read anew for it.
+enum class Fit { none, made };
 class PeriodFacts {
   public:
-    explicit PeriodFacts(const toliman::tracker &tracker);
+    PeriodFacts(const toliman::tracker &tracker, Fit fit);
     void add_to(Json &json) const;
     std::string text() const;
 
   private:
     int64_t count_;
-    double period_, fwhm_error_, frequency_, power_, log10_fap_, sequential_;
-    bool at_edge_ = false;
+    double sequential_;
+    toliman_period_peak peak_ = {}, fit_ = {};
 };
 
 void add_counts(const toliman_track_info &info, Json &json);

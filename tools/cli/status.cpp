@@ -22,13 +22,12 @@ look (single) and for who looks after every frame (sequential).)";
 constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
 
 Examples:
-  toliman rebuild mission --grid 1e-3:1e-5:50000 --clock clock.csv
+  toliman rebuild mission --grid 1e-3:1e-5:50000
   toliman rebuild mission --clock clock.csv
   toliman rebuild mission --clock camera
 
-For another grid, or when a better clock correlation has come. --clock must be said, as the ledger has the camera's time:
-a CSV of pairs camera_ns,tai_ns, or `camera` where that time is TAI. Frames that were rejected for their time must come
-again.)";
+For another grid, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where that
+time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
 
 struct Options {
     std::string folder, grid, clock;
@@ -37,7 +36,7 @@ struct Options {
 
 void print(const toliman::tracker &tracker, const std::string &folder, bool as_json) {
     const toliman_track_info info = info_of(tracker);
-    const PeriodFacts period(tracker);
+    const PeriodFacts period(tracker, Fit::made);
     Json json;
     json.set("schema", std::string("toliman-track-status/1")).set("folder", folder);
     period.add_to(json);
@@ -62,7 +61,8 @@ void print(const toliman::tracker &tracker, const std::string &folder, bool as_j
 void status(const Options &options) {
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
-        throw Failure(kExitState, options.folder + ": its checkpoint, which had the grid, is lost: `toliman rebuild " +
+        throw Failure(kExitState, options.folder +
+                                      ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
                                       options.folder + " --grid F0:DF:NF --clock CSV` makes it anew");
     how.flags = TOLIMAN_TRACK_READ_ONLY;
     print(open_tracker(how), options.folder, options.as_json);
@@ -70,11 +70,12 @@ void status(const Options &options) {
 
 void rebuild(const Options &options) {
     toliman_track_options how = known_state(options.folder);
+    if (how.nf == 0 && (options.grid.empty() || options.clock.empty()))
+        throw Failure(kExitUsage,
+                      options.folder + ": setup.tlms, which had grid and clock, is lost: needs --grid and --clock");
     if (!options.grid.empty())
         set_grid(grid_of(options.grid), how);
-    if (how.nf == 0)
-        throw Failure(kExitUsage, options.folder + ": its checkpoint, which had the grid, is lost: needs --grid");
-    const std::vector<int64_t> clock = options.clock == "camera" ? std::vector<int64_t>() : read_clock(options.clock);
+    const std::vector<int64_t> clock = read_clock(options.clock);
     set_clock(clock, how);
     how.flags = TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how);
@@ -97,7 +98,7 @@ void add_rebuild(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     command->add_option("DIR", options->folder, "a state folder")->required();
     command->add_option("--grid", options->grid, "F0:DF:NF in cycles a day, default the folder's");
-    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns, or camera")->required();
+    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns, or camera; default the folder's");
     command->add_flag("--json", options->as_json, "as JSON on stdout");
     command->callback([&context, options] { context.action = [options] { rebuild(*options); }; });
 }

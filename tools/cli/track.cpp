@@ -89,12 +89,15 @@ toliman_track_options track_options(const Options &options, const std::vector<in
     const std::optional<toliman_track_options> made = made_with(options.state);
     if (made)
         how = *made;
+    if (made && made->nf == 0 && clock.empty())
+        throw Failure(kExitUsage, options.state + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                                  "--grid or --mission-days");
     how.folder = options.state.c_str();
     if (!options.grid.empty() || options.mission_days)
         set_grid(grid_asked(options), how);
     else if (how.nf == 0)
         throw Failure(kExitUsage, options.state +
-                                      (made ? ": its checkpoint, which had the grid, is lost" : ": is new") +
+                                      (made ? ": setup.tlms, which had grid and clock, is lost" : ": is new") +
                                       ": needs --grid F0:DF:NF or --mission-days N");
     if (!made && !options.downlink.dtype.empty())
         how.bit_depth = options.downlink.dtype == "u16le" ? 12 : 32;
@@ -114,7 +117,7 @@ toliman_track_options track_options(const Options &options, const std::vector<in
 void track(Options &options, Progress &progress) {
     DownlinkOptions &downlink = options.downlink;
     check_inputs(downlink);
-    const std::vector<int64_t> clock = options.clock.empty() ? std::vector<int64_t>() : read_clock(options.clock);
+    const std::vector<int64_t> clock = read_clock(options.clock);
     toliman_track_options how = track_options(options, clock);
     const Estimator estimator(options, progress);
     how.cae = estimator.cae.get();
@@ -146,13 +149,15 @@ void add_track(CLI::App &app, Context &context) {
     estimator->add_option("--weights", options->weights, "weights file of `toliman train`");
     estimator->add_option("--template", options->scene, "scene file: least squares on its derivative image");
     estimator->require_option(1);
-    command->add_option("--state", options->state, "folder of ledger and checkpoint, made unless it is there")
+    command
+        ->add_option("--state", options->state, "folder of the ledger and what is made of it, made unless it is there")
         ->required();
     CLI::Option *grid = command->add_option("--grid", options->grid, "F0:DF:NF, frequencies in cycles a day");
     command->add_option("--mission-days", options->mission_days, "the grid of `run` for N days of a frame a day")
         ->check(CLI::Range(4.0, 1e6))
         ->excludes(grid);
-    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns; default: the camera's time is TAI");
+    command->add_option("--clock", options->clock,
+                        "CSV of pairs camera_ns,tai_ns, or camera, the default: its time is TAI");
     command->add_option("--epoch", options->epoch, "TAI in ns that is time 0 of the phase, default 0");
     command->add_option("--sync", options->sync, "lines to the disk each (frame), in groups (default), or none")
         ->check(CLI::IsMember({"frame", "group", "none"}));

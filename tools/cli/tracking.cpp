@@ -100,7 +100,7 @@ void Tracking::flush() {
     if (status != TOLIMAN_OK)
         throw error;
     if (since_update_ >= options_.every)
-        update();
+        update(Fit::none);
     if (lines_ - saved_ >= kCheckpoint) {
         check(toliman_track_save(tracker_.get()));
         saved_ = lines_;
@@ -144,10 +144,10 @@ void Tracking::remark(Remark kind, const std::string &where, const std::string &
     say(line.set("input", where).set("text", text).line());
 }
 
-void Tracking::update() {
+void Tracking::update(Fit fit) {
     since_update_ = 0;
     const toliman_track_info info = info_of(tracker_);
-    const PeriodFacts period(tracker_);
+    const PeriodFacts period(tracker_, fit);
     Json line;
     line.set("schema", std::string("toliman-track-update/1"));
     period.add_to(line);
@@ -186,7 +186,7 @@ void Tracking::wait() {
 
 void Tracking::end() {
     flush();
-    update();
+    update(Fit::made);
     check(toliman_track_save(tracker_.get()));
     progress_.clear();
     print_acknowledged();

@@ -39,7 +39,7 @@ class Tracking : public Receiver {
     };
     void flush();
     void settled(const Arrival &arrival, const toliman_outcome &outcome);
-    void update();
+    void update(Fit fit);
     void say(const std::string &text);
     void print_acknowledged();
     void warn(const std::string &where, const std::string &text);

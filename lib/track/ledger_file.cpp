@@ -1,0 +1,150 @@
+#include "track/ledger_file.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "backend/zip.hpp"
+#include "base/bytes.hpp"
+
+namespace toliman::track {
+
+namespace {
+
+constexpr char kMagic[] = {'T', 'L', 'M', 'L'};
+constexpr uint32_t kVersion = 1;
+constexpr char kKind[] = "ledger";
+constexpr size_t kChunk = 1024; // lines read at once
+
+} // namespace
+
+uint32_t LedgerFile::checksum_in(const uint8_t *line) noexcept {
+    const uint8_t *at = line + kRecordSize - 4;
+    return static_cast<uint32_t>(take_number(at, 4));
+}
+
+LedgerFile LedgerFile::begin(Store &store, const Terms &terms) {
+    std::random_device random; // tells this file from an older one of the same name
+    const TermsBytes bytes = to_bytes(terms);
+    ByteWriter header;
+    header.raw(kMagic, sizeof kMagic);
+    header.u32(kVersion);
+    header.u64(static_cast<uint64_t>(random()) << 32 | random());
+    header.raw(bytes.data(), bytes.size());
+    const std::vector<uint8_t> empty(kHeaderSize - header.bytes().size() - 4);
+    header.raw(empty.data(), empty.size());
+    header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
+    replace_whole(store, kName, header.bytes().data(), header.bytes().size());
+    return LedgerFile(store);
+}
+
+LedgerFile::LedgerFile(Store &store) : store_(&store) {
+    if (store.size(kName) < 0)
+        fail(Status::not_found, "%s: no such file", path().c_str());
+    uint8_t bytes[kHeaderSize];
+    read_all(store, kName, 0, bytes, sizeof bytes);
+    ByteReader in(bytes, sizeof bytes, kKind);
+    if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
+        fail(Status::format, "%s: does not begin with \"TLML\"", path().c_str());
+    const uint32_t version = in.u32();
+    if (version != kVersion)
+        fail(Status::format, "%s: version %u, this library reads %u only", path().c_str(), version, kVersion);
+    salt_ = in.u64();
+    terms_ = terms_of(in.raw(kTermsSize));
+    in.raw(in.left() - 4);
+    chain_ = in.u32();
+    if (chain_ != zip::crc32(bytes, sizeof bytes - 4))
+        fail(Status::format, "%s: checksum mismatch, the header is damaged", path().c_str());
+}
+
+void LedgerFile::check_terms(const Terms &terms) const {
+    if (to_bytes(terms_) != to_bytes(terms))
+        fail(Status::mismatch, "%s: made with %s", path().c_str(), difference(terms_, terms).c_str());
+}
+
+uint64_t LedgerFile::size() const {
+    return static_cast<uint64_t>(std::max<int64_t>(store_->size(kName), kHeaderSize));
+}
+
+uint64_t LedgerFile::count() const {
+    const uint64_t bytes = size(), lines = (bytes - kHeaderSize) / kRecordSize;
+    if (lines > kMostLines)
+        fail(Status::format, "%s: %llu bytes: more than 2^30 lines", path().c_str(),
+             static_cast<unsigned long long>(bytes));
+    return lines;
+}
+
+// False for a torn line.
+bool LedgerFile::decode(const uint8_t *line, uint64_t number, Tail &tail, Record &record) const {
+    const Line found = from_bytes(line, record, tail.synced, tail.chain);
+    if (found == Line::impossible || (found == Line::whole && !terms_.allow(record)))
+        refuse(number, "says what cannot be: made by another version?");
+    return found == Line::whole;
+}
+
+uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachLine &each) const {
+    std::vector<uint8_t> chunk(kChunk * kRecordSize);
+    uint64_t number = first;
+    while (number < end) {
+        const size_t asked = std::min<uint64_t>(kChunk, end - number);
+        const size_t count = store_->read(kName, place_of(number), chunk.data(), asked * kRecordSize) / kRecordSize;
+        for (size_t i = 0; i < count; i++, number++) {
+            Record record;
+            if (!decode(chunk.data() + i * kRecordSize, number, tail, record))
+                return number;
+            each(record, number);
+        }
+        if (count < asked)
+            break;
+    }
+    return number;
+}
+
+uint64_t LedgerFile::salvage(const EachLine &each) const {
+    const uint64_t end = count();
+    uint64_t lost = 0;
+    Tail tail = start();
+    for (uint64_t number = scan(0, end, tail, each); number < end; number = scan(number + 1, end, tail, each)) {
+        uint8_t line[kRecordSize];
+        read(number, line);
+        tail.chain = checksum_in(line); // the next line goes on from what stood here
+        lost++;
+    }
+    return lost;
+}
+
+// A crash loses lines that were not synced, in any order. A whole line behind the first bad one that was written when
+// the bad one was on the disk already tells that it is the disk that failed.
+bool LedgerFile::had(uint64_t bad) const {
+    const uint64_t end = count();
+    uint8_t pair[2 * kRecordSize];
+    for (uint64_t number = bad + 1; number < end; number++) {
+        if (store_->read(kName, place_of(number - 1), pair, sizeof pair) < sizeof pair)
+            return false;
+        uint32_t chain = checksum_in(pair);
+        Record record;
+        uint32_t synced;
+        if (from_bytes(pair + kRecordSize, record, synced, chain) != Line::torn &&
+            static_cast<uint32_t>(number) - synced < static_cast<uint32_t>(number - bad))
+            return true;
+    }
+    return false;
+}
+
+void LedgerFile::read(uint64_t number, void *line) const {
+    read_all(*store_, kName, place_of(number), line, kRecordSize);
+}
+
+Record LedgerFile::record(const uint8_t *line, uint64_t number, Tail &tail) const {
+    Record record;
+    if (!decode(line, number, tail, record))
+        refuse(number, "is damaged");
+    return record;
+}
+
+void LedgerFile::refuse(uint64_t number, const char *why) const {
+    fail(Status::format, "%s: line %llu %s", path().c_str(), static_cast<unsigned long long>(number), why);
+}
+
+} // namespace toliman::track

@@ -1,0 +1,34 @@
+// Bytes that begin with four letters and a version, and end with the CRC32 of all before it.
+#pragma once
+#include <cstring>
+#include <vector>
+
+#include "backend/zip.hpp"
+#include "base/bytes.hpp"
+
+namespace toliman::track {
+
+constexpr size_t kSealSize = 4 + 4 + 4;
+
+inline ByteWriter begin_sealed(const char *magic, uint32_t version) {
+    ByteWriter out;
+    out.raw(magic, 4);
+    out.u32(version);
+    return out;
+}
+
+inline std::vector<uint8_t> sealed(ByteWriter out) {
+    out.u32(zip::crc32(out.bytes().data(), out.bytes().size()));
+    return out.take();
+}
+
+// What stands between, of kSealSize bytes or more. Status::format.
+inline ByteReader unsealed(const std::vector<uint8_t> &bytes, const char *magic, uint32_t version, const char *kind) {
+    const size_t size = bytes.size() - 4;
+    ByteReader in(bytes.data(), size, kind), crc(bytes.data() + size, 4, kind);
+    if (std::memcmp(in.raw(4), magic, 4) != 0 || in.u32() != version || crc.u32() != zip::crc32(bytes.data(), size))
+        fail(Status::format, "%s: damaged, or of another version", kind);
+    return in;
+}
+
+} // namespace toliman::track

@@ -1,0 +1,120 @@
+/* A tracker's folder for tests: its files, damage to them, and a folder with everything in it. */
+#ifndef TOLIMAN_TESTS_TRACK_FOLDER_H
+#define TOLIMAN_TESTS_TRACK_FOLDER_H
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include "track_frames.h"
+
+enum { HEADER = 128, LINE = 64 };
+
+static char folder[256], ledger[300], checkpoint[300], setup[300];
+
+static inline int set_up(void **unused) {
+    (void)unused;
+    make_folder(folder, sizeof folder);
+    snprintf(ledger, sizeof ledger, "%s/ledger.tlml", folder);
+    snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint.tlmc", folder);
+    snprintf(setup, sizeof setup, "%s/setup.tlms", folder);
+    return 0;
+}
+
+static inline int tear_down(void **unused) {
+    (void)unused;
+    remove_folder(folder);
+    return 0;
+}
+
+static inline void push_range(toliman_track *track, int64_t first, int64_t last) {
+    for (int64_t id = first; id <= last; id++)
+        push_number(track, id);
+}
+
+static inline void write_at(const char *path, off_t at, const void *bytes, size_t size) {
+    const int file = open(path, O_RDWR);
+    assert_true(file >= 0);
+    assert_int_equal(pwrite(file, bytes, size, at), (ssize_t)size);
+    close(file);
+}
+
+static inline off_t size_of(const char *path) {
+    struct stat facts;
+    assert_int_equal(stat(path, &facts), 0);
+    return facts.st_size;
+}
+
+static inline void flip_byte(const char *path, off_t at) {
+    unsigned char byte;
+    const int file = open(path, O_RDONLY);
+    assert_int_equal(pread(file, &byte, 1, at), 1);
+    close(file);
+    byte ^= 0x10;
+    write_at(path, at, &byte, 1);
+}
+
+/* A folder with 60 frames, 40 of them in the checkpoint, of which one is denied behind it and one after it. */
+static inline toliman_track_options filled_folder(void) {
+    toliman_track_options options = small_options(folder);
+    options.sync = TOLIMAN_SYNC_NONE;
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    push_range(track, 1, 40);
+    push_range(track, 1, 5);
+    make_frame(&frame, 10);
+    frame.pixels[0]++;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_ok(toliman_track_save(track));
+    for (int64_t id = 20; id <= 50; id += 30) {
+        push_range(track, id < 41 ? 41 : id, 60);
+        make_frame(&frame, id);
+        frame.pixels[0]++;
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    }
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    return options;
+}
+
+static inline void assert_filled(const toliman_track *track, const toliman_track_options *options, int64_t repeated) {
+    toliman_period *clean = clean_period(options);
+    for (int64_t id = 1; id <= 60; id++)
+        if (id != 10 && id != 20 && id != 50)
+            push_clean(clean, id);
+    assert_same_periods(period_of(track), clean);
+    toliman_period_destroy(clean);
+    const toliman_track_info info = info_of(track);
+    assert_int_equal(info.accepted + info.outlier, 57);
+    assert_int_equal(info.quarantined, 3);
+    assert_int_equal(info.repeated, repeated);
+    assert_int_equal(info.received, 60 + repeated);
+    assert_int_equal(info.lines, 63);
+    assert_true(info.committed == 63 || (info.flags & TOLIMAN_TRACK_READ_ONLY) != 0);
+}
+
+static inline uint64_t number_at(const char *path, off_t at, size_t size) {
+    uint64_t number = 0;
+    const int file = open(path, O_RDONLY);
+    assert_int_equal(pread(file, &number, size, at), (ssize_t)size);
+    close(file);
+    return number;
+}
+
+static inline double double_at(const char *path, off_t at) {
+    const uint64_t bits = number_at(path, at, 8);
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+static inline uint32_t crc32(uint32_t before, const void *data, size_t size) {
+    uint32_t crc = ~before;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= ((const unsigned char *)data)[i];
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
+    }
+    return ~crc;
+}
+
+#endif

@@ -1,0 +1,279 @@
+/* Tracker whose folder is damaged: each file flipped, cut or gone, lines that cannot be, a full disk. */
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "track_folder.h"
+
+/* Every byte of the checkpoint flipped, cut short or gone: the same sums from the ledger. */
+static void checkpoint_costs_nothing_but_time(void **unused) {
+    (void)unused;
+    toliman_track_options options = filled_folder();
+    const off_t size = size_of(checkpoint);
+    for (off_t at = 0; at < size; at += at < 64 ? 1 : 401) {
+        flip_byte(checkpoint, at);
+        toliman_track *track = make_track(&options);
+        assert_filled(track, &options, 3);
+        toliman_track_destroy(track);
+    }
+    for (off_t cut = 0; cut < size; cut += 1 + cut) {
+        assert_int_equal(truncate(checkpoint, cut), 0);
+        toliman_track *track = make_track(&options);
+        assert_filled(track, &options, 3);
+        toliman_track_destroy(track);
+    }
+    assert_int_equal(unlink(checkpoint), 0);
+    options.flags = TOLIMAN_TRACK_READ_ONLY;
+    options.nf = 0;
+    toliman_track *track = make_track(&options);
+    options.nf = FREQUENCIES;
+    assert_filled(track, &options, 3);
+    assert_int_equal(info_of(track).committed, 41); /* line 42 was written after the checkpoint of so many */
+    toliman_track_destroy(track);
+    assert_int_equal(access(checkpoint, F_OK), -1);
+}
+
+/* Every byte of the file of grid and clock flipped, cut short or gone: neither is guessed, both can be given again. */
+static void lost_setup_is_asked_for(void **unused) {
+    (void)unused;
+    const toliman_track_options options = filled_folder();
+    const int64_t camera[2] = {0, 0};
+    toliman_track_options given = options, known;
+    given.clock = camera;
+    given.clock_points = 1;
+    toliman_track *none = NULL;
+    const off_t size = size_of(setup);
+    for (off_t at = 0; at <= size; at++) {
+        toliman_track_options without = options;
+        at < size ? flip_byte(setup, at) : (void)unlink(setup);
+        for (uint32_t flags = 0; flags <= TOLIMAN_TRACK_REBUILD; flags++) {
+            without.flags = flags;
+            assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which had the clock");
+        }
+        without.nf = 0;
+        assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "nf = 0: ");
+        known.struct_size = sizeof known;
+        assert_ok(toliman_track_load_options(folder, &known));
+        assert_int_equal(known.nf, 0);
+        toliman_track *track = make_track(&given);
+        assert_filled(track, &options, 8); /* nor is the checkpoint lost */
+        toliman_track_destroy(track);
+        track = make_track(&options); /* written anew */
+        toliman_track_destroy(track);
+    }
+}
+
+/* Each byte of lines that the disk had: never taken for a crash. Of the tail: cut away. */
+static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder);
+    options.group = 8;
+    toliman_track *track = make_track(&options), *none = NULL;
+    push_range(track, 1, 24);
+    toliman_track_destroy(track);
+    assert_int_equal(size_of(ledger), HEADER + 24 * LINE);
+    assert_int_equal(unlink(checkpoint), 0);
+    for (off_t at = 0; at < HEADER + 16 * LINE; at += at < HEADER ? 5 : 29) {
+        flip_byte(ledger, at);
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: ");
+        options.flags = TOLIMAN_TRACK_READ_ONLY;
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: ");
+        options.flags = 0;
+        flip_byte(ledger, at);
+    }
+    flip_byte(ledger, HEADER + 3 * LINE);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    flip_byte(ledger, HEADER + 3 * LINE);
+    /* The last group may be torn: line 20 lost, 23 too, a part of a line behind. */
+    flip_byte(ledger, HEADER + 20 * LINE + 7);
+    write_at(ledger, HEADER + 24 * LINE, "half a line", 11);
+    options.flags = TOLIMAN_TRACK_READ_ONLY;
+    track = make_track(&options);
+    assert_holds(track, &options, 1, 20);
+    toliman_track_destroy(track);
+    assert_int_equal(size_of(ledger), HEADER + 24 * LINE + 11); /* a reader changes nothing */
+    options.flags = 0;
+    track = make_track(&options);
+    assert_holds(track, &options, 1, 20);
+    assert_int_equal(size_of(ledger), HEADER + 20 * LINE);
+    push_range(track, 21, 30);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+
+    /* Damage in the last group, which the checkpoint holds: refused, and nothing is cut. */
+    flip_byte(ledger, HEADER + 29 * LINE + 7);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "29 lines are whole");
+    assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
+    flip_byte(ledger, HEADER + 29 * LINE + 7);
+
+    /* Lines that the checkpoint counts and the ledger has not. */
+    assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
+                 "29 lines are whole, the checkpoint was made of 30");
+    options.flags = TOLIMAN_TRACK_REBUILD; /* hides nothing */
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "lines were lost; merge with salvage");
+    options.flags = 0;
+    /* Nor another ledger of as many lines. */
+    flip_byte(checkpoint, 33);
+    toliman_track *track_after = make_track(&options);
+    toliman_track_destroy(track_after);
+    assert_int_equal(unlink(ledger), 0);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: missing");
+    assert_fails(toliman_track_load_options(folder, &options), TOLIMAN_E_NOT_FOUND, "ledger.tlml: no such file");
+    assert_int_equal(symlink("/etc/passwd", ledger), 0);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_NOT_FOUND, "ledger.tlml");
+    assert_null(none);
+}
+
+/* Frames whose times a grid or a clock cannot take stay known, and come in with one that can. */
+static void times_without_place_cost_no_frame(void **unused) {
+    (void)unused;
+    toliman_track_options options = filled_folder(), other = options;
+    const int64_t late[2] = {0, INT64_MAX - 30 * DAY_NS}, camera[2] = {0, 0};
+    other.flags = TOLIMAN_TRACK_REBUILD;
+    other.clock_points = 1;
+    for (int trial = 0; trial < 2; trial++) {
+        other.clock = trial ? camera : late; /* frames after day 30 are beyond 64 bits; or all beyond 2^50 cycles */
+        other.df = trial ? 1e16 : options.df;
+        toliman_track *track = make_track(&other), *merged;
+        const toliman_track_info info = info_of(track);
+        assert_int_equal(info.quarantined, 3);
+        assert_int_equal(info.accepted + info.outlier, 57);
+        assert_true(trial ? info.accepted == 0 : info.accepted > 20 && info.accepted < 30);
+        assert_int_equal(toliman_period_count(period_of(track)), info.accepted);
+        small_frame frame; /* one that is out of the sums is denied without being taken out of them */
+        make_frame(&frame, 45);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+        toliman_track_options elsewhere = other;
+        elsewhere.folder = NULL;
+        elsewhere.flags = 0;
+        merged = make_track(&elsewhere);
+        assert_ok(toliman_track_merge(merged, folder, 0, NULL));
+        assert_same_periods(period_of(merged), period_of(track));
+        make_frame(&frame, 46);
+        frame.pixels[1]++;
+        assert_int_equal(push_one(merged, &frame.frame).reason, TOLIMAN_REASON_CLOCK);
+        assert_int_equal(info_of(merged).outlier, info.outlier);
+        toliman_track_destroy(merged);
+        toliman_track_destroy(track);
+    }
+    other.clock = camera;
+    other.df = options.df;
+    toliman_track *track = make_track(&other);
+    assert_filled(track, &options, 8);
+    toliman_track_destroy(track);
+}
+
+/* What is whole in a damaged ledger goes to a new folder, the rest is counted. */
+static void damaged_ledger_is_salvaged(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    push_range(track, 1, 40);
+    for (int64_t id = 4; id <= 36; id += 32) {
+        make_frame(&frame, id);
+        frame.pixels[1]++;
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    }
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    flip_byte(ledger, HEADER + 3 * LINE + 20);                      /* frame 4, and what denies it */
+    flip_byte(ledger, HEADER + 17 * LINE + 62);                     /* the checksum that the next line goes on from */
+    assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* what denies frame 36 */
+    track = make_track(&elsewhere);
+    int64_t lost = -1;
+    assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_FORMAT, "3 lines are whole");
+    assert_fails(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags = 0x2");
+    for (int time = 0; time < 2; time++) {
+        assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
+        assert_int_equal(info_of(track).accepted + info_of(track).outlier, 37);
+        assert_int_equal(lost, time == 0 ? 5 : 4); /* lines 3, 17, 18, 40, 41; then without the denial */
+    }
+    toliman_period *clean = clean_period(&options);
+    for (int64_t id = 1; id <= 40; id++)
+        if (id != 4 && id != 18 && id != 19)
+            push_clean(clean, id);
+    assert_same_periods(period_of(track), clean);
+    toliman_period_destroy(clean);
+    toliman_track_destroy(track);
+}
+
+/* Right checksums, and lines that cannot be: refused, and never taken for torn ones. */
+static void impossible_lines_are_refused(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
+    toliman_track *track = make_track(&options), *none = NULL;
+    push_number(track, 1);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    unsigned char good[LINE], line[LINE];
+    const uint32_t before = (uint32_t)number_at(ledger, HEADER - 4, 4);
+    const int file = open(ledger, O_RDONLY);
+    assert_int_equal(pread(file, good, LINE, HEADER), LINE);
+    close(file);
+    const double wrong[] = {NAN, 2 * VALUE_LIMIT, SIGMA / 2, 33 * SIGMA};
+    for (int trial = 0; trial < 8; trial++) {
+        memcpy(line, good, LINE);
+        if (trial < 3)
+            line[52] = (unsigned char)(trial == 0 ? 3 : trial == 1 ? 0 : 6); /* kind */
+        else if (trial == 3)
+            line[53] = TOLIMAN_REASONS;
+        else
+            memcpy(line + (trial < 6 ? 36 : 44), &wrong[trial - 4], 8);
+        const uint32_t crc = crc32(before, line, LINE - 4);
+        memcpy(line + LINE - 4, &crc, 4);
+        write_at(ledger, HEADER, line, LINE);
+        const char *const text = trial == 0 ? "line 0 denies a frame that is not there" : "line 0 says what cannot be";
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
+        track = make_track(&elsewhere);
+        assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_FORMAT, text);
+        assert_int_equal(info_of(track).received, 0);
+        toliman_track_destroy(track);
+        assert_int_equal(size_of(ledger), HEADER + LINE);
+    }
+}
+
+/* A disk that is full: told, nothing more taken, what is acknowledged is there when there is room again. */
+static void full_disk_is_told(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder);
+    options.group = 4;
+    toliman_track *track = make_track(&options);
+    const struct rlimit limit = {HEADER + 10 * LINE, RLIM_INFINITY}, none = {RLIM_INFINITY, RLIM_INFINITY};
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    push_range(track, 1, 11);
+    small_frame frame;
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done = 9;
+    make_frame(&frame, 12);
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "ledger.tlml: ");
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &none), 0);
+    assert_int_equal(done, 0);
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "has failed before");
+    assert_fails(toliman_track_commit(track), TOLIMAN_E_WRITE, "has failed before");
+    assert_fails(toliman_track_save(track), TOLIMAN_E_WRITE, "has failed before");
+    assert_int_equal(info_of(track).committed, 8);
+    assert_int_equal(info_of(track).received, 11);
+    toliman_track_destroy(track);
+    track = make_track(&options);
+    const int64_t there = info_of(track).lines;
+    assert_true(there >= 8 && there <= 11);
+    assert_holds(track, &options, 1, there);
+    push_range(track, 1, 20);
+    assert_holds(track, &options, 1, 20);
+    toliman_track_destroy(track);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(checkpoint_costs_nothing_but_time, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(damaged_ledger_is_told_from_a_torn_one, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_lines_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(full_disk_is_told, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(lost_setup_is_asked_for, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(times_without_place_cost_no_frame, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(damaged_ledger_is_salvaged, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
