@@ -29,7 +29,7 @@ bool is_cube(const std::string &path) {
 
 // The file's name without folder and suffix.
 std::string session_of(const std::string &path) {
-    const std::string name = path.substr(path.rfind('/') + 1);
+    std::string name = path.substr(path.rfind('/') + 1);
     for (const char *suffix : {".npy", ".fits", ".fits.fz"})
         if (ends_with(name, suffix))
             return name.substr(0, name.size() - std::strlen(suffix));
@@ -160,7 +160,7 @@ FrameFacts Downlink::facts_of(FrameFile &file) {
 }
 
 FrameTimes Downlink::times_of(FrameFile &file) {
-    const FrameTimes times(file, options_.cadence, options_.leap_seconds);
+    FrameTimes times(file, options_.cadence, options_.leap_seconds);
     if (times.is_tai() && options_.clock)
         throw Failure(kExitUsage, file.path() + ": its time (" + times.rule() +
                                       ") becomes TAI by itself, and the folder has a clock: must be a folder without "

@@ -60,7 +60,7 @@ DayTime time_of(FrameFile &file, const Rule &rule, const std::string &value, con
     if (is_mjd) {
         const std::optional<int64_t> ns = times_unit(value, 86400 * kSecond);
         if (!ns || *ns < 0)
-            malformed(file.path(), where + ": must be a Modified Julian Day");
+            malformed(file.path(), where + ": must be a Modified Julian Day, 36204 (1958-01-01) to 88068 (2099-12-31)");
         time.day = *ns / (86400 * kSecond);
     } else {
         const std::optional<DayTime> date = read_date(unquoted(value));
