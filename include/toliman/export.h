@@ -2,6 +2,8 @@
 #ifndef TOLIMAN_EXPORT_H
 #define TOLIMAN_EXPORT_H
 
+#include <stddef.h> /* so that it is no empty unit by itself, which C99 forbids */
+
 #if defined(__GNUC__)
 #define TOLIMAN_API __attribute__((visibility("default")))
 #define TOLIMAN_MUST_CHECK __attribute__((warn_unused_result))

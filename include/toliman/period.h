@@ -289,7 +289,8 @@ typedef struct toliman_period_sampling {
 
 /* Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
  * the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
- * samples and makes the ceiling of samples in groups too low. Since 0.1. */
+ * samples and makes the ceiling of samples in groups too low. Of narrow sums it
+ * looks at every frequency, some 100 ns each. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
     const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 

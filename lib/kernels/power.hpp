@@ -27,8 +27,8 @@ struct PowerKernels {
     // Returned  power [n], in [0, 1], within 1e-13 of what exact arithmetic would make of the sums; or kNeedsMore, as
     //           often as the result says
     // Notes     C1, S1, C2 and S2 are rounded to 2^-51 W (2^-62 W where the mean is above 8 standard deviations, which
-    //           takes some 15 % longer), YC and YS to 2^-53, YCLow and YSLow to 2^-101 samples. The same bits on every
-    //           instruction set.
+    //           takes half as long again), YC and YS to 2^-53, YCLow and YSLow to 2^-101 samples. The same bits on
+    //           every instruction set.
     size_t (*power)(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
                     double *power) noexcept;
 

@@ -167,10 +167,11 @@ void measure_batch(const Series &series) {
 }
 
 // One frame more and the power of every frequency.
-void measure_frame(const Series &series) {
+void measure_frame(const Series &series, bool wide) {
     toliman_period_options options;
     toliman_period_options_init(&options);
     options.sigma_floor = 0.1;
+    options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
     constexpr size_t kPushes = 1000;
@@ -187,9 +188,9 @@ void measure_frame(const Series &series) {
     });
     toliman_period_destroy(period);
     const double nf = static_cast<double>(series.nf);
-    std::printf("{\"part\": \"frame\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f}\n",
-                toliman::kernels::host_isa_name(), push / kPushes / nf * 1e9, query / kQueries / nf * 1e9,
-                push / kPushes + query / kQueries);
+    std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f}\n",
+                wide ? "wide" : "frame", toliman::kernels::host_isa_name(), push / kPushes / nf * 1e9,
+                query / kQueries / nf * 1e9, push / kPushes + query / kQueries);
 }
 
 } // namespace
@@ -204,7 +205,8 @@ int main(int argc, char **argv) {
         if (!toliman::kernels::runs(isa))
             continue;
         toliman::kernels::chosen = isa;
-        measure_frame(series);
+        measure_frame(series, false);
+        measure_frame(series, true);
     }
     measure_batch(series); // with the widest
 }

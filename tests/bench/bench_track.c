@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "asked_memory.h"
 #include "cae_scene.h"
 #include "own_memory.h"
 #include "scene_text.h"
@@ -15,20 +16,6 @@
 #include <toliman/track.h>
 
 enum { BATCH = 64, FREQUENCIES = 40 };
-
-void *__libc_malloc(size_t size);
-void *__libc_memalign(size_t alignment, size_t size);
-static size_t asked;
-
-void *malloc(size_t size) {
-    asked += size;
-    return __libc_malloc(size);
-}
-
-void *aligned_alloc(size_t alignment, size_t size) {
-    asked += size;
-    return __libc_memalign(alignment, size);
-}
 
 static double seconds(clockid_t clock) {
     struct timespec t;

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "asked_memory.h"
 #include "assert_close.h"
 #include "own_memory.h"
 #include "quad_period.h"
@@ -336,15 +337,6 @@ static void large_foreign_file_is_not_read(void **unused) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/* Counts what the library asks for; aligned memory, which only creation takes, is seen in the totals instead. */
-void *__libc_malloc(size_t size);
-static size_t asked;
-
-void *malloc(size_t size) {
-    asked += size;
-    return __libc_malloc(size);
-}
-
 static size_t taken(void) {
     const struct mallinfo2 facts = mallinfo2();
     return facts.uordblks + facts.hblkhd;

@@ -1,6 +1,7 @@
 /* Tracker in memory: verdicts and their reasons, counts, pixels of all kinds, limits, memory, threads. */
 #include <malloc.h>
 
+#include "asked_memory.h"
 #include "track_frames.h"
 
 static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64_t row, int64_t col, double pixel) {
@@ -366,20 +367,6 @@ static void threads_and_batches_change_no_bit(void **unused) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-void *__libc_malloc(size_t size);
-void *__libc_memalign(size_t alignment, size_t size);
-static size_t asked;
-
-void *malloc(size_t size) {
-    asked += size;
-    return __libc_malloc(size);
-}
-
-void *aligned_alloc(size_t alignment, size_t size) {
-    asked += size;
-    return __libc_memalign(alignment, size);
-}
-
 /* 24 bytes a frame in the index, 56 beside it when all is in memory; a push takes nothing, whatever its verdict. */
 static void memory_is_taken_at_creation(void **unused) {
     (void)unused;

@@ -2,6 +2,7 @@
  * that know whose values they hold. */
 #include <malloc.h>
 
+#include "asked_memory.h"
 #include "cae_scene.h"
 
 #include <toliman/linear.h>
@@ -46,24 +47,6 @@ static toliman_frame frame_of(int64_t id, const uint32_t *pixels) {
                            .rows = ROWS,
                            .cols = COLS};
 }
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-void *__libc_malloc(size_t size);
-void *__libc_memalign(size_t alignment, size_t size);
-static size_t asked;
-
-void *malloc(size_t size) {
-    asked += size;
-    return __libc_malloc(size);
-}
-
-void *aligned_alloc(size_t alignment, size_t size) {
-    asked += size;
-    return __libc_memalign(alignment, size);
-}
-#else
-static size_t asked;
-#endif
 
 static void values_are_the_estimators_own(void **unused) {
     (void)unused;

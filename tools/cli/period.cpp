@@ -60,10 +60,9 @@ be cut, are told with their number, passed over and counted; with --strict the e
 
 --save-state keeps the exact sums; with --follow every minute and whatever ends it, an error or a signal as well.
 --from-state goes on from them, with or without more samples, to the same bits as all samples at once (`toliman merge`
-adds up such files). What may come is fixed when sums begin: sigmas from 1/8 of the least to 4 times the largest at hand;
-values within 2^20 of the first one with --follow, else within 2^20 times
-their spread of the median. --sigma-floor, --sigma-ceiling and --value-bound say otherwise. Samples with and without
-sigma do not mix. From sums alone the peak is refined by a parabola, without an error of its own; amplitude, phase and
+adds up such files). What may come is fixed when sums begin: sigmas from 1/8 of the least to 4 times the largest at hand,
+values within 2^20 of the first one with --follow, else within 2^20 times their spread of the median. --sigma-floor,
+--sigma-ceiling and --value-bound say otherwise. Samples with and without sigma do not mix. From sums alone the peak is refined by a parabola, without an error of its own; amplitude, phase and
 offset are those of the grid's frequency nearest to it.
 
 The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time.

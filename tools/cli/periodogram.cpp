@@ -11,7 +11,7 @@ namespace cli {
 
 namespace {
 
-constexpr double kMostFrequencies = 2e6;   // 270 MB; a grid that is given may have more
+constexpr double kMostFrequencies = 2e6;   // 450 MB; a grid that is given may have more
 constexpr double kFiner = 8, kCoarser = 4; // than the sigmas at hand those to come may be
 constexpr double kFurther = 0x1p20;        // likewise values than their spread
 constexpr double kMostRatio = 0.9e8;       // of sigmas, with a little room
