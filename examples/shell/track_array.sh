@@ -2,6 +2,7 @@
 # Many machines: each task of a Slurm array tracks its share of the pairs into a state folder of its own.
 #     sbatch --array=0-7 track_array.sh shards downlink --weights w.tlmw --mission-days 1095 --dtype u16le
 #     toliman merge shards/shard_* --out mission
+# Of one large file instead of many pairs each task takes its frames: toliman track --frames A:B --state DIR ... FILE
 # The merged folder has the bits that one tracker of all frames would have; a task that was killed may run again.
 #SBATCH --job-name=track
 #SBATCH --cpus-per-task=1

@@ -489,6 +489,23 @@ toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_
     });
 }
 
+toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t room,
+                                       size_t *points) noexcept {
+    return guard([&] {
+        const std::vector<track::ClockPoint> &known = required(track, "track").tracker->plan().clock.points();
+        required(points, "points");
+        if (clock == nullptr && room > 0)
+            fail(Status::argument, "clock is NULL");
+        if (clock != nullptr && room < known.size())
+            fail(Status::capacity, "room = %zu: the clock has %zu pairs", room, known.size());
+        for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
+            clock[2 * i] = known[i].camera_ns;
+            clock[2 * i + 1] = known[i].tai_ns;
+        }
+        *points = known.size();
+    });
+}
+
 toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
     return guard([&] {
         const toliman_track &handle = required(track, "track");

@@ -108,6 +108,32 @@ static void few_points_and_far_times(void **unused) {
     toliman_track_destroy(track);
 }
 
+/* What is given comes back, as one that changes nothing none. */
+static void clock_can_be_asked_for(void **unused) {
+    (void)unused;
+    const int64_t given[] = {5, 7, 100, 250, 1000, 1001};
+    int64_t back[6] = {0};
+    toliman_track_options options = small_options(NULL);
+    options.clock = given;
+    options.clock_points = 3;
+    toliman_track *track = make_track(&options);
+    size_t points = 9;
+    assert_ok(toliman_track_get_clock(track, NULL, 0, &points));
+    assert_int_equal(points, 3);
+    assert_fails(toliman_track_get_clock(track, back, 2, &points), TOLIMAN_E_CAPACITY, "room = 2: the clock has 3");
+    assert_fails(toliman_track_get_clock(track, NULL, 3, &points), TOLIMAN_E_ARGUMENT, "clock is NULL");
+    assert_ok(toliman_track_get_clock(track, back, 3, &points));
+    assert_memory_equal(back, given, sizeof given);
+    toliman_track_destroy(track);
+    const int64_t same[] = {77, 77};
+    options.clock = same;
+    options.clock_points = 1;
+    track = make_track(&options);
+    assert_ok(toliman_track_get_clock(track, back, 3, &points));
+    assert_int_equal(points, 0);
+    toliman_track_destroy(track);
+}
+
 static void tables_must_rise(void **unused) {
     (void)unused;
     static const int64_t bad[][4] = {{0, 0, 0, 1},
@@ -135,6 +161,7 @@ int main(void) {
         cmocka_unit_test(halves_are_rounded_away_from_the_point),
         cmocka_unit_test(few_points_and_far_times),
         cmocka_unit_test(tables_must_rise),
+        cmocka_unit_test(clock_can_be_asked_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

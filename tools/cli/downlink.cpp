@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
+#include <charconv>
 #include <cstring>
 #include <dirent.h>
 #include <memory>
@@ -25,6 +25,21 @@ constexpr const char kRoi[] = "single_roi"; // as the mission calls it where the
 
 bool is_cube(const std::string &path) {
     return ends_with(path, ".npy") || is_fits(path);
+}
+
+// The file's name without folder and suffix.
+std::string session_of(const std::string &path) {
+    std::string name = path.substr(path.rfind('/') + 1);
+    for (const char *suffix : {".npy", ".fits", ".fits.fz"})
+        if (ends_with(name, suffix))
+            return name.substr(0, name.size() - std::strlen(suffix));
+    return name;
+}
+
+bool whole_number(const std::string &text, int64_t &value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    constexpr int64_t kMost = int64_t{1} << 62;
+    return error == std::errc() && end == text.data() + text.size() && value >= -kMost && value <= kMost;
 }
 
 struct CloseFolder {
@@ -56,7 +71,7 @@ void check_inputs(const DownlinkOptions &options) {
             malformed(input, std::strerror(ENOENT));
         if (is_cube(input) && options.follow)
             throw Failure(kExitUsage, input + ": --follow is for folders and for pairs");
-        if (is_cube(input) && !options.cadence)
+        if (ends_with(input, ".npy") && !options.cadence)
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
         if (!is_folder(input) && !is_pair(input) && !is_cube(input))
             throw Failure(kExitUsage,
@@ -125,25 +140,53 @@ void Downlink::read_pair(const std::string &path) {
     pair.end(receiver_);
 }
 
-std::string Downlink::session_of(const std::string &path) {
+// Of the first frame, but for its time. Files of one session are told apart by their key FRAME1, never by the order in
+// which they come.
+FrameFacts Downlink::facts_of(FrameFile &file) {
+    const std::optional<std::string> number = file.value_of("FRAME1");
+    FrameFacts facts = {session_of(file.path()), kRoi, 0, 0, 0, file.rows(), file.cols()};
     if (!options_.session.empty()) {
-        if (!cube_.empty() && cube_ != path)
-            malformed(path, "--session " + options_.session + " is that of " + cube_);
-        cube_ = path;
-        return options_.session;
+        if (!number && !unnumbered_.empty() && unnumbered_ != file.path())
+            malformed(file.path(), "has no key FRAME1, the number of its first frame: --session " + options_.session +
+                                       " cannot tell it from " + unnumbered_);
+        if (!number)
+            unnumbered_ = file.path();
+        facts.session = options_.session;
     }
-    const std::string name = path.substr(path.rfind('/') + 1);
-    return name.substr(0, name.find('.'));
+    check_name(facts.session, file.path());
+    if (number && !whole_number(*number, facts.id))
+        malformed(file.path(), "FRAME1 = " + *number + ": must be a whole number, at most 2^62 either way");
+    return facts;
+}
+
+FrameTimes Downlink::times_of(FrameFile &file) {
+    FrameTimes times(file, options_.cadence, options_.leap_seconds);
+    if (times.is_tai() && options_.clock)
+        throw Failure(kExitUsage, file.path() + ": its time (" + times.rule() +
+                                      ") becomes TAI by itself, and the folder has a clock: must be a folder without "
+                                      "--clock");
+    if (is_fits(file.path()))
+        receiver_.tell(file.path(), "time by " + times.rule(), times.assumed());
+    if (times.beyond() && !told_beyond_)
+        receiver_.tell(file.path(),
+                       "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires()) +
+                           " only: --leap-seconds FILE takes a newer leap-seconds.list of the IERS",
+                       true);
+    told_beyond_ = told_beyond_ || times.beyond();
+    return times;
 }
 
 void Downlink::read_cube(const std::string &path) {
-    if (!options_.cadence)
-        malformed(path, "a file without times needs --cadence SECONDS");
     const auto file = open_frames(path);
-    const std::string session = session_of(path);
-    check_name(session, path);
+    FrameFacts facts = facts_of(*file);
+    const FrameTimes times = times_of(*file);
     const size_t pixels = file->rows() * file->cols();
-    for (size_t k = 0; k < file->count(); k++) {
+    for (size_t k = 0; k < file->count(); k++, facts.id++) {
+        facts.camera_ns = times.at(k);
+        if (!receiver_.wants(facts)) {
+            file->skip();
+            continue;
+        }
         Arrival &arrival = receiver_.next();
         std::vector<double> image(pixels);
         file->read_any(image.data());
@@ -151,13 +194,7 @@ void Downlink::read_cube(const std::string &path) {
         std::memcpy(arrival.pixels.data(), image.data(), arrival.pixels.size());
         arrival.pixel = TOLIMAN_PIXEL_F64;
         arrival.where = path + ":" + std::to_string(k);
-        arrival.facts = {session,
-                         kRoi,
-                         static_cast<int64_t>(k),
-                         std::llround(static_cast<double>(k) * *options_.cadence * 1e9),
-                         0,
-                         file->rows(),
-                         file->cols()};
+        arrival.facts = facts;
         receiver_.take();
     }
 }

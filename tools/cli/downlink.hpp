@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "arrival.hpp"
+#include "frame_times.hpp"
 #include "pair.hpp"
 
 namespace cli {
@@ -15,7 +16,9 @@ struct DownlinkOptions {
     std::vector<std::string> inputs;
     std::string dtype;             // of pairs
     std::optional<double> cadence; // seconds, of .npy and FITS
-    std::string session;           // of the one .npy or FITS file; empty: its name
+    std::string session;           // of .npy and FITS; empty: their names
+    LeapSeconds leap_seconds;
+    bool clock = false; // the folder's clock changes the camera's time
     bool follow = false;
     size_t rows = 0, cols = 0; // of the tracker's frames
 };
@@ -35,7 +38,8 @@ class Downlink {
     void read_folder(const std::string &folder);
     void read_pair(const std::string &path);
     void read_cube(const std::string &path);
-    std::string session_of(const std::string &path);
+    FrameFacts facts_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file);
     void poll();
     void end();
 
@@ -43,7 +47,8 @@ class Downlink {
     Receiver &receiver_;
     std::map<std::string, Pair> growing_; // by their side files
     std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
-    std::string cube_;                    // that had --session
+    std::string unnumbered_;              // the file without FRAME1 that had --session
+    bool told_beyond_ = false;            // that the table of leap seconds has expired
 };
 
 } // namespace cli

@@ -30,6 +30,32 @@ class FitsFrames : public FrameFile {
         if (static_cast<size_t>(end) > size)
             malformed(path, "holds " + std::to_string(size) + " bytes, up to the end of its image it takes " +
                                 std::to_string(end));
+        fits_get_hdu_num(file, &unit_);
+    }
+
+    std::optional<std::string> value_of(const std::string &key) override {
+        std::optional<std::string> value = value_in(unit_, key);
+        return value || unit_ == 1 ? value : value_in(1, key);
+    }
+
+    std::vector<double> days() override {
+        char table[] = "FRAMES", column[] = "time_days";
+        int status = 0, number = 0;
+        LONGLONG rows = 0;
+        std::vector<double> days;
+        if (fits_movnam_hdu(file_.get(), BINARY_TBL, table, 0, &status) == 0 &&
+            fits_get_colnum(file_.get(), CASEINSEN, column, &number, &status) == 0) {
+            fits_get_num_rowsll(file_.get(), &rows, &status);
+            if (static_cast<size_t>(rows) != count())
+                malformed(path_, "table FRAMES has " + std::to_string(rows) + " rows for " + std::to_string(count()) +
+                                     " frames");
+            days.resize(count());
+            double blank = std::numeric_limits<double>::quiet_NaN();
+            fits_read_col(file_.get(), TDOUBLE, number, 1, 1, rows, &blank, days.data(), nullptr, &status);
+            check(status);
+        }
+        move_to(unit_);
+        return days;
     }
 
   private:
@@ -47,6 +73,26 @@ class FitsFrames : public FrameFile {
         if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
             malformed(path_, "is not a FITS file");
         return file.size();
+    }
+
+    void move_to(int unit) {
+        int status = 0;
+        fits_movabs_hdu(file_.get(), unit, nullptr, &status);
+        check(status);
+    }
+
+    std::optional<std::string> value_in(int unit, const std::string &key) {
+        char value[FLEN_VALUE] = "";
+        int status = 0;
+        move_to(unit);
+        fits_read_keyword(file_.get(), key.c_str(), value, nullptr, &status);
+        move_to(unit_);
+        if (status == KEY_NO_EXIST)
+            return std::nullopt;
+        check(status);
+        if (value[0] == '\0') // undefined, as the standard has it
+            return std::nullopt;
+        return value;
     }
 
     // Moves to the first image that holds pixels; returns how many axes it has.
@@ -72,7 +118,10 @@ class FitsFrames : public FrameFile {
         first_ += pixels;
     }
 
+    void pass() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }
+
     Fits file_;
+    int unit_ = 0;       // of the image
     LONGLONG first_ = 1; // pixel of the next frame
 };
 

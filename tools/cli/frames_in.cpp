@@ -78,17 +78,22 @@ class PlainFrames : public FrameFile {
                                  " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()) + " take " +
                                  std::to_string(header + count() * frame));
         raw_.resize(frame);
+        start_ = header;
     }
 
     void next(double *image) override {
         if (!file_.read(raw_.data(), raw_.size()))
             malformed(path_, "ends early");
         convert(type_, raw_.data(), rows() * cols(), image);
+        frame_++;
     }
+
+    void pass() override { file_.seek(start_ + ++frame_ * raw_.size()); }
 
     InputFile file_;
     std::string type_; // as in NpyHeader
     std::vector<unsigned char> raw_;
+    size_t start_ = 0, frame_ = 0; // of the pixels in the file; number of the next frame
 };
 
 } // namespace
@@ -111,6 +116,11 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
 
 void FrameFile::read_any(double *image) {
     next(image);
+    read_++;
+}
+
+void FrameFile::skip() {
+    pass();
     read_++;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,15 @@ class FrameFile {
     void read(double *image);
     // The next frame as it is; a pixel without value is NaN.
     void read_any(double *image);
+    // Passes over the next frame.
+    void skip();
+
+    // What the header says, as it is written there: strings in quotes, trailing blanks cut. Of FITS that of the image
+    // or else of the file.
+    virtual std::optional<std::string> value_of(const std::string &) { return std::nullopt; }
+    // The column time_days of the table FRAMES, of a row a frame; empty where there is none.
+    virtual std::vector<double> days() { return {}; }
+    const std::string &path() const noexcept { return path_; }
 
   protected:
     explicit FrameFile(const std::string &path) : path_(path) {}
@@ -28,6 +38,7 @@ class FrameFile {
 
   private:
     virtual void next(double *image) = 0; // a pixel without value is NaN
+    virtual void pass() = 0;
     std::vector<size_t> axes_;
     size_t read_ = 0;
 };

@@ -105,6 +105,8 @@ void Pair::give(Receiver &receiver) {
     const double usual = usual_gap();
     for (; given_ < places_.size(); given_++) {
         const SideLine &line = lines_[given_];
+        if (line.why.empty() && !receiver.wants(line.facts))
+            continue;
         remark_jump(receiver, given_, usual);
         if (!line.why.empty()) {
             receiver.reject(where(given_), nullptr, "bad line", line.why);

@@ -1,21 +1,18 @@
 // The mission's pair of files: counts, and one JSON object a frame.
-#include <cmath>
-
 #include "failure.hpp"
 #include "frames_out.hpp"
 #include "output.hpp"
+#include "time_text.hpp"
 
 namespace cli {
 
 namespace {
 
-// Whole days are exact; the rest is rounded to the nanosecond.
 long long nanoseconds(double days) {
-    constexpr double kMostDays = 100000; // 9.2e18 ns are 106751 days
-    if (!(std::fabs(days) <= kMostDays))
+    const std::optional<int64_t> ns = ns_of_days(days);
+    if (!ns)
         throw Failure(kExitUsage, "a frame at " + std::to_string(days) + " days: timestamp_ns holds up to 100000 days");
-    const double whole = std::floor(days);
-    return static_cast<long long>(whole) * 86400000000000 + std::llround((days - whole) * 86400e9);
+    return *ns;
 }
 
 class SessionOutput : public FrameOutput {

@@ -67,6 +67,12 @@ toliman_track_info info_of(const toliman::tracker &tracker) {
     return info;
 }
 
+bool has_clock(const toliman::tracker &tracker) {
+    size_t points = 0;
+    toliman::check(toliman_track_get_clock(tracker.get(), nullptr, 0, &points));
+    return points > 0;
+}
+
 FrequencyGrid grid_of(const std::string &text) {
     FrequencyGrid grid = {};
     long long nf = 0;

@@ -18,6 +18,8 @@ toliman_track_options known_state(const std::string &folder);
 // A Failure with exit code 5 where the state is damaged.
 toliman::tracker open_tracker(const toliman_track_options &options);
 toliman_track_info info_of(const toliman::tracker &tracker);
+// Whether its clock changes the camera's time.
+bool has_clock(const toliman::tracker &tracker);
 
 // "F0:DF:NF", cycles a day.
 FrequencyGrid grid_of(const std::string &text);

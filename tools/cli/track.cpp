@@ -14,7 +14,7 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string weights, scene, state, grid, clock, sync = "group", crop, shape;
+    std::string weights, scene, state, grid, clock, sync = "group", crop, shape, frames, leap_seconds;
     std::optional<double> mission_days, value_limit;
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity, epoch;
@@ -30,7 +30,9 @@ Examples:
   toliman track --weights w.tlmw --state mission --mission-days 1095 --dtype u16le downlink/
   toliman track --weights w.tlmw --state mission --dtype u16le --follow downlink/
   ls passes/*_meta.jsonl | toliman track --template scene.json --state mission --dtype u32le --grid 1e-3:1e-4:5000 -
-  toliman track --template scene.json --state lab --mission-days 100 --cadence 86400 cube.fits
+  toliman track --template scene.json --state lab --mission-days 100 --cadence 86400 cube.npy
+  toliman track --template scene.json --state sky --mission-days 1095 2029-*.fits
+  toliman track --template scene.json --state shard_3 --frames 3000:4000 --mission-days 1095 --dtype u32le downlink/
   toliman status mission
 
 A frame is known by session, frame id and region. It comes as a raw pair (X_frames.bin or X_meta.jsonl, the other beside
@@ -41,6 +43,13 @@ same bits. A duplicate is ignored; a frame that comes with two contents is quara
 On standard output stand a line of JSON a frame, printed once it is safe on the disk, and updates of the period. Damaged
 frames, bad lines, short files and jumps of the clock are named and counted on both outputs and end nothing; with --strict
 the exit code is then 4. Where the sizes of a pair do not add up, only frames before its first bad line count.
+
+FITS files tell their time, mid-exposure, by the first of MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2 and
+DATE-OBS + EXPTIME/2, in the scale TIMESYS: UTC (also if it is missing), TAI, TT or GPS. It becomes TAI in ns since
+1970-01-01T00:00:00 TAI, for folders without --clock. It is that of a cube's first frame; the others follow as the table
+FRAMES of `toliman simulate` says, or by --cadence. A file without these keywords has the times of that table or, from 0
+on, of --cadence. What a file says goes before --cadence; the rule is told for each file. FRAME1 is the number of a file's
+first frame, default 0: with it many files may have one --session.
 
 A new folder needs --grid or --mission-days; one that exists remembers grid, clock, shape and limits.)";
 
@@ -56,6 +65,17 @@ void two_numbers(const std::string &text, const char *option, const char *form, 
                                       std::to_string(least) + " to 65536, as in the examples of --help");
     a = first;
     b = second;
+}
+
+// "A:B", whole numbers.
+FrameIds frame_ids(const std::string &text) {
+    if (text.empty())
+        return {};
+    long long first = 0, end = 0;
+    char rest = '\0';
+    if (std::sscanf(text.c_str(), "%lld:%lld%c", &first, &end, &rest) != 2 || first >= end)
+        throw Failure(kExitUsage, "--frames " + text + ": must be A:B, two frame ids of which the first is less");
+    return {first, end};
 }
 
 // The estimator, which must outlive the tracker.
@@ -117,6 +137,8 @@ toliman_track_options track_options(const Options &options, const std::vector<in
 void track(Options &options, Progress &progress) {
     DownlinkOptions &downlink = options.downlink;
     check_inputs(downlink);
+    const FrameIds frames = frame_ids(options.frames);
+    downlink.leap_seconds = LeapSeconds(options.leap_seconds);
     const std::vector<int64_t> clock = read_clock(options.clock);
     toliman_track_options how = track_options(options, clock);
     const Estimator estimator(options, progress);
@@ -126,7 +148,8 @@ void track(Options &options, Progress &progress) {
     const std::optional<toliman_track_options> made = made_with(options.state);
     downlink.rows = static_cast<size_t>(made->rows);
     downlink.cols = static_cast<size_t>(made->cols);
-    Tracking tracking(std::move(tracker), {options.every, options.jobs == 0 ? 64 : options.jobs}, progress);
+    downlink.clock = has_clock(tracker);
+    Tracking tracking(std::move(tracker), {options.every, options.jobs == 0 ? 64 : options.jobs, frames}, progress);
     try {
         Downlink(downlink, tracking).read();
     } catch (...) {
@@ -176,9 +199,14 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::PositiveNumber);
     command->add_option("--capacity", options->capacity, "frames at most, 24 bytes each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
-    command->add_option("--cadence", downlink.cadence, "seconds from frame to frame of .npy and FITS files")
+    command->add_option("--frames", options->frames, "A:B, only frames with ids from A to B - 1, of a shard");
+    command
+        ->add_option("--cadence", downlink.cadence,
+                     "seconds from frame to frame of .npy and FITS files, unless they tell it")
         ->check(CLI::PositiveNumber);
-    command->add_option("--session", downlink.session, "of a .npy or FITS file, default its name");
+    command->add_option("--session", downlink.session, "of .npy and FITS files, default their names");
+    command->add_option("--leap-seconds", options->leap_seconds,
+                        "leap-seconds.list of the IERS, default the table built in");
     command->add_flag("--follow", downlink.follow, "go on as folders and pairs grow, until a signal");
     command->add_flag("--strict", options->strict, "exit code 4 if anything was damaged or quarantined");
     command->add_option("INPUT", downlink.inputs, "pairs, folders, .npy and FITS files; - reads names")->required();

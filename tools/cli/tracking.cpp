@@ -31,6 +31,12 @@ Json frame_line(const std::string &where, const FrameFacts *facts, const char *v
     return line;
 }
 
+std::string remark_line(const char *remark, const std::string &where, const std::string &text) {
+    Json line;
+    line.set("schema", std::string("toliman-track-remark/1")).set("remark", std::string(remark));
+    return line.set("input", where).set("text", text).line();
+}
+
 toliman_frame frame_of(const Arrival &arrival) noexcept {
     toliman_frame frame = {};
     frame.struct_size = sizeof frame;
@@ -126,7 +132,15 @@ void Tracking::warn(const std::string &where, const std::string &text) {
     progress_.warn(where + ": " + text);
 }
 
+bool Tracking::wants(const FrameFacts &facts) {
+    const bool wanted = facts.id >= options_.frames.first && facts.id < options_.frames.end;
+    passed_over_ += !wanted;
+    return wanted;
+}
+
 void Tracking::reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &text) {
+    if (facts != nullptr && !wants(*facts))
+        return;
     flush();
     (std::strcmp(reason, "bad line") == 0 ? bad_lines_ : short_frames_)++;
     warn(where, std::string("rejected: ") + reason + ": " + text);
@@ -139,9 +153,13 @@ void Tracking::remark(Remark kind, const std::string &where, const std::string &
     const auto at = static_cast<size_t>(kind);
     remarks_[at]++;
     warn(where, text);
-    Json line;
-    line.set("schema", std::string("toliman-track-remark/1")).set("remark", std::string(kRemarkNames[at]));
-    say(line.set("input", where).set("text", text).line());
+    say(remark_line(kRemarkNames[at], where, text));
+}
+
+void Tracking::tell(const std::string &where, const std::string &text, bool warning) {
+    flush();
+    warning ? progress_.warn(where + ": " + text) : progress_.tell(where + ": " + text);
+    say(remark_line("time", where, text));
 }
 
 void Tracking::update(Fit fit) {
@@ -156,8 +174,10 @@ void Tracking::update(Fit fit) {
     line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
     line.set_count("extra_bytes", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
     line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
+    line.set_count("passed_over", passed_over_);
     say(line.line());
-    progress_.note("track", std::to_string(info.accepted) + " frames, " + period.text());
+    const std::string passed = passed_over_ > 0 ? std::to_string(passed_over_) + " passed over, " : "";
+    progress_.note("track", std::to_string(info.accepted) + " frames, " + passed + period.text());
 }
 
 void Tracking::say(const std::string &text) {

@@ -11,9 +11,15 @@
 
 namespace cli {
 
+// Frame ids first ... end - 1.
+struct FrameIds {
+    int64_t first = INT64_MIN, end = INT64_MAX;
+};
+
 struct TrackingOptions {
     size_t every = 1; // accepted frames from update to update
     size_t jobs = 1;  // more than one: frames between two updates are estimated together
+    FrameIds frames;  // others are passed over
 };
 
 class Tracking : public Receiver {
@@ -24,6 +30,8 @@ class Tracking : public Receiver {
     void take() override;
     void reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &why) override;
     void remark(Remark kind, const std::string &where, const std::string &text) override;
+    void tell(const std::string &where, const std::string &text, bool warning) override;
+    bool wants(const FrameFacts &facts) override;
     void wait() override;
 
     // The last update, the checkpoint, all lines.
@@ -53,7 +61,7 @@ class Tracking : public Receiver {
     std::chrono::steady_clock::time_point oldest_; // of them
     size_t since_update_ = 0;                      // frames accepted
     int64_t lines_ = 0, saved_ = 0;                // of the ledger: all, up to the checkpoint
-    int64_t bad_lines_ = 0, short_frames_ = 0, remarks_[kRemarks] = {}, troubles_ = 0;
+    int64_t bad_lines_ = 0, short_frames_ = 0, passed_over_ = 0, remarks_[kRemarks] = {}, troubles_ = 0;
 };
 
 } // namespace cli

@@ -1,0 +1,365 @@
+"""Times, numbers and sessions of FITS files in track, and shards by frame id. Times are compared with astropy's."""
+import datetime
+import fractions
+import json
+import os
+import random
+import unittest
+import warnings
+
+import erfa
+import numpy
+from astropy.io import fits
+from astropy.time import Time
+from program import SCENES
+from test_track import FRAMES, GRID, SIDE, Track
+
+DAY = 86400 * 10**9
+SYSTEM = "/usr/share/zoneinfo/leap-seconds.list"
+EPOCH = Time("1970-01-01T00:00:00", scale="tai", format="isot")
+
+
+def tai_ns(text, scale, form):
+    """By astropy, whose two doubles hold 0.01 ns."""
+    with warnings.catch_warnings(action="ignore"):  # of years to come
+        time = Time(text, scale=scale, format=form).tai
+    days = fractions.Fraction(time.jd1) + fractions.Fraction(time.jd2)
+    return round((days - fractions.Fraction(EPOCH.jd1) - fractions.Fraction(EPOCH.jd2)) * DAY)
+
+
+class Fits(Track):
+    def write(self, name, cards, images=None):
+        """A FITS file by hand, so that a value stands there exactly as given: cards {key: text}."""
+        images = numpy.asarray(self.frames[0] if images is None else images, ">i4")
+        axes = {f"NAXIS{k + 1}": n for k, n in enumerate(reversed(images.shape))}
+        lines = [f"{key:<8}= {value:>20}" for key, value in
+                 {"SIMPLE": "T", "BITPIX": 32, "NAXIS": images.ndim, **axes, **cards}.items()] + ["END"]
+        header = "".join(f"{line:<80}" for line in lines)
+        data = images.tobytes()
+        content = f"{header:<{-(-len(header) // 2880) * 2880}}".encode() + data + bytes(-len(data) % 2880)
+        (self.folder / name).write_bytes(content)
+        return name
+
+    def read(self, names, *more, state="s", code=0):
+        """Frame lines by session, the first remark by file: every file has one."""
+        self.out = self.track(state, *more, "-", code=code, stdin="\n".join(names))
+        frames = {line["session"]: line for line in self.out if line["schema"] == "toliman-frame/1"}
+        remarks = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-remark/1"}
+        self.assertEqual(sorted(remarks), sorted(names))
+        return frames, remarks
+
+    def times(self, cases, *more):
+        """What the program makes of {name: cards}: TAI, which is the camera's time as well."""
+        names = [self.write(f"{name}.fits", cards) for name, cards in cases.items()]
+        random.Random(1).shuffle(names)
+        frames, _ = self.read(names, *more)
+        self.assertEqual(frames.keys(), cases.keys(), self.errors)
+        self.assertTrue(all(line["verdict"] == "accepted" for line in frames.values()))
+        self.assertTrue(all(line["tai_ns"] == line["camera_ns"] for line in frames.values()))
+        return {name: line["tai_ns"] for name, line in frames.items()}
+
+
+class Times(Fits):
+    def test_dates_and_days(self):
+        chance, cases, expected = random.Random(2), {}, {}
+
+        def add(key, text, scale, exposure=None):
+            name = f"n{len(cases)}"
+            form = "mjd" if key[0] == "M" else "isot"
+            whole = text if "T" in text or form == "mjd" else text + "T00:00:00"
+            cases[name] = {key: text if form == "mjd" else f"'{text}'", "TIMESYS": f"'{scale}'"}
+            by_astropy = {"TDT": "tt", "IAT": "tai", "TT(TAI)": "tt", "GPS": "tai"}.get(scale, scale.lower())
+            expected[name] = tai_ns(whole.replace("D", "E"), by_astropy, form) + (19 * 10**9 if scale == "GPS" else 0)
+            if exposure:
+                cases[name]["XPOSURE" if key == "MJD-BEG" else "EXPTIME"] = exposure
+                expected[name] += round(fractions.Fraction(exposure.replace("D", "E")) * 10**9 / 2)
+
+        for scale in ("UTC", "TAI", "TT", "TDT", "IAT", "GPS", "tt(tai)".upper(), "Utc"):
+            for _ in range(12):
+                mjd = f"{chance.randint(41317, 69000)}.{chance.randint(0, 10**15 - 1):015d}"
+                add(chance.choice(["MJD-AVG", "MJD-BEG", "MJD-OBS"]), mjd, scale, "0")
+                second = f"{chance.randint(0, 59):02d}" + chance.choice(["", ".", ".5", f".{chance.randint(0, 999999):06d}"])
+                add("DATE-AVG", f"20{chance.randint(10, 59)}-{chance.randint(1, 12):02d}-{chance.randint(1, 28):02d}"
+                    f"T{chance.randint(0, 23):02d}:{chance.randint(0, 59):02d}:{second}", scale)
+        for text in ("2024-02-29", "2000-02-29", "2029-12-31T23:59:59.999999999", "2030-01-01T00:00:00"):
+            add("DATE-OBS", text, "UTC", "1.5")
+        add("MJD-BEG", "6.0310250000000001D+04", "TT", "8.64D4")
+        add("MJD-OBS", "60310", "TAI", "3600")
+        add("MJD-OBS", "60310.", "UTC", "1E-9")
+        add("DATE-AVG", "1958-01-01T00:00:00", "TAI")
+        add("DATE-AVG", "2099-12-31T23:59:59.5", "TT")
+        found = self.times(cases)
+        for name, ns in found.items():
+            self.assertLessEqual(abs(ns - expected[name]), 1, cases[name])  # of astropy's rounding
+        exact = {name for name, ns in found.items() if ns == expected[name]}
+        self.assertGreater(len(exact), 0.95 * len(found))
+
+    def test_last_digit(self):
+        """Days as text, not as a double, which would be 600 ns off."""
+        cases, expected = {}, {}
+        for k, text in enumerate(("60000.000000000000011574", "60000.123456789012345678", "60000.9999999999999",
+                                  "60000.00000000000000578", "60000.00000000000000579", "600001234567890123456.7E-16",
+                                  "+60000.5", "60000.99999999999999999999999999999999")):
+            cases[f"n{k}"] = {"MJD-AVG": text, "TIMESYS": "'TAI'"}
+            expected[f"n{k}"] = int((fractions.Fraction(text) - 40587) * DAY + fractions.Fraction(1, 2))
+        self.assertEqual(self.times(cases), expected)
+
+    def test_leap_seconds(self):
+        """About each of them, by the table of ERFA."""
+        cases, expected, ahead = {}, {}, {}
+        for year, month, seconds in erfa.leap_seconds.get():
+            ahead[datetime.date(year, month, 1)] = int(seconds)
+        self.assertEqual(ahead.pop(datetime.date(1972, 1, 1)), 10)
+        steps = [day for day in ahead if day.year > 1972 or day.month > 1]
+        steps = [day for day in steps if day > datetime.date(1972, 1, 1)]
+        self.assertEqual(len(steps), 27)
+        for day in steps:
+            last = day - datetime.timedelta(1)
+            mjd = last.toordinal() - 678576
+            start = tai_ns(f"{day}T00:00:00", "utc", "isot")
+            self.assertEqual(start, (day.toordinal() - 719163) * DAY + ahead[day] * 10**9)
+            for label, key, value, ns in (
+                ("a", "DATE-AVG", f"'{last}T23:59:59'", start - 2 * 10**9),
+                ("b", "DATE-AVG", f"'{last}T23:59:60'", start - 10**9),
+                ("c", "DATE-AVG", f"'{last}T23:59:60.999999999'", start - 1),
+                ("d", "DATE-AVG", f"'{day}'", start),
+                ("e", "MJD-AVG", f"{mjd}.5", tai_ns(f"{mjd}.5", "utc", "mjd")),  # the day has 86,401 s
+                ("f", "MJD-AVG", f"{mjd}.999999", tai_ns(f"{mjd}.999999", "utc", "mjd")),
+                ("g", "MJD-AVG", f"{mjd + 1}", start),
+            ):
+                cases[f"{day}{label}"] = {key: value, "TIMESYS": "'UTC'"}
+                expected[f"{day}{label}"] = ns
+        cases["through"] = {"DATE-OBS": "'2016-12-31T23:59:59'", "EXPTIME": "4", "TIMESYS": "'UTC'"}
+        expected["through"] = tai_ns("2017-01-01T00:00:00", "utc", "isot")  # 2 s on there is 1 s of the next year less
+        found = self.times(cases)
+        for name, ns in expected.items():
+            self.assertLessEqual(abs(found[name] - ns), 1 if name[-1] in "ef" else 0, name)
+
+    def test_precedence(self):
+        every = {"DATE-OBS": "'2029-05-05T00:00:00'", "EXPTIME": "2", "MJD-OBS": "62004", "XPOSURE": "4", "MJD-BEG": "62003",
+                 "DATE-AVG": "'2029-05-02'", "MJD-AVG": "62001"}
+        rules = {"MJD-AVG": 0, "DATE-AVG": 0, "MJD-BEG + XPOSURE/2": 2, "MJD-OBS + EXPTIME/2": 1, "DATE-OBS + EXPTIME/2": 1}
+        chosen = dict(every)
+        for k, (rule, half) in enumerate(rules.items()):
+            found, remarks = self.read([self.write(f"p{k}.fits", {**chosen, "TIMESYS": "'TT'"})], state=f"s{k}")
+            text = rule.split()[0]
+            value = chosen[text].strip("'")
+            at = tai_ns(value if text[0] == "M" else value[:10] + "T00:00:00", "tt", "mjd" if text[0] == "M" else "isot")
+            self.assertEqual(found[f"p{k}"]["tai_ns"], at + half * 10**9)
+            self.assertEqual(remarks[f"p{k}.fits"], {"schema": "toliman-track-remark/1", "remark": "time",
+                                                     "input": f"p{k}.fits", "text": f"time by {rule} in TT"})
+            self.assertIn(f"toliman: p{k}.fits: time by {rule} in TT\n", self.errors)
+            del chosen[text]
+        # Without its exposure, or without a value, a rule does not hold and the next one does.
+        for k, (cards, rule) in enumerate((({**every, "MJD-AVG": "", "DATE-AVG": "", "XPOSURE": ""}, "MJD-OBS"),
+                                           ({"DATE-OBS": "'2029-05-05'", "MJD-BEG": "62003", "EXPTIME": "2"}, "DATE-OBS"))):
+            _, remarks = self.read([self.write(f"q{k}.fits", cards)], state="q")
+            self.assertIn(rule + " + EXPTIME/2", remarks[f"q{k}.fits"]["text"])
+
+    def test_without_timesys(self):
+        name = self.write("x.fits", {"DATE-OBS": "'2017-01-01'", "EXPTIME": "0"})
+        frames, remarks = self.read([name], "--strict")
+        self.assertEqual(frames["x"]["tai_ns"], tai_ns("2017-01-01T00:00:00", "utc", "isot"))
+        self.assertEqual(remarks[name]["text"], "time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing")
+        self.assertIn("toliman: warning: x.fits: time by", self.errors)
+
+    def test_refused(self):
+        good = {"TIMESYS": "'UTC'", "EXPTIME": "10", "XPOSURE": "10"}
+        cases = [
+            ({"MJD-AVG": "NaN"}, "MJD-AVG = NaN"), ({"MJD-AVG": "'60000.5'"}, "Modified Julian Day"),
+            ({"MJD-AVG": "60000,5"}, "MJD-AVG"), ({"MJD-AVG": "6E9999"}, "MJD-AVG"), ({"MJD-AVG": "-1"}, "MJD-AVG"),
+            ({"MJD-AVG": "2460000.5"}, "(1958-01-01) to 88068 (2099-12-31)"), ({"MJD-AVG": "41316.99"}, "1972-01-01"),
+            ({"MJD-AVG": "1E-30"}, "1958-01-01"), ({"MJD-AVG": "60000.5E"}, "MJD-AVG"), ({"MJD-AVG": "."}, "MJD-AVG"),
+            ({"DATE-AVG": "'1971-12-31T23:59:59'"}, "1972-01-01"), ({"DATE-AVG": "'1971-12-31T23:59:60'"}, "1972-01-01"),
+            ({"DATE-AVG": "'2017-12-31T23:59:60'"}, "no such second"), ({"DATE-AVG": "'2016-12-31T22:59:60'"}, "YYYY"),
+            ({"DATE-AVG": "'2016-12-31T23:59:60'", "TIMESYS": "'TAI'"}, "no such second"),
+            ({"DATE-AVG": "'2016-12-31T23:59:61'"}, "YYYY"), ({"DATE-AVG": "'2029-02-29'"}, "YYYY-MM-DD"),
+            ({"DATE-AVG": "'1900-02-29'"}, "YYYY-MM-DD"), ({"DATE-AVG": "'2029-13-01'"}, "YYYY-MM-DD"),
+            ({"DATE-AVG": "'31/12/99'"}, "YYYY-MM-DD"), ({"DATE-AVG": "'2029-01-01T24:00:00'"}, "YYYY"),
+            ({"DATE-AVG": "'2029-01-01T12:00'"}, "YYYY"), ({"DATE-AVG": "'2029-01-01T12:00:00Z'"}, "YYYY"),
+            ({"DATE-AVG": "'2029-01-01T12:00:00.1.2'"}, "YYYY"), ({"DATE-AVG": "'2029-01-01 12:00:00'"}, "YYYY"),
+            ({"DATE-AVG": "'1957-12-31T23:59:59'", "TIMESYS": "'TT'"}, "1958-01-01"),
+            ({"DATE-AVG": "'2100-01-01'", "TIMESYS": "'TAI'"}, "2099-12-31"), ({"DATE-AVG": "2029"}, "YYYY"),
+            ({"MJD-BEG": "60000", "XPOSURE": "NaN"}, "XPOSURE = NaN: must be from 0 to 1e9 s"),
+            ({"MJD-BEG": "60000", "XPOSURE": "-1"}, "XPOSURE = -1"), ({"MJD-OBS": "60000", "EXPTIME": "1e10"}, "EXPTIME"),
+            ({"MJD-AVG": "60000", "TIMESYS": "'TDB'"}, "TIMESYS = 'TDB"), ({"MJD-AVG": "60000", "TIMESYS": "5"}, "TIMESYS"),
+            ({"MJD-BEG": "60000", "XPOSURE": ""}, "tells no time (MJD-BEG without XPOSURE): needs --cadence"),
+            ({}, "x34.fits: tells no time: needs --cadence"), ({"FRAME1": "1.5", "MJD-AVG": "60000"}, "FRAME1"),
+            ({"FRAME1": "9223372036854775807", "MJD-AVG": "60000"}, "FRAME1"),
+        ]
+        names = [self.write(f"x{k}.fits", {**good, **cards}) for k, (cards, _) in enumerate(cases)]
+        frames, remarks = self.read(names)
+        self.assertEqual(frames, {})
+        for name, (cards, text) in zip(names, cases):
+            self.assertEqual(remarks[name]["remark"], "unreadable input", cards)
+            self.assertIn(text, remarks[name]["text"])
+            self.assertIn(name, remarks[name]["text"])
+        self.assertEqual(self.errors.count("\n"), len(cases))
+        self.assertEqual(self.counts(self.out)["unreadable_inputs"], len(cases))
+        self.read(names[:1], "--strict", code=4)
+
+    def test_extensions(self):
+        """The image's header goes before the file's."""
+        primary = fits.Header([("MJD-OBS", 60000.5), ("EXPTIME", 100.0), ("TIMESYS", "TAI"), ("FRAME1", 7)])
+        image = self.frames[0].astype("i4")
+        for name, unit in (("plain", fits.ImageHDU), ("tiles", fits.CompImageHDU)):
+            of_image = fits.Header([("EXPTIME", 2.0)])
+            fits.HDUList([fits.PrimaryHDU(header=primary), unit(image, header=of_image)]).writeto(self.folder / f"{name}.fits")
+            frames, _ = self.read([f"{name}.fits"])
+            self.assertEqual(frames[name]["tai_ns"], tai_ns("60000.5", "tai", "mjd") + 10**9)
+            self.assertEqual(frames[name]["frame_id"], 7)
+            self.assertEqual(frames[name]["verdict"], "accepted")
+
+    def test_table_of_leap_seconds(self):
+        source = (SCENES.parents[1] / "tools/cli/leap-seconds.list").read_text()
+        ntp = lambda day: (day - datetime.date(1900, 1, 1)).days * 86400
+        more = source.replace("#@\t3991593600", f"#@\t{ntp(datetime.date(2040, 1, 1))}")
+        more += f"{ntp(datetime.date(2030, 1, 1))} 36\n"  # the first negative one
+        (self.folder / "own.list").write_text(more)
+        cases = {"a": {"DATE-AVG": "'2029-12-31T23:59:58'"}, "b": {"DATE-AVG": "'2030-01-01'"}}
+        cases = {name: {**cards, "TIMESYS": "'UTC'"} for name, cards in cases.items()}
+        built_in = self.times(cases)
+        self.assertEqual(built_in["b"] - built_in["a"], 2 * 10**9)
+        self.assertEqual(self.errors.count("leap seconds are known up to MJD 61219 only"), 1)
+        names = [f"{name}.fits" for name in cases]
+        frames, _ = self.read(names, "--leap-seconds", "own.list", state="own")
+        self.assertEqual(frames["b"]["tai_ns"], frames["a"]["tai_ns"] + 10**9)
+        self.assertNotIn("known", self.errors)
+        self.read([self.write("no.fits", {"DATE-AVG": "'2029-12-31T23:59:59'", "TIMESYS": "'UTC'"})],
+                  "--leap-seconds", "own.list", "--strict", code=4)
+        self.assertIn("no such second", self.errors)
+        command = ("track", "--state", "t", "--template", "scene.json", *GRID, "a.fits", "--leap-seconds")
+        for text, why in (("", "holds no"), (more.replace("2303683200", "2303683201"), "bad:11"),
+                          (more.replace("3124137600	32", "3124137600	31"), "bad:31"), (more.replace("#@", "# "), "expiry"),
+                          (more.replace("2272060800	10", "2272060800	9"), "1972-01-01"), ("x\n", "bad:1")):
+            (self.folder / "bad").write_text(text)
+            self.refuse(3, why, arguments=(*command, "bad"))
+        self.refuse(3, "none", arguments=(*command, "none"))
+
+    @unittest.skipUnless(os.path.exists(SYSTEM), "the system has no such table")
+    def test_table_of_the_system(self):
+        name = self.write("x.fits", {"DATE-AVG": "'2017-01-01'", "TIMESYS": "'UTC'"})
+        frames, _ = self.read([name], "--leap-seconds", SYSTEM)
+        self.assertEqual(frames["x"]["tai_ns"], tai_ns("2017-01-01T00:00:00", "utc", "isot"))
+
+
+class Files(Fits):
+    def test_cubes(self):
+        """Frame 0 has the header's time; the others follow the table FRAMES, or --cadence."""
+        start = tai_ns("2029-01-01T00:00:00", "utc", "isot")
+        keys = {"DATE-AVG": "'2029-01-01'", "TIMESYS": "'UTC'"}
+        images = self.frames.astype("i4")
+        self.write("cube.fits", keys, images)
+        out = [line for line in self.track("s", "cube.fits", "--cadence", "43200.5") if "value" in line]
+        self.assertEqual([line["tai_ns"] for line in out], [start + k * 43200500000000 for k in range(FRAMES)])
+        self.assertIn("time by DATE-AVG in UTC, from there on by --cadence", self.errors)
+        self.track("t", "cube.fits", "--strict", code=4)
+        self.assertIn("needs --cadence", self.errors)
+        with fits.open(self.folder / "cube.fits") as cube:
+            days = numpy.arange(FRAMES) * 1.25 - 3
+            table = fits.BinTableHDU.from_columns([fits.Column("time_days", "D", array=days)], name="FRAMES")
+            fits.HDUList([cube[0], table]).writeto(self.folder / "both.fits")
+            fits.HDUList([cube[0], fits.BinTableHDU(table.data[:5], name="FRAMES")]).writeto(self.folder / "few.fits")
+        for cadence in ((), ("--cadence", "5")):  # what the file says goes before
+            out = [line for line in self.track(f"u{len(cadence)}", "both.fits", *cadence) if "value" in line]
+            self.assertEqual([line["tai_ns"] for line in out], [start + k * DAY * 5 // 4 for k in range(FRAMES)])
+        self.assertIn("from there on by its table FRAMES", self.errors)
+        self.track("v", "few.fits", "--strict", code=4)
+        self.assertIn("5 rows for 48 frames", self.errors)
+
+    def test_cubes_of_simulate(self):
+        """The table gives what the pair of files gives: numbers, camera's time, bits."""
+        for name in ("whole", "part"):
+            some = ("--frames", "5:30") if name == "part" else ()
+            self.succeed("simulate", "scene.json", "--out", f"{name}.fits", *some)
+            out = [line for line in self.track(name, f"{name}.fits") if "value" in line]
+            self.assertIn("time by its table FRAMES, by the camera's clock", self.errors)
+            first, end = (5, 30) if name == "part" else (0, FRAMES)
+            self.assertEqual(self.sums(name), self.clean(range(first, end), f"pairs_{name}"))
+            lines = [json.loads(line) for line in self.lines[first:end]]
+            self.assertEqual([(line["frame_id"], line["camera_ns"]) for line in out],
+                             [(line["frame_id"], line["timestamp_ns"]) for line in lines])
+
+    def test_single_images(self):
+        """An image a file with a date each, in any order: the period of the pair."""
+        start = tai_ns("2029-01-01T00:00:00", "utc", "isot")
+        pair = self.counts(self.track("pair", "all"))
+        names = []
+        for k in range(FRAMES):
+            keys = {"MJD-OBS": f"{62502 + k}", "EXPTIME": "86400", "TIMESYS": "'UTC'"}
+            names.append(self.write(f"sky.{k:04d}.fits", {**keys, "FRAME1": str(100 + k)}, self.frames[k]))
+        for seed, session in ((1, ()), (2, ("--session", "sky"))):
+            random.Random(seed).shuffle(names)
+            again = [*names, *names[:5]]
+            out = self.track(f"s{seed}", "-", *session, "--epoch", str(start), stdin="\n".join(again))
+            last = self.counts(out)
+            self.assertEqual((last["accepted"], last["repeated"], last["missing"]), (FRAMES, 5, 0))
+            self.assertEqual(last["sessions"], 1 if session else FRAMES)
+            frames = {(line["session"], line["frame_id"]) for line in out if line["schema"] == "toliman-frame/1"}
+            self.assertEqual(frames, {("sky" if session else f"sky.{k:04d}", 100 + k) for k in range(FRAMES)})
+            self.assertAlmostEqual(last["period"] / pair["period"], 1, delta=1e-9)
+            self.assertAlmostEqual(last["log10_fap"] / pair["log10_fap"], 1, delta=1e-9)
+        self.assertEqual(self.sums("s1"), self.sums("s2"))
+        bare = [self.write(f"bare{k}.fits", {"MJD-AVG": f"{62502 + k}", "TIMESYS": "'UTC'"}) for k in range(3)]
+        frames, remarks = self.read(bare, "--session", "one", state="bare")
+        self.assertEqual(len(frames), 1)
+        self.assertIn("no key FRAME1", remarks[bare[1]]["text"])
+
+    def test_clock(self):
+        """TAI by itself is no time of a clock."""
+        (self.folder / "clock.csv").write_text("0,1000\n")
+        (self.folder / "same.csv").write_text("0,0\n5,5\n")
+        self.write("x.fits", {"MJD-AVG": "60000", "TIMESYS": "'TAI'"})
+        self.track("s", "x.fits", "--clock", "clock.csv", code=2)
+        self.assertIn("x.fits: its time (MJD-AVG in TAI) becomes TAI by itself, and the folder has a clock", self.errors)
+        self.track("s", "-", code=2, stdin="x.fits")  # remembered
+        self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["received"], 0)
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        out = self.track("s", "day.fits")  # the camera's time
+        self.assertTrue(all(line["tai_ns"] == line["camera_ns"] + 1000 for line in out if "value" in line))
+        out = self.track("same", "x.fits", "--clock", "same.csv")
+        self.assertEqual(self.counts(out)["accepted"], 1)
+
+
+class Shards(Fits):
+    def test_by_frame_id(self):
+        clean = self.clean(range(FRAMES))
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        for name in ("all", "day.fits"):
+            parts = []
+            for first, end in ((-5, 17), (17, 18), (18, 1000)):
+                state = f"{name}_{first}"
+                out = self.track(state, name, "--frames", f"{first}:{end}")
+                mine = [k for k in range(FRAMES) if first <= k < end]
+                self.assertEqual([line["frame_id"] for line in out if "value" in line], mine)
+                last = self.counts(out)
+                self.assertEqual((last["accepted"], last["passed_over"]), (len(mine), FRAMES - len(mine)))
+                self.assertEqual((last["received"], last["rejected"]), (len(mine), 0))
+                parts.append(state)
+            self.run_program("merge", *parts, "--out", f"m{name}")
+            self.assertEqual(self.sums(f"m{name}"), clean)
+
+    def test_others_are_silent(self):
+        """Damage of a frame that is not asked for is told by the shard that has it."""
+        pixels = self.frames.copy()
+        pixels[3].reshape(-1)[1000:2100] = 0
+        facts = json.loads(self.lines[5])
+        facts["timestamp_ns"] = 10**18
+        self.lines[5] = json.dumps(facts)
+        self.pair("in/x", self.lines, pixels[:-1])  # the last one is missing
+        whole = self.counts(self.track("whole", "in"))
+        self.assertEqual((whole["rejected"], whole["short_frames"], whole["clock_jumps"], whole["passed_over"]), (1, 1, 2, 0))
+        out = self.track("s", "in", "--frames", "10:40", "--strict")
+        self.assertEqual(self.errors, "")
+        self.assertEqual((self.counts(out)["accepted"], self.counts(out)["passed_over"]), (30, FRAMES - 30))
+        self.track("t", "in", "--frames", "40:48", "--strict", code=4)
+        self.assertIn("ends before", self.errors)
+
+    def test_refused(self):
+        command = ("track", "--state", "s", "--template", "scene.json", "--dtype", "u32le", *GRID, "all", "--frames")
+        for text in ("5", "5:5", "6:5", "a:b", "1:2:3", "1:", "5:6x"):
+            self.refuse(2, f"--frames {text}: must be A:B", arguments=(*command, text))
+
+
+if __name__ == "__main__":
+    unittest.main()
