@@ -239,9 +239,9 @@ typedef struct toliman_track_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
-/* The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI; *points
- * is how many there are. clock may be NULL where room is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little
- * room. Since 0.1. */
+/* The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;
+ * *points is how many there are. clock may be NULL where room is 0: to ask for the number. TOLIMAN_E_CAPACITY for too
+ * little room. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock,
                                                                       size_t room, size_t *points) TOLIMAN_NOEXCEPT;
 

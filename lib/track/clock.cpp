@@ -20,8 +20,6 @@ Wide rounded_ratio(Wide a, Wide b) noexcept {
 } // namespace
 
 Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
-    if (points_.size() == 1 && points_[0].camera_ns == points_[0].tai_ns)
-        points_.clear();                     // TAI is the camera's time: said by a pair, or by none
     constexpr Wide kLongest = Wide{1} << 62; // 146 years, so that products fit
     for (size_t i = 1; i < points_.size(); i++) {
         const ClockPoint &point = points_[i], &before = points_[i - 1];
@@ -32,6 +30,10 @@ Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
                  "clock: point %zu (camera %lld ns, TAI %lld ns): must lie after the one before, by 2^62 ns at most", i,
                  static_cast<long long>(point.camera_ns), static_cast<long long>(point.tai_ns));
     }
+    // That TAI is the camera's time is said by a table that changes nothing, or by none.
+    const auto same = [](const ClockPoint &point) { return point.camera_ns == point.tai_ns; };
+    if (std::all_of(points_.begin(), points_.end(), same))
+        points_.clear();
 }
 
 std::optional<int64_t> Clock::tai_ns(int64_t camera_ns) const noexcept {

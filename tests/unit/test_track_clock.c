@@ -125,13 +125,14 @@ static void clock_can_be_asked_for(void **unused) {
     assert_ok(toliman_track_get_clock(track, back, 3, &points));
     assert_memory_equal(back, given, sizeof given);
     toliman_track_destroy(track);
-    const int64_t same[] = {77, 77};
+    const int64_t same[] = {77, 77, 99, 99};
     options.clock = same;
-    options.clock_points = 1;
-    track = make_track(&options);
-    assert_ok(toliman_track_get_clock(track, back, 3, &points));
-    assert_int_equal(points, 0);
-    toliman_track_destroy(track);
+    for (options.clock_points = 1; options.clock_points <= 2; options.clock_points++) {
+        track = make_track(&options);
+        assert_ok(toliman_track_get_clock(track, back, 3, &points));
+        assert_int_equal(points, 0);
+        toliman_track_destroy(track);
+    }
 }
 
 static void tables_must_rise(void **unused) {
@@ -157,10 +158,8 @@ static void tables_must_rise(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_are_exact),
-        cmocka_unit_test(halves_are_rounded_away_from_the_point),
-        cmocka_unit_test(few_points_and_far_times),
-        cmocka_unit_test(tables_must_rise),
+        cmocka_unit_test(lines_are_exact),          cmocka_unit_test(halves_are_rounded_away_from_the_point),
+        cmocka_unit_test(few_points_and_far_times), cmocka_unit_test(tables_must_rise),
         cmocka_unit_test(clock_can_be_asked_for),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
