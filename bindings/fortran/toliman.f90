@@ -20,6 +20,7 @@ module toliman
         real(c_double) :: time_offset, value_offset, value_bound, sigma_floor, sigma_ceiling
         integer(c_int64_t) :: time_offset_ns
         real(c_double) :: unit_ns
+        type(c_ptr) :: allocator
     end type
 
     type, bind(C), public :: toliman_period_peak
@@ -146,9 +147,10 @@ module toliman
             integer(c_int32_t) :: status
         end function
 
-        function toliman_period_load_file(path, period) bind(C) result(status)
+        function toliman_period_load_file(path, allocator, period) bind(C) result(status)
             import :: c_char, c_int32_t, c_ptr
             character(kind=c_char), intent(in) :: path(*)
+            type(c_ptr), value :: allocator
             type(c_ptr), intent(out) :: period
             integer(c_int32_t) :: status
         end function

@@ -64,6 +64,20 @@ typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void 
 #define TOLIMAN_LOG_WARNING 1
 typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
 
+/* Memory of the caller for the large arrays that an object makes when it is created, loaded or copied, each on a
+ * multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back, with
+ * their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called from
+ * any thread that uses the object. allocate returns NULL if there is none left: TOLIMAN_E_MEMORY then. What allocates by
+ * itself, as small things, OpenBLAS, FFTW, cJSON, zlib and the C++ library do, still takes from the system. The struct is
+ * read during the call; user_data must outlive the object. Since 0.1. */
+typedef struct toliman_allocator {
+    uint32_t struct_size; /* sizeof(toliman_allocator) */
+    uint32_t reserved;    /* 0 */
+    void *(*allocate)(size_t size, size_t alignment, void *user_data);
+    void (*release)(void *memory, size_t size, void *user_data);
+    void *user_data;
+} toliman_allocator;
+
 /* Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
  * TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1. */
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;

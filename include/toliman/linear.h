@@ -13,10 +13,9 @@ TOLIMAN_BEGIN_DECLS
  * object from several threads. Since 0.1. */
 typedef struct toliman_linear toliman_linear;
 
-/* Template estimator of a scene; sim is not kept. TOLIMAN_E_SCENE when the nuisances of preprocess.project leave
+/* Template estimator of a scene; sim is not kept, allocator may be NULL. TOLIMAN_E_SCENE when the nuisances of preprocess.project leave
  * nothing of the separation's derivative. The caller destroys *out. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const toliman_sim *sim,
-                                                                    toliman_linear **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator, toliman_linear **out) TOLIMAN_NOEXCEPT;
 
 /* Ends an estimator; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT;
@@ -40,6 +39,7 @@ typedef struct toliman_linear_components_options {
                           preprocess.project; 1: counts */
     uint32_t bin;      /* pixels a side that are summed first, whitened as one pixel; divides rows and columns; 0 = 1 */
     uint32_t capacity; /* frames, 2 ... 16384; 0 = those of the scene's cadence */
+    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_linear_components_options;
 
 /* Fills *options with the defaults. Since 0.1. */

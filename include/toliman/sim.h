@@ -68,6 +68,7 @@ typedef struct toliman_sim_options {
     void *log_data;
     int32_t engine; /* TOLIMAN_ENGINE_...; 0 = automatic, which is the matrix DFT */
     int32_t reserved;
+    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_sim_options;
 
 #define TOLIMAN_ENGINE_AUTOMATIC 0

@@ -143,6 +143,7 @@ typedef struct toliman_track_options {
     size_t clock_points;
     uint32_t sync;  /* TOLIMAN_SYNC_..., default GROUP */
     uint32_t group; /* lines, 1 to 65536; default 64 */
+    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_track_options;
 
 /* Fills *options with the defaults. Since 0.1. */

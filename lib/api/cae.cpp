@@ -10,6 +10,7 @@
 #include "api/bytes_out.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 #include "backend/file.hpp"
 #include "cae/network.hpp"
 #include "cae/tied.hpp"
@@ -209,6 +210,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         if (known.reserved != 0)
             fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
         required(out, "out");
+        const MemoryScope scope(memory_of(known.allocator));
         give({cae::untrained_network(layout,
                                      cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)), seed),
               std::nullopt},
@@ -348,8 +350,9 @@ toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_o
     return guard([&] { deliver_bytes(blob_of(cae, options), bytes, capacity, needed); });
 }
 
-toliman_status toliman_cae_load(const void *bytes, size_t size, toliman_cae **out) noexcept {
+toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_cae **out) noexcept {
     return guard([&] {
+        const MemoryScope scope(memory_of(allocator));
         required(bytes, "bytes");
         required(out, "out");
         give(cae::from_blob(bytes, size), out);
@@ -364,8 +367,9 @@ toliman_status toliman_cae_save_file(const toliman_cae *cae, const toliman_cae_s
     });
 }
 
-toliman_status toliman_cae_load_file(const char *path, toliman_cae **out) noexcept {
+toliman_status toliman_cae_load_file(const char *path, const toliman_allocator *allocator, toliman_cae **out) noexcept {
     return guard([&] {
+        const MemoryScope scope(memory_of(allocator));
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);

@@ -5,6 +5,7 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 #include "base/workers.hpp"
 #include "linear/components.hpp"
 #include "linear/residuals.hpp"
@@ -34,8 +35,7 @@ template <class Options> Options default_options() noexcept {
     return options;
 }
 
-linear::Preparation preparation_of(const toliman_linear_components_options *given, int64_t cadence) {
-    const auto options = accept(given, default_options<toliman_linear_components_options>(), "options", kOldestOptions);
+linear::Preparation preparation_of(const toliman_linear_components_options &options, int64_t cadence) {
     if (options.raw > 1)
         fail(Status::argument, "options->raw = %u: must be 0 or 1", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
@@ -91,7 +91,10 @@ toliman_status toliman_linear_create_components(const toliman_sim *sim,
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
         toliman_linear_components *&made = required(out, "out");
-        const linear::Preparation preparation = preparation_of(options, simulator.scene().cadence.frames);
+        const auto known =
+            accept(options, default_options<toliman_linear_components_options>(), "options", kOldestOptions);
+        const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
+        const MemoryScope scope(memory_of(known.allocator));
         made = new toliman_linear_components{linear::Residuals(simulator.frame_model(), preparation)};
     });
 }

@@ -3,12 +3,14 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
-toliman_status toliman_linear_create(const toliman_sim *sim, toliman_linear **out) noexcept {
+toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator, toliman_linear **out) noexcept {
     return guard([&] {
+        const MemoryScope scope(memory_of(allocator));
         const auto &simulator = required(sim, "sim").simulator;
         toliman_linear *&made = required(out, "out");
         made = new toliman_linear{linear::TemplateEstimator(simulator.frame_model())};

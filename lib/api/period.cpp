@@ -11,6 +11,7 @@
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 #include "api/peak.hpp"
 #include "backend/file.hpp"
 #include "period/bootstrap.hpp"
@@ -124,6 +125,7 @@ toliman_status toliman_period_create(double f0, double df, int64_t nf, const tol
         toliman_period_options defaults;
         toliman_period_options_init(&defaults);
         const toliman_period_options known = accept(options, defaults, "options", sizeof defaults);
+        const MemoryScope scope(memory_of(known.allocator));
         *out = new toliman_period{period::Stream(grid_of(f0, df, nf, known))};
     });
 }
@@ -201,6 +203,7 @@ toliman_status toliman_period_copy(const toliman_period *period, toliman_period 
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
         required(out, "out");
+        const MemoryScope scope(stream.memory());
         *out = new toliman_period{stream};
     });
 }
@@ -405,8 +408,9 @@ toliman_status toliman_period_save(const toliman_period *period, void *bytes, si
     });
 }
 
-toliman_status toliman_period_load(const void *bytes, size_t size, toliman_period **out) noexcept {
+toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_period **out) noexcept {
     return guard([&] {
+        const MemoryScope scope(memory_of(allocator));
         required(bytes, "bytes");
         required(out, "out");
         *out = new toliman_period{period::Stream::load(bytes, size)};
@@ -420,8 +424,9 @@ toliman_status toliman_period_save_file(const toliman_period *period, const char
     });
 }
 
-toliman_status toliman_period_load_file(const char *path, toliman_period **out) noexcept {
+toliman_status toliman_period_load_file(const char *path, const toliman_allocator *allocator, toliman_period **out) noexcept {
     return guard([&] {
+        const MemoryScope scope(memory_of(allocator));
         required(out, "out");
         const std::vector<uint8_t> header = file::head(&required(path, "path"), period::Stream::kHeaderSize);
         size_t size = 0;

@@ -9,6 +9,7 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
@@ -37,8 +38,11 @@ toliman_sim_options default_options() noexcept {
     return options;
 }
 
-optics::Settings settings_of(const toliman_sim_options *options) {
-    const toliman_sim_options known = api::accept(options, default_options(), "options", kOldestOptions);
+toliman_sim_options known_options(const toliman_sim_options *options) {
+    return api::accept(options, default_options(), "options", kOldestOptions);
+}
+
+optics::Settings settings_of(const toliman_sim_options &known) {
     optics::Settings settings;
     settings.workers = known.threads;
     settings.progress = {known.progress, known.progress_data};
@@ -221,7 +225,9 @@ toliman_status toliman_sim_create(const char *path, const toliman_sim_options *o
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        const optics::Settings settings = settings_of(options);
+        const toliman_sim_options known = known_options(options);
+        const optics::Settings settings = settings_of(known);
+        const toliman::MemoryScope scope(api::memory_of(known.allocator));
         *out = new toliman_sim{optics::Simulator(optics::outline_of(path, settings), settings)};
     });
 }
@@ -234,7 +240,9 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
         if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
             fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
         const bool here = folder == nullptr || *folder == '\0';
-        const optics::Settings settings = settings_of(options);
+        const toliman_sim_options known = known_options(options);
+        const optics::Settings settings = settings_of(known);
+        const toliman::MemoryScope scope(api::memory_of(known.allocator));
         *out = new toliman_sim{optics::Simulator(
             optics::outline_of(std::string(json, size), "scene", here ? "." : folder, settings), settings)};
     });
@@ -253,7 +261,9 @@ toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *opt
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        const optics::Settings settings = settings_of(options);
+        const toliman_sim_options known = known_options(options);
+        const optics::Settings settings = settings_of(known);
+        const toliman::MemoryScope scope(api::memory_of(known.allocator));
         const optics::Outline outline = optics::outline_of(path, settings);
         optics::remark_beforehand(outline, settings);
         api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);

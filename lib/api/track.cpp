@@ -11,6 +11,7 @@
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/memory.hpp"
 #include "api/peak.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
@@ -419,6 +420,7 @@ toliman_status toliman_track_create(const toliman_track_options *options, tolima
     return guard([&] {
         const toliman_track_options known = known_options(options);
         required(out, "out");
+        const MemoryScope scope(memory_of(known.allocator));
         *out = make_track(known).release();
     });
 }

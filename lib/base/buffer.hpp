@@ -1,32 +1,44 @@
 // Aligned arrays: std::vector on 64-byte boundaries, so that vector loads never split a cache line.
 #pragma once
 #include <cstddef>
-#include <cstdlib>
 #include <limits>
 #include <new>
+#include <type_traits>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/memory.hpp"
 
 namespace toliman {
 
-template <class T> struct AlignedAllocator {
+// Memory of the moment when the array was made; of a copy that of the moment of copying.
+template <class T> class AlignedAllocator {
+  public:
     using value_type = T;
+    using propagate_on_container_move_assignment = std::true_type;
+    using propagate_on_container_swap = std::true_type;
     static constexpr size_t alignment = 64;
-    AlignedAllocator() noexcept = default;
-    template <class U> AlignedAllocator(const AlignedAllocator<U> &) noexcept {}
+    AlignedAllocator() noexcept : memory_(current_memory()) {}
+    template <class U> AlignedAllocator(const AlignedAllocator<U> &other) noexcept : memory_(other.memory()) {}
+    AlignedAllocator select_on_container_copy_construction() const noexcept { return AlignedAllocator(); }
     T *allocate(size_t count) {
         if (count > (std::numeric_limits<size_t>::max() - alignment) / sizeof(T))
             throw std::bad_alloc();
-        const size_t bytes = (count * sizeof(T) + alignment - 1) / alignment * alignment;
-        void *memory = std::aligned_alloc(alignment, bytes != 0 ? bytes : alignment);
-        if (memory == nullptr)
-            throw std::bad_alloc();
-        return static_cast<T *>(memory);
+        return static_cast<T *>(memory_.take(bytes(count), alignment));
     }
-    void deallocate(T *memory, size_t) noexcept { std::free(memory); }
-    template <class U> bool operator==(const AlignedAllocator<U> &) const noexcept { return true; }
-    template <class U> bool operator!=(const AlignedAllocator<U> &) const noexcept { return false; }
+    void deallocate(T *memory, size_t count) noexcept { memory_.give_back(memory, bytes(count)); }
+    const Memory &memory() const noexcept { return memory_; }
+    template <class U> bool operator==(const AlignedAllocator<U> &other) const noexcept {
+        return memory_ == other.memory();
+    }
+    template <class U> bool operator!=(const AlignedAllocator<U> &other) const noexcept { return !(*this == other); }
+
+  private:
+    static size_t bytes(size_t count) noexcept {
+        const size_t rounded = (count * sizeof(T) + alignment - 1) / alignment * alignment;
+        return rounded != 0 ? rounded : alignment;
+    }
+    Memory memory_;
 };
 
 template <class T> using Buffer = std::vector<T, AlignedAllocator<T>>;

@@ -75,6 +75,7 @@ class Stream {
     void merge(const Stream &other);
 
     const Grid &grid() const noexcept { return grid_; }
+    Memory memory() const noexcept { return lo_.get_allocator().memory(); }
     const Totals &totals() const noexcept { return totals_; }
     // long double holds narrow sums; wide ones may cancel in more digits than it has.
     template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;

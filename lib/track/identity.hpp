@@ -3,7 +3,8 @@
 #pragma once
 #include <cstdint>
 #include <string_view>
-#include <vector>
+
+#include "base/buffer.hpp"
 
 namespace toliman::track {
 
@@ -40,7 +41,7 @@ class FrameIndex {
 
   private:
     size_t slot_of(uint64_t key) const noexcept; // where it stands or belongs
-    std::vector<Seen> slots_;
+    Buffer<Seen> slots_;
     int64_t capacity_, count_ = 0;
 };
 

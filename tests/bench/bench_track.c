@@ -109,7 +109,7 @@ int main(int count, char **arguments) {
     toliman_sim *small = NULL;
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, NULL, &small));
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(small, &linear));
+    assert_ok(toliman_linear_create(small, NULL, &linear));
     source frames = draw_frames(small, 64);
     toliman_track_options options = default_options();
     options.linear = linear;

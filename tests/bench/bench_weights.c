@@ -32,7 +32,7 @@ static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t 
     snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights], names[planes]);
     assert_ok(toliman_cae_save_file(cae, &options, path));
     toliman_cae *loaded = NULL;
-    assert_ok(toliman_cae_load_file(path, &loaded));
+    assert_ok(toliman_cae_load_file(path, NULL, &loaded));
     return loaded;
 }
 

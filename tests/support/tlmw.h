@@ -133,7 +133,7 @@ static inline uint8_t *with_payloads(const uint8_t *blob, const float *weights, 
 /* A refusal leaves *out as it was. */
 static inline void refused(const uint8_t *bytes, size_t size, const char *text) {
     toliman_cae *const mine = (toliman_cae *)(uintptr_t)8, *out = mine;
-    assert_fails(toliman_cae_load(bytes, size, &out), TOLIMAN_E_FORMAT, text);
+    assert_fails(toliman_cae_load(bytes, size, NULL, &out), TOLIMAN_E_FORMAT, text);
     assert_ptr_equal(out, mine);
 }
 

@@ -250,7 +250,7 @@ static void test_taken_up_where_it_stood(void **unused) {
 
     size_t size, trained_size;
     uint8_t *bytes = saved_with_training(broken, &size);
-    assert_ok(toliman_cae_load(bytes, size, &loaded));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     free(bytes);
 
     uint8_t *expected = saved(trained, &trained_size);

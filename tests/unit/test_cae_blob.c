@@ -28,7 +28,7 @@ static void test_round_trip(void **unused) {
     (void)unused;
     toliman_cae *loaded = NULL;
     size_t size;
-    assert_ok(toliman_cae_load(blob, blob_size, &loaded));
+    assert_ok(toliman_cae_load(blob, blob_size, NULL, &loaded));
     uint8_t *again = saved(loaded, &size);
     assert_true(size == blob_size);
     assert_memory_equal(blob, again, size);
@@ -66,7 +66,7 @@ static void test_training_goes_on_after_loading(void **unused) {
     toliman_cae *fresh = make_cae(sim, 3, 0, NULL), *loaded = NULL;
     size_t size;
     uint8_t *bytes = saved(fresh, &size);
-    assert_ok(toliman_cae_load(bytes, size, &loaded));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     free(bytes);
     toliman_cae_train_options options;
     toliman_cae_train_options_init(&options);
@@ -88,9 +88,9 @@ static void test_files(void **unused) {
     snprintf(folder, sizeof folder, "%s/toliman-cae-XXXXXX", parent != NULL ? parent : P_tmpdir);
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/network.tlmw", folder);
-    assert_fails(toliman_cae_load_file(path, &loaded), TOLIMAN_E_NOT_FOUND, path);
+    assert_fails(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_NOT_FOUND, path);
     assert_ok(toliman_cae_save_file(trained, NULL, path));
-    assert_ok(toliman_cae_load_file(path, &loaded));
+    assert_ok(toliman_cae_load_file(path, NULL, &loaded));
     size_t size;
     uint8_t *again = saved(loaded, &size);
     assert_true(size == blob_size);
@@ -113,7 +113,7 @@ static void test_blob_written_from_the_page(void **unused) {
     memset(weights, 0, sizeof weights);
     weights[kLatentBias] = 0.625f;
     uint8_t *bytes = with_payloads(blob, weights, NULL, 0, &size);
-    assert_ok(toliman_cae_load(bytes, size, &cae));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
     assert_ok(toliman_cae_encode(cae, frame, 260, &latent));
     assert_true(latent == 0.625);
     free(bytes);
@@ -133,7 +133,7 @@ static void test_weights_that_overflow(void **unused) {
         for (int i = 0; i < kParameters; i++)
             weights[i] = i % 3 == 0 ? -sizes[k] : sizes[k];
         uint8_t *bytes = with_payloads(blob, weights, NULL, 0, &size);
-        assert_ok(toliman_cae_load(bytes, size, &cae));
+        assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
         image[0] = latent = -5;
         assert_fails(toliman_cae_decode(cae, 1, image, kSide), TOLIMAN_E_RANGE, "overflows");
         assert_true(image[0] == -5);
@@ -157,7 +157,7 @@ static void test_no_target(void **unused) {
     size_t size, size_after;
     toliman_cae *cae = NULL;
     uint8_t *bytes = with_payloads(blob, NULL, planes, 5, &size);
-    assert_ok(toliman_cae_load(bytes, size, &cae));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
     free(bytes);
     bytes = saved(cae, &size);
     assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_STATE, "nothing to train on");
@@ -171,9 +171,9 @@ static void test_no_target(void **unused) {
 static void test_arguments(void **unused) {
     (void)unused;
     toliman_cae *out = NULL;
-    assert_fails(toliman_cae_load(NULL, 5, &out), TOLIMAN_E_ARGUMENT, "bytes is NULL");
-    assert_fails(toliman_cae_load(blob, blob_size, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_load_file(NULL, &out), TOLIMAN_E_ARGUMENT, "path is NULL");
+    assert_fails(toliman_cae_load(NULL, 5, NULL, &out), TOLIMAN_E_ARGUMENT, "bytes is NULL");
+    assert_fails(toliman_cae_load(blob, blob_size, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_cae_load_file(NULL, NULL, &out), TOLIMAN_E_ARGUMENT, "path is NULL");
     assert_fails(toliman_cae_save_file(trained, NULL, NULL), TOLIMAN_E_ARGUMENT, "path is NULL");
 }
 

@@ -16,7 +16,7 @@ static uint8_t *small_blob(int32_t encoding, size_t *size) {
         planes[i] = 1;
     toliman_cae *cae = NULL;
     uint8_t *bytes = with_payloads(blob, weights, planes, 5, size);
-    assert_ok(toliman_cae_load(bytes, *size, &cae));
+    assert_ok(toliman_cae_load(bytes, *size, NULL, &cae));
     free(bytes);
     bytes = saved_as(cae, encoding, encoding, size);
     toliman_cae_destroy(cae);
@@ -297,7 +297,7 @@ static void test_streams_of_another_size(void **unused) {
     size_t size;
     toliman_cae *cae = NULL;
     uint8_t *bytes = assemble(blob, stream, store(raw, right, stream), planes, planes_size, &size);
-    assert_ok(toliman_cae_load(bytes, size, &cae));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
     toliman_cae_destroy(cae);
     free(bytes);
     const size_t wrong[] = {0, 1, right - 1, right + 1, right + 10};
@@ -340,7 +340,7 @@ static void usable(const toliman_cae *cae, int32_t encoding) {
     size_t size, size_again;
     toliman_cae *again = NULL;
     uint8_t *first = saved_as(cae, encoding, encoding, &size);
-    assert_ok(toliman_cae_load(first, size, &again));
+    assert_ok(toliman_cae_load(first, size, NULL, &again));
     uint8_t *second = saved_as(again, encoding, encoding, &size_again);
     assert_true(size == size_again);
     assert_memory_equal(first, second, size);
@@ -350,7 +350,7 @@ static void usable(const toliman_cae *cae, int32_t encoding) {
 
 static int loaded_or_refused(const uint8_t *bytes, size_t size, int32_t encoding) {
     toliman_cae *cae = NULL;
-    const toliman_status status = toliman_cae_load(bytes, size, &cae);
+    const toliman_status status = toliman_cae_load(bytes, size, NULL, &cae);
     if (status == TOLIMAN_OK)
         usable(cae, encoding);
     else

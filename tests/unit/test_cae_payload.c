@@ -9,7 +9,7 @@ static const int32_t float32 = TOLIMAN_ENCODING_FLOAT32, bf16 = TOLIMAN_ENCODING
 
 static toliman_cae *loaded_from(const uint8_t *bytes, size_t size) {
     toliman_cae *out = NULL;
-    assert_ok(toliman_cae_load(bytes, size, &out));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &out));
     return out;
 }
 

@@ -213,7 +213,7 @@ static void test_failures_keep_the_last_training(void **unused) {
     assert_true(size == size_after);
     assert_memory_equal(before, after, size);
 
-    assert_ok(toliman_cae_load(before, size, &loaded));
+    assert_ok(toliman_cae_load(before, size, NULL, &loaded));
     assert_ok(toliman_cae_get_train_options(loaded, &known));
     assert_true(known.mode == TOLIMAN_CAE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
                 known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 && known.steps == 0 &&
@@ -270,7 +270,7 @@ static void test_divergence_is_never_a_result(void **unused) {
             assert_true(isfinite(report.validation_loss) && report.validation_loss > 0 && report.mmse > 0);
         size_t size;
         uint8_t *bytes = saved_with_training(cae, &size);
-        assert_ok(toliman_cae_load(bytes, size, &loaded));
+        assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
         free(bytes);
         toliman_cae_destroy(loaded);
     }

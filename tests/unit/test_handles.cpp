@@ -14,7 +14,7 @@ int make_one_of_each() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
-    const auto linear = make<linear_estimator>(toliman_linear_create, sim.get());
+    const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
     const auto components = make<component_set>(toliman_linear_create_components, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     toliman_track_options options;

@@ -38,7 +38,7 @@ static const char *const all_four = "\"flux_a\", \"flux_b\", \"shift_x\", \"shif
 
 static toliman_linear *make_linear(const toliman_sim *sim) {
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(sim, &linear));
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
     return linear;
 }
 
@@ -136,9 +136,9 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     toliman_sim *sim = make_scene(0, 0, "");
     toliman_linear *linear = make_linear(sim), *untouched = NULL;
     double value = 42;
-    assert_fails(toliman_linear_create(NULL, &untouched), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_linear_create(NULL, NULL, &untouched), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_null(untouched);
-    assert_fails(toliman_linear_create(sim, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_linear_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_linear_encode(NULL, image, SIDE, &value), TOLIMAN_E_ARGUMENT, "linear is NULL");
     assert_fails(toliman_linear_encode(linear, NULL, SIDE, &value), TOLIMAN_E_ARGUMENT, "counts is NULL");
     assert_fails(toliman_linear_encode(linear, image, SIDE - 1, &value), TOLIMAN_E_ARGUMENT, "stride of counts = 63");

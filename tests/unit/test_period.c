@@ -45,7 +45,7 @@ static void long_streams_survive_saving(void **unused) {
         if (i % 3001 == 0) {
             save_into(part, bytes_b, sizeof bytes_b, &size_b);
             toliman_period_destroy(part);
-            assert_ok(toliman_period_load(bytes_b, size_b, &part));
+            assert_ok(toliman_period_load(bytes_b, size_b, NULL, &part));
         }
     }
     save_into(whole, bytes_a, sizeof bytes_a, &size_a);
@@ -241,14 +241,14 @@ static void damaged_state_is_refused(void **unused) {
     save_into(period, bytes_a, sizeof bytes_a, &size);
     assert_fails(toliman_period_save(period, bytes_b, size - 1, &size), TOLIMAN_E_CAPACITY, "capacity");
     for (size_t cut = 0; cut < size; cut += cut < 100 ? 1 : 97)
-        assert_fails(toliman_period_load(bytes_a, cut, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_fails(toliman_period_load(bytes_a, cut, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
     for (size_t i = 0; i < size; i += i < 200 ? 1 : 31) {
         memcpy(bytes_b, bytes_a, size);
         bytes_b[i] ^= 0x10;
-        assert_fails(toliman_period_load(bytes_b, size, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+        assert_fails(toliman_period_load(bytes_b, size, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
     }
     assert_null(loaded);
-    assert_fails(toliman_period_load_file("no/such/file", &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
+    assert_fails(toliman_period_load_file("no/such/file", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "no/such/file");
     assert_fails(toliman_period_save_file(period, "no/such/folder/state"), TOLIMAN_E_WRITE, "no/such/folder/state");
     toliman_period_destroy(period);
 }
@@ -269,7 +269,7 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     struct stat facts;
     assert_int_equal(lstat(link, &facts), 0);
     assert_true(S_ISLNK(facts.st_mode));
-    assert_ok(toliman_period_load_file(state, &loaded));
+    assert_ok(toliman_period_load_file(state, NULL, &loaded));
     assert_int_equal(toliman_period_count(loaded), 1);
     assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
     assert_int_equal(lstat(pipe, &facts), 0);

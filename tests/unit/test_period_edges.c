@@ -292,7 +292,7 @@ static void crafted_state_is_refused(void **unused) {
         memcpy(bad + cases[i].at, &cases[i].value, 8);
         const uint32_t crc = crc32(bad, size - 4);
         memcpy(bad + size - 4, &crc, 4);
-        assert_fails(toliman_period_load(bad, size, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
+        assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
     }
     /* As many samples as can be: no more are taken, and what is saved loads. */
     memcpy(bad, bytes, size);
@@ -300,14 +300,14 @@ static void crafted_state_is_refused(void **unused) {
     memcpy(bad + COUNT, &most, 8);
     uint32_t crc = crc32(bad, size - 4);
     memcpy(bad + size - 4, &crc, 4);
-    assert_ok(toliman_period_load(bad, size, &loaded));
+    assert_ok(toliman_period_load(bad, size, NULL, &loaded));
     assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE, "more than 8796093022208 samples");
     toliman_period_destroy(loaded);
     loaded = NULL;
     /* The version before this one. */
     memcpy(bad, bytes, size);
     bad[4] = 1;
-    assert_fails(toliman_period_load(bad, size, &loaded), TOLIMAN_E_FORMAT, "version 1, this library reads 3 only");
+    assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, "version 1, this library reads 3 only");
     toliman_period_destroy(period);
 }
 
@@ -322,14 +322,14 @@ static void large_foreign_file_is_not_read(void **unused) {
     size_t size;
     const off_t large = (off_t)1 << 33;
     assert_int_equal(ftruncate(file, large), 0);
-    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "does not begin with \"TLMP\"");
+    assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "does not begin with \"TLMP\"");
     assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
     assert_int_equal(pwrite(file, bytes, size, 0), (ssize_t)size);
-    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "8589934592 bytes, at most");
+    assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "8589934592 bytes, at most");
     assert_int_equal(ftruncate(file, (off_t)size - 1), 0);
-    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
+    assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
     assert_int_equal(ftruncate(file, 5), 0);
-    assert_fails(toliman_period_load_file(path, &loaded), TOLIMAN_E_FORMAT, "truncated");
+    assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "truncated");
     assert_null(loaded);
     toliman_period_destroy(period);
     close(file);

@@ -123,7 +123,7 @@ static void saved_and_loaded(toliman_period **period) {
     assert_ok(toliman_period_save(*period, bytes_a, sizeof bytes_a, &size));
     toliman_period_destroy(*period);
     *period = NULL;
-    assert_ok(toliman_period_load(bytes_a, size, period));
+    assert_ok(toliman_period_load(bytes_a, size, NULL, period));
 }
 
 /* Shuffled; in 64 shards that are merged; with as many other samples that are taken back; saved and loaded on the way.

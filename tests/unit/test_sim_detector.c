@@ -276,7 +276,7 @@ static void the_template_reaches_the_bound(void **state) {
              kNoise);
     assert_null(strstr(heard, "detector."));
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(sim, &linear));
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
     const toliman_sim_info info = info_of(sim);
     double sigma, sum = 0, squares = 0, image[PIXELS];
     assert_ok(toliman_linear_get_sigma(linear, &sigma));

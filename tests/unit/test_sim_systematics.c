@@ -407,7 +407,7 @@ static double rms_bias(const char *project) {
              project);
     toliman_sim *const sim = make(kStars, extra);
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(sim, &linear));
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
     double squares = 0, image[PIXELS];
     for (int64_t k = 0; k < frames; k++) {
         double value;

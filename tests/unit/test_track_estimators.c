@@ -53,7 +53,7 @@ static void values_are_the_estimators_own(void **unused) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"flux_a\", \"flux_b\"");
     toliman_cae *cae = make_cae(sim, 1, 60, NULL);
     toliman_linear *linear = NULL;
-    assert_ok(toliman_linear_create(sim, &linear));
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
     double *counts = new_image(kPixels);
     for (int which = 0; which < 2; which++) {
         toliman_track_options options = options_of(which ? cae : NULL, which ? NULL : linear);
@@ -111,10 +111,10 @@ static void estimators_are_told_apart(void **unused) {
     static unsigned char bytes[4 << 20];
     size_t size;
     assert_ok(toliman_cae_save(cae, NULL, bytes, sizeof bytes, &size));
-    assert_ok(toliman_cae_load(bytes, size, &loaded));
+    assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     toliman_linear *linear = NULL, *other_linear = NULL;
-    assert_ok(toliman_linear_create(sim, &linear));
-    assert_ok(toliman_linear_create(other_sim, &other_linear));
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    assert_ok(toliman_linear_create(other_sim, NULL, &other_linear));
     const toliman_cae *const networks[] = {cae, again, loaded, other, projected, NULL, NULL};
     const toliman_linear *const templates[] = {NULL, NULL, NULL, NULL, NULL, linear, other_linear};
     uint64_t ids[7];

@@ -35,7 +35,7 @@ class TemplateMethod : public FrameByFrame {
   public:
     explicit TemplateMethod(const Scene &scene)
         : FrameByFrame(scene),
-          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get())) {}
+          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
 
   private:
     void encode(const double *images, size_t count, double *values) const override {

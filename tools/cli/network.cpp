@@ -5,7 +5,7 @@
 namespace cli {
 
 Network::Network(const std::string &path)
-    : cae(toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str())) {
+    : cae(toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr)) {
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     if (info.trained == 0)

@@ -136,7 +136,7 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, const S
 }
 
 toliman::periodogram load_state(const std::string &path) {
-    return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str());
+    return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str(), nullptr);
 }
 
 std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram) {

@@ -23,7 +23,7 @@ class Bench {
         : scene_(scene), seed_(seed), progress_(progress),
           cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
           untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
-          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get())) {}
+          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
 
     void train(Pipeline &result) {
         const Stopwatch watch(result.timings.train);

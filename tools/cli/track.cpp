@@ -82,11 +82,11 @@ FrameIds frame_ids(const std::string &text) {
 struct Estimator {
     Estimator(const Options &options, Progress &progress) {
         if (!options.weights.empty()) {
-            cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.weights.c_str());
+            cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.weights.c_str(), nullptr);
             return;
         }
         const Scene scene(options.scene, progress);
-        linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get());
+        linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr);
     }
     toliman::autoencoder cae;
     toliman::linear_estimator linear;

@@ -79,7 +79,7 @@ bool get_how(const toliman_cae *cae, toliman_cae_train_options &how) {
 }
 
 Training resumed_training(const Scene &scene, const Options &options) {
-    auto cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.resume.c_str());
+    auto cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.resume.c_str(), nullptr);
     toliman_cae_info info = {};
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));

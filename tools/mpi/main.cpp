@@ -84,7 +84,7 @@ class Job {
         times_ = Cadence(scene_).times;
         grid_ = default_grid({scene_.path, times_, {}, {}});
         if (options.weights.empty())
-            template_ = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene_.sim.get());
+            template_ = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene_.sim.get(), nullptr);
         else
             load(options.weights);
     }

@@ -11,7 +11,7 @@ namespace mpi {
 namespace {
 
 toliman::periodogram state_from(const void *bytes, int size) {
-    return toliman::make<toliman::periodogram>(toliman_period_load, bytes, static_cast<size_t>(size));
+    return toliman::make<toliman::periodogram>(toliman_period_load, bytes, static_cast<size_t>(size), nullptr);
 }
 
 // The operation of the reduction: every element of the type is a whole state. It cannot return an error.

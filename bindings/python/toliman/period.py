@@ -13,7 +13,7 @@ from ._library import check, library
 class _Options(ctypes.Structure):
     _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
         (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor", "sigma_ceiling")
-    ] + [("time_offset_ns", c_int64), ("unit_ns", c_double)]
+    ] + [("time_offset_ns", c_int64), ("unit_ns", c_double), ("allocator", c_void_p)]
 
 
 class Peak(ctypes.Structure):
@@ -105,7 +105,7 @@ _query_bootstrap = _declare("query_bootstrap", c_void_p, _doubles, _doubles, _do
 _query_sampling = _declare("query_sampling", c_void_p, _doubles, c_size_t, POINTER(Sampling))
 _get_info = _declare("get_info", c_void_p, POINTER(_Info))
 _save_file = _declare("save_file", c_void_p, c_char_p)
-_load_file = _declare("load_file", c_char_p, POINTER(c_void_p))
+_load_file = _declare("load_file", c_char_p, c_void_p, POINTER(c_void_p))
 
 
 def _plain(name, values):
@@ -228,7 +228,7 @@ class Periodogram:
         """A periodogram from such a file; it goes on where the other stood."""
         self = cls.__new__(cls)
         self._handle = c_void_p()
-        check(_load_file(os.fsencode(path), byref(self._handle)))
+        check(_load_file(os.fsencode(path), None, byref(self._handle)))
         info = _Info(struct_size=ctypes.sizeof(_Info))
         check(_get_info(self._handle, byref(info)))
         self.nf, self._sigma = info.nf, info.sigma_floor

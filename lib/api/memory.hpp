@@ -1,0 +1,22 @@
+// The caller's allocator as the library's own memory.
+#pragma once
+#include <toliman/base.h>
+
+#include "api/guard.hpp"
+#include "base/memory.hpp"
+
+namespace toliman::api {
+
+// NULL: the system's.
+inline Memory memory_of(const toliman_allocator *allocator) {
+    if (allocator == nullptr)
+        return {};
+    check_struct_size("allocator", allocator->struct_size, sizeof *allocator, sizeof *allocator);
+    if (allocator->allocate == nullptr || allocator->release == nullptr)
+        fail(Status::argument, "allocator->%s is NULL", allocator->allocate == nullptr ? "allocate" : "release");
+    if (allocator->reserved != 0)
+        fail(Status::argument, "allocator->reserved = %u: must be 0", allocator->reserved);
+    return {allocator->allocate, allocator->release, allocator->user_data};
+}
+
+} // namespace toliman::api

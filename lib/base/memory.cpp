@@ -1,0 +1,40 @@
+#include "base/memory.hpp"
+
+#include <cstdlib>
+#include <new>
+
+namespace toliman {
+
+namespace {
+
+thread_local Memory current;
+
+} // namespace
+
+void *Memory::take(size_t size, size_t alignment) const {
+    void *memory = allocate != nullptr ? allocate(size, alignment, user_data) : std::aligned_alloc(alignment, size);
+    if (memory == nullptr)
+        throw std::bad_alloc();
+    return memory;
+}
+
+void Memory::give_back(void *memory, size_t size) const noexcept {
+    if (release != nullptr)
+        release(memory, size, user_data);
+    else
+        std::free(memory);
+}
+
+const Memory &current_memory() noexcept {
+    return current;
+}
+
+MemoryScope::MemoryScope(const Memory &memory) noexcept : before_(current) {
+    current = memory;
+}
+
+MemoryScope::~MemoryScope() {
+    current = before_;
+}
+
+} // namespace toliman
