@@ -1,8 +1,8 @@
 // The ledger: what became of every frame, in the order of arrival; lines are only ever added.
 #pragma once
 #include <cstdint>
-#include <vector>
 
+#include "base/buffer.hpp"
 #include "track/ledger_file.hpp"
 
 namespace toliman::track {
@@ -54,7 +54,7 @@ class Ledger {
     Store &store_;
     Access access_;
     Sync sync_;
-    std::vector<uint8_t> group_; // lines that are not written
+    Buffer<uint8_t> group_; // lines that are not written
     LedgerFile file_;
     uint64_t written_ = 0, synced_ = 0, waiting_ = 0;
     uint32_t chain_ = 0;

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/buffer.hpp"
+
 namespace toliman::track {
 
 struct StreamCount {
@@ -34,7 +36,7 @@ class Streams {
   private:
     size_t slot_of(uint64_t stream) const noexcept;
     size_t most_, count_ = 0;
-    std::vector<StreamCount> streams_;
+    Buffer<StreamCount> streams_;
 };
 
 } // namespace toliman::track

@@ -14,10 +14,9 @@
 enum { kSide = 256, kPixels = kSide * kSide };
 
 /* offset_px moves the binary off the frame's middle; project is the content of preprocess.project. */
-static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const char *project) {
-    char json[2048];
-    const int size = snprintf(
-        json, sizeof json,
+static inline size_t write_scene(char *json, size_t room, int rows, int cols, double offset_px, const char *project) {
+    return (size_t)snprintf(
+        json, room,
         "{\"schema\": \"toliman-scene/1\", \"name\": \"cae-test\","
         "\"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 128,"
         "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": ["
@@ -35,8 +34,13 @@ static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const 
         "\"noise\": {\"photon\": true, \"read_e\": 10, \"seed\": 1},"
         "\"preprocess\": {\"project\": [%s]}}",
         offset_px - 5, offset_px + 8, offset_px + 15, offset_px - 24, rows, cols, project);
+}
+
+static inline toliman_sim *make_sim(int rows, int cols, double offset_px, const char *project) {
+    char json[2048];
+    const size_t size = write_scene(json, sizeof json, rows, cols, offset_px, project);
     toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &sim));
+    assert_ok(toliman_sim_create_json(json, size, NULL, NULL, &sim));
     return sim;
 }
 

@@ -1,0 +1,301 @@
+/* The caller's memory: every large array of an object comes from there, goes back with its size, and where it ends nothing
+ * is made and nothing kept. */
+#include <malloc.h>
+#include <sys/mman.h>
+
+#include "cae_scene.h"
+#include "test_folder.h"
+
+#include <toliman/linear.h>
+#include <toliman/track.h>
+
+enum { TRACKED = 1 << 17, FREQUENCIES = 20000, COLLECTED = 20 };
+
+/* Counts, and fails at the call number fails_at. */
+typedef struct arena {
+    size_t calls, held, all, fails_at;
+} arena;
+
+static void *arena_allocate(size_t size, size_t alignment, void *user_data) {
+    arena *from = user_data;
+    assert_true(alignment == 64 && size % 64 == 0 && size > 0);
+    if (from->calls++ == from->fails_at)
+        return NULL;
+    from->held += size;
+    from->all += size;
+    void *memory = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(memory != MAP_FAILED);
+    return memory;
+}
+
+static void arena_release(void *memory, size_t size, void *user_data) {
+    arena *to = user_data;
+    assert_true(memory != NULL && to->held >= size);
+    to->held -= size;
+    munmap(memory, size);
+}
+
+static toliman_allocator allocator_of(arena *memory) {
+    return (toliman_allocator){sizeof(toliman_allocator), 0, arena_allocate, arena_release, memory};
+}
+
+/* What the objects are made from. */
+static toliman_sim *scene;
+static toliman_linear *estimator;
+static char weights_file[300], state_file[300], folder[256];
+static unsigned char *weights, *state;
+static size_t weights_size, state_size;
+
+static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
+    char json[2048];
+    const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
+    toliman_sim_options options;
+    toliman_sim_options_init(&options);
+    options.threads = 1;
+    options.allocator = allocator;
+    return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
+}
+
+static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
+    toliman_cae_options options;
+    toliman_cae_options_init(&options);
+    options.allocator = allocator;
+    return toliman_cae_create(scene, 3, &options, (toliman_cae **)out);
+}
+
+static toliman_status loaded_cae_in(const toliman_allocator *allocator, void **out) {
+    return toliman_cae_load(weights, weights_size, allocator, (toliman_cae **)out);
+}
+
+static toliman_status cae_file_in(const toliman_allocator *allocator, void **out) {
+    return toliman_cae_load_file(weights_file, allocator, (toliman_cae **)out);
+}
+
+static toliman_status linear_in(const toliman_allocator *allocator, void **out) {
+    return toliman_linear_create(scene, allocator, (toliman_linear **)out);
+}
+
+static toliman_status components_in(const toliman_allocator *allocator, void **out) {
+    toliman_linear_components_options options;
+    toliman_linear_components_options_init(&options);
+    options.capacity = COLLECTED;
+    options.allocator = allocator;
+    return toliman_linear_create_components(scene, &options, (toliman_linear_components **)out);
+}
+
+static toliman_status period_in(const toliman_allocator *allocator, void **out) {
+    toliman_period_options options;
+    toliman_period_options_init(&options);
+    options.allocator = allocator;
+    return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
+}
+
+static toliman_status loaded_period_in(const toliman_allocator *allocator, void **out) {
+    return toliman_period_load(state, state_size, allocator, (toliman_period **)out);
+}
+
+static toliman_status period_file_in(const toliman_allocator *allocator, void **out) {
+    return toliman_period_load_file(state_file, allocator, (toliman_period **)out);
+}
+
+static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    options.allocator = allocator;
+    options.linear = estimator;
+    options.folder = place;
+    options.capacity = TRACKED;
+    options.f0 = 0.01;
+    options.df = 0.001;
+    options.nf = FREQUENCIES;
+    return toliman_track_create(&options, (toliman_track **)out);
+}
+
+static toliman_status track_in(const toliman_allocator *allocator, void **out) {
+    return tracker_in(allocator, NULL, out);
+}
+
+static toliman_status track_folder_in(const toliman_allocator *allocator, void **out) {
+    return tracker_in(allocator, folder, out);
+}
+
+static void end_sim(void *object) {
+    toliman_sim_destroy(object);
+}
+static void end_cae(void *object) {
+    toliman_cae_destroy(object);
+}
+static void end_linear(void *object) {
+    toliman_linear_destroy(object);
+}
+static void end_components(void *object) {
+    toliman_linear_destroy_components(object);
+}
+static void end_period(void *object) {
+    toliman_period_destroy(object);
+}
+static void end_track(void *object) {
+    toliman_track_destroy(object);
+}
+
+static const struct kind {
+    const char *name;
+    toliman_status (*make)(const toliman_allocator *, void **);
+    void (*end)(void *);
+    size_t least; /* bytes that it must hold */
+} kinds[] = {
+    {"sim", sim_in, end_sim, 2 * kPixels * 8},
+    {"cae", cae_in, end_cae, 4 * kPixels * 4},
+    {"cae_load", loaded_cae_in, end_cae, 4 * kPixels * 4},
+    {"cae_load_file", cae_file_in, end_cae, 4 * kPixels * 4},
+    {"linear", linear_in, end_linear, 2 * kPixels * 8},
+    {"components", components_in, end_components, (size_t)COLLECTED * kPixels * 4},
+    {"period", period_in, end_period, FREQUENCIES * 100},
+    {"period_load", loaded_period_in, end_period, FREQUENCIES * 100},
+    {"period_load_file", period_file_in, end_period, FREQUENCIES * 100},
+    {"track", track_in, end_track, TRACKED * 80 + FREQUENCIES * 100},
+    {"track with a folder", track_folder_in, end_track, TRACKED * 24 + FREQUENCIES * 100},
+};
+enum { KINDS = sizeof kinds / sizeof *kinds };
+
+static int set_up(void **unused) {
+    (void)unused;
+    void *made[4] = {NULL};
+    make_folder(folder, sizeof folder);
+    assert_ok(sim_in(NULL, &made[0]));
+    scene = made[0];
+    assert_ok(cae_in(NULL, &made[1]));
+    assert_ok(linear_in(NULL, &made[2]));
+    assert_ok(period_in(NULL, &made[3]));
+    estimator = made[2];
+    assert_ok(toliman_cae_save(made[1], NULL, NULL, 0, &weights_size));
+    assert_ok(toliman_period_save(made[3], NULL, 0, &state_size));
+    weights = malloc(weights_size);
+    state = malloc(state_size);
+    assert_ok(toliman_cae_save(made[1], NULL, weights, weights_size, &weights_size));
+    assert_ok(toliman_period_save(made[3], state, state_size, &state_size));
+    snprintf(weights_file, sizeof weights_file, "%s.tlmw", folder);
+    snprintf(state_file, sizeof state_file, "%s.tlmp", folder);
+    assert_ok(toliman_cae_save_file(made[1], NULL, weights_file));
+    assert_ok(toliman_period_save_file(made[3], state_file));
+    toliman_period_destroy(made[3]);
+    toliman_cae_destroy(made[1]);
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    unlink(weights_file);
+    unlink(state_file);
+    free(weights);
+    free(state);
+    toliman_linear_destroy(estimator);
+    toliman_sim_destroy(scene);
+    remove_folder(folder);
+    return 0;
+}
+
+/* Bytes that malloc has given out by now. */
+static size_t of_the_system(void) {
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+static void large_arrays_come_from_the_caller(void **unused) {
+    (void)unused;
+    for (size_t i = 0; i < KINDS; i++) {
+        arena memory = {.fails_at = SIZE_MAX};
+        const toliman_allocator allocator = allocator_of(&memory);
+        void *made = NULL, *usual = NULL;
+        const size_t before = of_the_system();
+        assert_ok(kinds[i].make(&allocator, &made));
+        const size_t beside = of_the_system() - before;
+        printf("%-20s holds %9zu bytes of %9zu taken; %8zu of the system's\n", kinds[i].name, memory.held, memory.all,
+               beside);
+        assert_true(memory.held >= kinds[i].least);
+        assert_true(beside <= memory.held / 50 + 60000);
+        kinds[i].end(made);
+        assert_int_equal(memory.held, 0);
+        const size_t calls = memory.calls;
+        assert_ok(kinds[i].make(NULL, &usual));
+        kinds[i].end(usual);
+        assert_int_equal(memory.calls, calls);
+    }
+}
+
+/* Call after call fails, from the 20th on some of them. */
+static void no_memory_is_an_error(void **unused) {
+    (void)unused;
+    for (size_t i = 0; i < KINDS; i++) {
+        arena memory = {.fails_at = 0};
+        const toliman_allocator allocator = allocator_of(&memory);
+        void *made = NULL;
+        toliman_status status;
+        while ((status = kinds[i].make(&allocator, &made)) != TOLIMAN_OK) {
+            assert_int_equal(status, TOLIMAN_E_MEMORY);
+            assert_null(made);
+            assert_int_equal(memory.held, 0);
+            memory.calls = 0;
+            memory.fails_at += 1 + (memory.fails_at > 20 ? memory.fails_at / 4 : 0);
+        }
+        kinds[i].end(made);
+        assert_int_equal(memory.held, 0);
+        assert_true(memory.fails_at > 0);
+    }
+}
+
+/* A copy is in memory of the same kind; what a call needs for itself does not come from there. */
+static void memory_belongs_to_its_object(void **unused) {
+    (void)unused;
+    arena memory = {.fails_at = SIZE_MAX};
+    const toliman_allocator allocator = allocator_of(&memory);
+    void *made = NULL;
+    toliman_period *copy = NULL;
+    assert_ok(period_in(&allocator, &made));
+    const size_t held = memory.held;
+    assert_ok(toliman_period_copy(made, &copy));
+    assert_int_equal(memory.held, 2 * held);
+    double t[20], y[20];
+    for (int i = 0; i < 20; i++) {
+        t[i] = i;
+        y[i] = i % 3;
+    }
+    assert_ok(toliman_period_push_many(made, t, y, NULL, 20));
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    const size_t calls = memory.calls;
+    assert_ok(toliman_period_query_fit(made, t, y, NULL, 20, &peak));
+    assert_ok(toliman_period_merge(copy, made));
+    assert_int_equal(memory.calls, calls);
+    toliman_period_destroy(made);
+    assert_int_equal(memory.held, held);
+    toliman_period_destroy(copy);
+    assert_int_equal(memory.held, 0);
+}
+
+static void halves_of_an_allocator_are_refused(void **unused) {
+    (void)unused;
+    arena memory = {.fails_at = SIZE_MAX};
+    void *made = NULL;
+    toliman_allocator allocator = allocator_of(&memory);
+    allocator.release = NULL;
+    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->release is NULL");
+    allocator = allocator_of(&memory);
+    allocator.allocate = NULL;
+    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->allocate is NULL");
+    allocator = allocator_of(&memory);
+    allocator.reserved = 1;
+    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "allocator->reserved = 1");
+    allocator.struct_size = 4;
+    assert_fails(period_in(&allocator, &made), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_null(made);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(large_arrays_come_from_the_caller),
+        cmocka_unit_test(no_memory_is_an_error),
+        cmocka_unit_test(memory_belongs_to_its_object),
+        cmocka_unit_test(halves_of_an_allocator_are_refused),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
