@@ -65,11 +65,11 @@ typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void 
 typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
 
 /* Memory of the caller for the large arrays that an object makes when it is created, loaded or copied, each on a
- * multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back, with
- * their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called from
- * any thread that uses the object. allocate returns NULL if there is none left: TOLIMAN_E_MEMORY then. What allocates by
- * itself, as small things, OpenBLAS, FFTW, cJSON, zlib and the C++ library do, still takes from the system. The struct is
- * read during the call; user_data must outlive the object. Since 0.1. */
+ * multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back,
+ * with their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called
+ * from any thread that uses the object. allocate returns NULL if there is none left: TOLIMAN_E_MEMORY then. What
+ * allocates by itself, as small things, OpenBLAS, FFTW, cJSON, zlib and the C++ library do, still takes from the
+ * system. The struct is read during the call; user_data must outlive the object. Since 0.1. */
 typedef struct toliman_allocator {
     uint32_t struct_size; /* sizeof(toliman_allocator) */
     uint32_t reserved;    /* 0 */

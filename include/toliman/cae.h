@@ -32,9 +32,9 @@ typedef struct toliman_cae toliman_cae;
 
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    uint32_t layout;   /* TOLIMAN_CAE_FLIGHT, ... */
-    uint32_t input;    /* TOLIMAN_CAE_WHITENED, ... */
-    uint32_t reserved; /* 0 */
+    uint32_t layout;                    /* TOLIMAN_CAE_FLIGHT, ... */
+    uint32_t input;                     /* TOLIMAN_CAE_WHITENED, ... */
+    uint32_t reserved;                  /* 0 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_cae_options;
 
@@ -210,13 +210,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae
 /* Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
  * for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated.
  * allocator may be NULL. The caller destroys *out. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_cae **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
+                                                               const toliman_allocator *allocator,
+                                                               toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 /* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const toliman_cae *cae,
                                                                     const toliman_cae_save_options *options,
                                                                     const char *path) TOLIMAN_NOEXCEPT;
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path, const toliman_allocator *allocator, toliman_cae **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
+                                                                    const toliman_allocator *allocator,
+                                                                    toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

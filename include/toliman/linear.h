@@ -13,9 +13,11 @@ TOLIMAN_BEGIN_DECLS
  * object from several threads. Since 0.1. */
 typedef struct toliman_linear toliman_linear;
 
-/* Template estimator of a scene; sim is not kept, allocator may be NULL. TOLIMAN_E_SCENE when the nuisances of preprocess.project leave
- * nothing of the separation's derivative. The caller destroys *out. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator, toliman_linear **out) TOLIMAN_NOEXCEPT;
+/* Template estimator of a scene; sim is not kept, allocator may be NULL. TOLIMAN_E_SCENE when the nuisances of
+ * preprocess.project leave nothing of the separation's derivative. The caller destroys *out. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const toliman_sim *sim,
+                                                                    const toliman_allocator *allocator,
+                                                                    toliman_linear **out) TOLIMAN_NOEXCEPT;
 
 /* Ends an estimator; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT;

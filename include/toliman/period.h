@@ -301,14 +301,19 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
- * impossible content: before 1.0 only this version's bytes load. allocator may be NULL. The caller destroys *out. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_period **out) TOLIMAN_NOEXCEPT;
+ * impossible content: before 1.0 only this version's bytes load. allocator may be NULL. The caller destroys *out. Since
+ * 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
+                                                                  const toliman_allocator *allocator,
+                                                                  toliman_period **out) TOLIMAN_NOEXCEPT;
 
 /* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
  * reads the header first, and no more of a file that has not the size it tells. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path, const toliman_allocator *allocator, toliman_period **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
+                                                                       const toliman_allocator *allocator,
+                                                                       toliman_period **out) TOLIMAN_NOEXCEPT;
 
 /* How toliman_period_batch works. Since 0.1. */
 typedef struct toliman_period_batch_options {

@@ -141,8 +141,8 @@ typedef struct toliman_track_options {
      * given. */
     const int64_t *clock;
     size_t clock_points;
-    uint32_t sync;  /* TOLIMAN_SYNC_..., default GROUP */
-    uint32_t group; /* lines, 1 to 65536; default 64 */
+    uint32_t sync;                      /* TOLIMAN_SYNC_..., default GROUP */
+    uint32_t group;                     /* lines, 1 to 65536; default 64 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_track_options;
 

@@ -350,7 +350,8 @@ toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_o
     return guard([&] { deliver_bytes(blob_of(cae, options), bytes, capacity, needed); });
 }
 
-toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_cae **out) noexcept {
+toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_allocator *allocator,
+                                toliman_cae **out) noexcept {
     return guard([&] {
         const MemoryScope scope(memory_of(allocator));
         required(bytes, "bytes");

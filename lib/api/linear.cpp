@@ -8,7 +8,8 @@
 using namespace toliman;
 using namespace toliman::api;
 
-toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator, toliman_linear **out) noexcept {
+toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator,
+                                     toliman_linear **out) noexcept {
     return guard([&] {
         const MemoryScope scope(memory_of(allocator));
         const auto &simulator = required(sim, "sim").simulator;

@@ -408,7 +408,8 @@ toliman_status toliman_period_save(const toliman_period *period, void *bytes, si
     });
 }
 
-toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_allocator *allocator, toliman_period **out) noexcept {
+toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_allocator *allocator,
+                                   toliman_period **out) noexcept {
     return guard([&] {
         const MemoryScope scope(memory_of(allocator));
         required(bytes, "bytes");
@@ -424,7 +425,8 @@ toliman_status toliman_period_save_file(const toliman_period *period, const char
     });
 }
 
-toliman_status toliman_period_load_file(const char *path, const toliman_allocator *allocator, toliman_period **out) noexcept {
+toliman_status toliman_period_load_file(const char *path, const toliman_allocator *allocator,
+                                        toliman_period **out) noexcept {
     return guard([&] {
         const MemoryScope scope(memory_of(allocator));
         required(out, "out");

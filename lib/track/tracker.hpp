@@ -156,7 +156,7 @@ class Tracker {
     std::optional<Ledger> ledger_;
     std::optional<Names> names_; // as the ledger
     std::vector<Merged> merged_; // of every ledger the latest
-    Buffer<Record> memory_; // in place of a ledger, frames that are in
+    Buffer<Record> memory_;      // in place of a ledger, frames that are in
     size_t in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;

@@ -1,5 +1,5 @@
-/* The caller's memory: every large array of an object comes from there, goes back with its size, and where it ends nothing
- * is made and nothing kept. */
+/* The caller's memory: every large array of an object comes from there, goes back with its size, and where it ends
+ * nothing is made and nothing kept. */
 #include <malloc.h>
 #include <sys/mman.h>
 
@@ -149,7 +149,7 @@ static const struct kind {
     {"cae_load", loaded_cae_in, end_cae, 4 * kPixels * 4},
     {"cae_load_file", cae_file_in, end_cae, 4 * kPixels * 4},
     {"linear", linear_in, end_linear, 2 * kPixels * 8},
-    {"components", components_in, end_components, (size_t)COLLECTED * kPixels * 4},
+    {"components", components_in, end_components, (size_t)COLLECTED *kPixels * 4},
     {"period", period_in, end_period, FREQUENCIES * 100},
     {"period_load", loaded_period_in, end_period, FREQUENCIES * 100},
     {"period_load_file", period_file_in, end_period, FREQUENCIES * 100},

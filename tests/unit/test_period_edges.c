@@ -307,7 +307,8 @@ static void crafted_state_is_refused(void **unused) {
     /* The version before this one. */
     memcpy(bad, bytes, size);
     bad[4] = 1;
-    assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, "version 1, this library reads 3 only");
+    assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT,
+                 "version 1, this library reads 3 only");
     toliman_period_destroy(period);
 }
 

@@ -10,7 +10,7 @@ add_library(toliman_settings INTERFACE)
 target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib ${PROJECT_SOURCE_DIR}/include
                            ${PROJECT_BINARY_DIR}/include)
 target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE} ${LAPACKE_INCLUDE})
-target_compile_options(toliman_settings INTERFACE -fvisibility=hidden
+target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction-sections -fdata-sections
                        $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
 
 add_library(toliman_objects OBJECT ${sources})
