@@ -1,6 +1,8 @@
 // toliman merge: the sums of shards, or their state folders, into one.
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <string_view>
@@ -67,8 +69,12 @@ void merge(const Options &options) {
     if (options.files.size() < 2 && !options.salvage)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
     const auto folders = std::count_if(options.files.begin(), options.files.end(), is_folder);
-    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
+    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size())) {
+        for (const std::string &file : options.files)
+            if (!exists(file))
+                malformed(file, std::strerror(errno));
         throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
+    }
     if (folders > 0)
         return merge_folders(options.files, options.out, options.salvage);
     if (options.salvage)

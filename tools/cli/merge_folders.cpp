@@ -78,7 +78,10 @@ class NewFolder {
 
 } // namespace
 
-void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage) {
+void merge_folders(const std::vector<std::string> &given, const std::string &out, bool salvage) {
+    std::vector<std::string> folders;
+    for (const std::string &folder : given)
+        folders.push_back(plain(folder));
     int64_t lines = 0;
     toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders)
@@ -101,7 +104,7 @@ void merge_folders(const std::vector<std::string> &folders, const std::string &o
         if (status == TOLIMAN_E_MISMATCH)
             malformed(folder, toliman_last_error());
         if (status == TOLIMAN_E_FORMAT)
-            throw Failure(kExitState, toliman_last_error());
+            throw Failure(kExitState, damage_of(folder));
         toliman::check(status);
         if (lost > 0)
             std::fprintf(stderr, "%s: %lld lines are lost\n", folder.c_str(), static_cast<long long>(lost));

@@ -3,7 +3,9 @@
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "input.hpp"
 #include "output.hpp"
+#include "setup_options.hpp"
 #include "state_folder.hpp"
 
 namespace cli {
@@ -24,14 +26,18 @@ constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from 
 Examples:
   toliman rebuild mission --grid 1e-3:1e-5:50000
   toliman rebuild mission --clock clock.csv
-  toliman rebuild mission --clock camera
+  toliman rebuild mission --mission-days 1500 --clock camera
 
-For another grid, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where that
-time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
+For another grid or epoch, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where
+that time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
 
 struct Options {
-    std::string folder, grid, clock;
+    std::string folder;
     bool as_json = false;
+};
+
+struct RebuildOptions : Options {
+    SetupOptions setup;
 };
 
 void print(const toliman::tracker &tracker, const std::string &folder, bool as_json) {
@@ -58,7 +64,8 @@ void print(const toliman::tracker &tracker, const std::string &folder, bool as_j
     print_stdout(text);
 }
 
-void status(const Options &options) {
+void status(Options &options) {
+    options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
         throw Failure(kExitState, options.folder +
@@ -68,15 +75,13 @@ void status(const Options &options) {
     print(open_tracker(how), options.folder, options.as_json);
 }
 
-void rebuild(const Options &options) {
+void rebuild(RebuildOptions &options, Progress &progress) {
+    options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
-    if (how.nf == 0 && (options.grid.empty() || options.clock.empty()))
-        throw Failure(kExitUsage,
-                      options.folder + ": setup.tlms, which had grid and clock, is lost: needs --grid and --clock");
-    if (!options.grid.empty())
-        set_grid(grid_of(options.grid), how);
-    const std::vector<int64_t> clock = read_clock(options.clock);
-    set_clock(clock, how);
+    if (how.nf == 0 && !(options.setup.has_grid() && options.setup.has_clock()))
+        throw Failure(kExitUsage, options.folder + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                                   "--grid or --mission-days");
+    options.setup.set(how, progress);
     how.flags = TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how);
     toliman::check(toliman_track_save(tracker.get()));
@@ -95,12 +100,16 @@ void add_status(CLI::App &app, Context &context) {
 
 void add_rebuild(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<RebuildOptions>();
     command->add_option("DIR", options->folder, "a state folder")->required();
-    command->add_option("--grid", options->grid, "F0:DF:NF in cycles a day, default the folder's");
-    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns, or camera; default the folder's");
+    options->setup.add_to(*command);
     command->add_flag("--json", options->as_json, "as JSON on stdout");
-    command->callback([&context, options] { context.action = [options] { rebuild(*options); }; });
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            rebuild(*options, progress);
+        };
+    });
 }
 
 } // namespace cli
