@@ -12,7 +12,7 @@ TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_line
          "toliman_linear_components": "component_set", "toliman_period": "periodogram", "toliman_track": "tracker"}
 
 ENDING = ["integer, intent(out), optional :: stat",
-          "character(len=:), allocatable, intent(inout), optional :: errmsg"]
+          "character(len=*), intent(inout), optional :: errmsg"]
 
 
 class Layer:
