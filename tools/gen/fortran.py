@@ -2,7 +2,7 @@
 import re
 import textwrap
 
-from model import Alias, Callback, Constant, Function, Handle, Struct
+from model import Callback, Constant, Function, Handle, Struct
 
 WIDTH = 118
 KINDS = {"int32_t": "integer(c_int32_t)", "uint32_t": "integer(c_int32_t)", "int64_t": "integer(c_int64_t)",
@@ -91,7 +91,7 @@ def base_type(model, kind):
 
 
 def declared(model, argument, inside_out=False):
-    """Declaration of a dummy argument of the C function; inside_out: of a callback, which Fortran writes and C calls."""
+    """Declaration of a dummy argument of a C function, or (inside_out) of a callback, which C calls."""
     kind, name = argument.type, argument.name
     if model.kind(kind.base) is Callback:
         return f"type(c_funptr), value :: {name}"

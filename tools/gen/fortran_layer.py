@@ -28,11 +28,8 @@ class Layer:
                 raise SystemExit(f"tools/gen/fortran_layer.py: {name} has no name among TYPES")
         for item in model.all(Function):
             self.bind(item)
-        for handle, short in TYPES.items():
-            for name, arguments in self.written:
-                binding = name[len(short) + 1:]
-                if name.startswith(short + "_") and (binding, arguments.startswith("self")) not in self.bindings[handle]:
-                    self.bindings[handle].append((binding, arguments.startswith("self")))
+        for name, arguments in self.written:
+            self.bind_written(name, arguments.startswith("self"))
 
     # What a function belongs to.
 
@@ -48,25 +45,36 @@ class Layer:
                     return item.name, struct.name
         return None
 
+    def owner(self, item):
+        """The handle whose type has a function, and whether the function makes an object of it; None where none has."""
+        handles = [self.handle_of(argument) for argument in item.arguments] or [None]
+        last = item.arguments[-1].type if item.arguments else None
+        if handles[-1] and last.pointers == 2 and not last.const and handles[0] != handles[-1]:
+            return handles[-1], True
+        return handles[0] or self.room(item), False
+
+    def room(self, item):
+        """The handle of the header that a function stands in: toliman_sim of toliman_sim_plan."""
+        return min((handle for handle in TYPES if item.name.startswith(handle + "_")), key=len, default=None)
+
     def bind(self, item):
         """Makes the procedure of a function, unless it has no object or is for C alone."""
-        if item.name.endswith(("_init", "_destroy")) or "_destroy_" in item.name:
+        owner, creator = self.owner(item)
+        if owner is None or item.name.endswith("_init") or "_destroy" in item.name:
             return
-        handles = [self.handle_of(argument) for argument in item.arguments]
-        rooms = [handle for handle in TYPES if item.name.startswith(handle + "_")]
-        made = bool(handles) and handles[-1] is not None and item.arguments[-1].type.pointers == 2 \
-            and not item.arguments[-1].type.const
-        creator = made and handles[0] != handles[-1]
-        owner = handles[-1] if creator else handles[0] if handles and handles[0] else min(rooms, key=len, default=None)
-        if owner is None:
-            return
-        bound = creator or handles[:1] == [owner]
-        binding = re.sub(rf"^{min(rooms, key=len)}_", "", item.name)
-        if owner.startswith(min(rooms, key=len) + "_"):
-            binding = binding.replace(owner[len(min(rooms, key=len)):], "")
+        room = self.room(item)
+        binding = item.name[len(room) + 1:].replace(owner[len(room):], "") if owner != room else item.name[len(room) + 1:]
+        bound = creator or self.handle_of(item.arguments[0]) == owner
         self.bindings[owner].append((binding, bound))
         if f"{TYPES[owner]}_{binding}" not in dict(self.written):
             self.procedures += Procedure(self, item, owner, binding, bound, creator).write() + "\n"
+
+    def bind_written(self, name, bound):
+        """Binds a procedure of the template that stands for no function."""
+        for handle, short in TYPES.items():
+            binding = name[len(short) + 1:]
+            if name.startswith(short + "_") and (binding, bound) not in self.bindings[handle]:
+                self.bindings[handle].append((binding, bound))
 
     # The types.
 
@@ -99,13 +107,14 @@ class Layer:
             short = TYPES[handle.name]
             destroy = next(item for item in self.model.all(Function) if "_destroy" in item.name
                            and item.arguments[0].type.base == handle.name)
+            forget = "        self%rows = -1\n        self%cols = -1\n" if self.has_frames(handle.name) else ""
             text += f"""\
     ! Frees the object, which may be created anew.
     impure elemental subroutine {short}_destroy(self)
         class(toliman_{short}), intent(inout) :: self
         call {destroy.name}(self%handle)
         self%handle = c_null_ptr
-{"        self%rows = -1" + chr(10) + "        self%cols = -1" + chr(10) if self.has_frames(handle.name) else ""}    end subroutine
+{forget}    end subroutine
 
     impure elemental subroutine {short}_finish(self)
         type(toliman_{short}), intent(inout) :: self
@@ -135,7 +144,7 @@ class Procedure:
         self.short, self.binding, self.bound = TYPES[owner], binding, bound
         self.names, self.names_left_out, self.declared, self.locals = [], [], [], []
         self.before, self.actual = [], []
-        self.facts, self.shapes = {}, []
+        self.asked, self.shapes = False, []
         self.array_extents = {extent for argument in item.arguments for extent in argument.extents}
         if bound:
             intent = "inout" if creator or not item.arguments[0].type.const else "in"
@@ -251,9 +260,9 @@ class Procedure:
             return f"{extent}_c_size_t"
         if extent in ("rows", "cols"):
             return f"self%{extent}"
-        if not self.facts:
+        if not self.asked:
             function, struct = self.layer.facts(self.owner, extent)
-            self.facts = {"function": function}
+            self.asked = True
             self.locals.append(f"type({struct}) :: info")
             self.before += [f"status = {function}(self%handle, info)", "if (status /= TOLIMAN_OK) then",
                             "    call conclude(status, stat, errmsg)", "    return", "end if"]
