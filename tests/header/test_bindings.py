@@ -92,6 +92,10 @@ class Bindings(unittest.TestCase):
         self.change("tools/gen/shapes", "toliman_track_merged: lost?\n", "")
         self.refuses("toliman_track_merge: its comment says that something may be NULL")
 
+        self.change("tools/gen/shapes", "toliman_linear_encode: counts[rows][stride]", "toliman_linear_encode: counts[row][stride]")
+        self.change("tools/gen/shapes", "toliman_track_get_lines:", "toliman_track_merge: lost?\ntoliman_track_get_lines:")
+        self.refuses("toliman_linear_encode: row is no argument and no fact of toliman_linear")
+
     def test_handle_without_owner(self):
         self.change("include/toliman/toliman.hpp", "handle<toliman_cae,", "handle<toliman_cats,")
         self.refuses("toliman.hpp: no owner of toliman_cae")

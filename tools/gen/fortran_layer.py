@@ -260,8 +260,11 @@ class Procedure:
             return f"{extent}_c_size_t"
         if extent in ("rows", "cols"):
             return f"self%{extent}"
+        facts = self.layer.facts(self.owner, extent)
+        if facts is None:
+            raise SystemExit(f"tools/gen/shapes: {self.item.name}: {extent} is no argument and no fact of {self.owner}")
         if not self.asked:
-            function, struct = self.layer.facts(self.owner, extent)
+            function, struct = facts
             self.asked = True
             self.locals.append(f"type({struct}) :: info")
             self.before += [f"status = {function}(self%handle, info)", "if (status /= TOLIMAN_OK) then",
