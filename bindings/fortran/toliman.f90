@@ -12,13 +12,17 @@
 ! image(cols, rows) here, and images[count][rows][cols] images(cols, rows, count). Frames, frequencies, components and
 ! lines are counted from 0, as in C. Lengths are taken from the arrays. What C lets be NULL is optional and, of
 ! type-bound procedures, comes last. Structs have their struct_size; options get their defaults from the function of
-! the name _init. A callback is a bind(C) procedure, given by c_funloc; toliman_text makes Fortran's text of the one
-! it is given. Unsigned numbers of C are signed here.
+! the name _init. A callback is a bind(C) procedure, given by c_funloc; toliman_text makes Fortran's text of one of
+! C. Unsigned numbers of C are signed here.
 module toliman
     use, intrinsic :: iso_c_binding
     implicit none
     private
     public :: toliman_message, toliman_text
+
+    interface toliman_text
+        module procedure text_of_pointer, text_of_letters
+    end interface
 
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MAJOR = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MINOR = 1
@@ -563,7 +567,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_REASON_NONE = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_REASON_SHAPE = 1 ! other rows or columns than the tracker's
     integer(c_int32_t), parameter, public :: TOLIMAN_REASON_OVER_RANGE = 2 ! a pixel above the bit depth
-    ! so many bytes of zeros in a row as a lost packet leaves
+    ! so many bytes of pixels of 0 in a row as a lost packet leaves
     integer(c_int32_t), parameter, public :: TOLIMAN_REASON_HOLE = 3
     integer(c_int32_t), parameter, public :: TOLIMAN_REASON_NOT_FINITE = 4 ! a pixel that is NaN or infinite
     ! a time for which there is no TAI, or which is too far off for the periodogram
@@ -648,7 +652,7 @@ module toliman
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., default 0
         ! of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a frame
         type(c_ptr) :: folder = c_null_ptr
-        integer(c_int64_t) :: capacity = 0 ! frames at most, up to 2^28, 24 bytes each and 2.4 MB; default 2^20
+        integer(c_int64_t) :: capacity = 0 ! frames at most, up to 2^28, 24 bytes each and 3.2 MB; default 2^20
         ! The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of
         ! them where nothing is pushed.
         type(c_ptr) :: cae = c_null_ptr
@@ -672,7 +676,8 @@ module toliman
         integer(c_int64_t) :: image_cols = 0
         ! up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does
         integer(c_int32_t) :: bit_depth = 0
-        integer(c_int32_t) :: hole_bytes = 0 ! so many bytes of zeros in a row reject it; default 4096; 0: none do
+        ! pixels of 0 in a row that have so many bytes reject it; default 4096; 0: none do
+        integer(c_int32_t) :: hole_bytes = 0
         ! The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the
         ! folder's, with time_offset_ns, unit_ns and period_flags.
         real(c_double) :: f0 = 0.0_c_double
@@ -731,6 +736,20 @@ module toliman
         integer(c_int64_t) :: estimator_id = 0
         real(c_double) :: sigma = 0.0_c_double ! of a value
         real(c_double) :: value_limit = 0.0_c_double
+    end type
+
+    ! A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
+    ! was lost. Since 0.1.
+    type, bind(C), public :: toliman_track_stream
+        integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream), of the first at least
+        integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: stream = 0 ! FNV-1a of both, as in toliman_track_line
+        integer(c_int64_t) :: first_id = 0 ! frame ids
+        integer(c_int64_t) :: last_id = 0
+        integer(c_int64_t) :: frames = 0 ! keys: those of accepted frames, outliers and quarantined ones
+        integer(c_int64_t) :: missing = 0 ! ids from the first to the last that are none of these
+        character(kind=c_char) :: session(72) = c_null_char
+        character(kind=c_char) :: roi(72) = c_null_char
     end type
 
     interface
@@ -1538,8 +1557,8 @@ module toliman
         end subroutine
 
         ! Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder
-        ! (the pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if
-        ! the file of grid and clock is lost.
+        ! (the pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there
+        ! are; nf = 0 if the file of grid and clock is lost.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -1614,6 +1633,17 @@ module toliman
             import
             type(c_ptr), value :: track
             type(toliman_track_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL
+        ! where room is 0: to ask for the number.
+        function toliman_track_get_streams(track, streams, room, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_size_t), value :: room
+            type(toliman_track_stream), intent(inout), optional :: streams(*)
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
@@ -1747,6 +1777,7 @@ module toliman
     public :: toliman_track_merge
     public :: toliman_track_get_lines
     public :: toliman_track_get_info
+    public :: toliman_track_get_streams
     public :: toliman_track_get_clock
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
@@ -1889,6 +1920,7 @@ module toliman
         procedure :: merge => tracker_merge
         procedure :: get_lines => tracker_get_lines
         procedure :: get_info => tracker_get_info
+        procedure :: get_streams => tracker_get_streams
         procedure :: get_clock => tracker_get_clock
         procedure :: get_period => tracker_get_period
         procedure :: query_fit => tracker_query_fit
@@ -1908,7 +1940,7 @@ contains
     end function
 
     ! A text of C; empty for NULL.
-    function toliman_text(text) result(answer)
+    function text_of_pointer(text) result(answer)
         type(c_ptr), intent(in) :: text
         character(len=:), allocatable :: answer
         character(kind=c_char), pointer :: letters(:)
@@ -1926,6 +1958,22 @@ contains
         allocate (character(len=length) :: answer)
         if (length == 0) return
         call c_f_pointer(text, letters, [length])
+        do i = 1, length
+            answer(i:i) = letters(i)
+        end do
+    end function
+
+    ! A text that stands in a struct, up to its zero byte.
+    function text_of_letters(letters) result(answer)
+        character(kind=c_char), intent(in) :: letters(:)
+        character(len=:), allocatable :: answer
+        integer :: length, i
+        length = 0
+        do while (length < size(letters))
+            if (letters(length + 1) == c_null_char) exit
+            length = length + 1
+        end do
+        allocate (character(len=length) :: answer)
         do i = 1, length
             answer(i:i) = letters(i)
         end do
@@ -3150,6 +3198,22 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_track_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where
+    ! room is 0: to ask for the number. streams(room).
+    subroutine tracker_get_streams(self, count, streams, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_stream), intent(inout), optional, contiguous :: streams(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_room
+        integer(c_int32_t) :: status
+        of_room = 0
+        if (present(streams)) of_room = size(streams, 1, c_size_t)
+        status = toliman_track_get_streams(self%handle, streams, of_room, count)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;

@@ -153,10 +153,11 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     toliman_linear *linear;
     toliman_track *track;
     const toliman_period *period;
+    toliman_track_stream streams[2] = {{.struct_size = sizeof *streams}};
     toliman_track_options options;
     toliman_track_info info = {.struct_size = sizeof info};
     toliman_outcome outcome = {.struct_size = sizeof outcome};
-    size_t done;
+    size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, &linear));
     toliman_track_options_init(&options);
@@ -186,6 +187,10 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     show("tai", (double)outcome.tai_ns);
     MUST(toliman_track_get_info(track, &info));
     show("rejected", (double)info.rejected_by[TOLIMAN_REASON_NOT_FINITE]);
+    MUST(toliman_track_get_streams(track, streams, 2, &many));
+    show("streams", (double)many);
+    show("frames", (double)streams[0].frames);
+    printf("session %s\n", streams[0].session);
     MUST(toliman_track_get_period(track, &period));
     show("in_period", (double)toliman_period_count(period));
     free(image);

@@ -170,10 +170,12 @@ contains
         type(toliman_linear_estimator) :: linear
         type(toliman_tracker) :: tracker
         type(toliman_periodogram) :: period
+        type(toliman_track_stream) :: streams(2)
         type(toliman_track_options) :: options
         type(toliman_track_info) :: info
         type(toliman_outcome) :: outcome
         integer(c_int64_t) :: clock(2, 2), k
+        integer(c_size_t) :: many
         call linear%create(sim)
         call toliman_track_options_init(options)
         options%nf = 5461
@@ -192,6 +194,10 @@ contains
         call show('tai', real(outcome%tai_ns, c_double))
         call tracker%get_info(info)
         call show('rejected', real(info%rejected_by(TOLIMAN_REASON_NOT_FINITE + 1), c_double))
+        call tracker%get_streams(many, streams)
+        call show('streams', real(many, c_double))
+        call show('frames', real(streams(1)%frames, c_double))
+        print '(2a)', 'session ', toliman_text(streams(1)%session)
         call tracker%get_period(period)
         call show('in_period', real(period%count(), c_double))
     end subroutine

@@ -64,7 +64,7 @@ def field(model, struct, item):
         declared, value = "type(c_funptr)", "c_null_funptr"
     else:
         declared = KINDS[model.plain(kind.base)]
-        value = "0" if declared.startswith("integer") else "0.0_c_double"
+        value = {"i": "0", "r": "0.0_c_double", "c": "c_null_char"}[declared[0]]
     if kind.array:
         dimension = f"({kind.array})"
     if struct.sized and item.name == "struct_size":

@@ -7,8 +7,7 @@ import dataclasses
 import os
 import re
 
-SCALARS = {"int32_t": 4, "uint32_t": 4, "int64_t": 8, "uint64_t": 8, "size_t": 8, "double": 8}
-OTHERS = {"char", "void"}
+SCALARS = {"char": 1, "int32_t": 4, "uint32_t": 4, "int64_t": 8, "uint64_t": 8, "size_t": 8, "double": 8}
 POINTER_SIZE = 8
 
 
@@ -242,7 +241,7 @@ class Reader:
         const = self.taken("const")
         base = self.take()
         names = {item.name for item in self.known + self.items}
-        if base not in SCALARS and base not in OTHERS and base not in names:
+        if base not in SCALARS and base != "void" and base not in names:
             self.place -= 1
             self.fail("expected a type of <stdint.h>, size_t, double, char, void or ours")
         return const, base

@@ -11,8 +11,8 @@ their defaults from it. An array of structs is made of zeros: set struct_size in
 keeps a pointer to must be kept here too. Texts are bytes. declare(library) gives the functions of a ctypes library
 their types and their comments; what the comments say is C.
 """
-from ctypes import (CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64,
-                    c_void_p, sizeof)
+from ctypes import (CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint32,
+                    c_uint64, c_void_p, sizeof)
 
 
 class Sized(Structure):
@@ -38,10 +38,10 @@ def declare(library):
 def ctype(model, kind):
     """A C type in ctypes."""
     base = model.plain(kind.base)
-    if base in ("char", "void"):
-        if kind.pointers == 0:
-            return "None"
+    if base in ("char", "void") and kind.pointers:
         plain, pointers = {"char": "c_char_p", "void": "c_void_p"}[base], kind.pointers - 1
+    elif base == "void":
+        return "None"
     else:
         plain, pointers = base if base.startswith("toliman_") else "c_" + base.replace("_t", ""), kind.pointers
         plain = "c_size_t" if base == "size_t" else plain

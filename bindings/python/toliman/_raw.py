@@ -6,8 +6,8 @@ their defaults from it. An array of structs is made of zeros: set struct_size in
 keeps a pointer to must be kept here too. Texts are bytes. declare(library) gives the functions of a ctypes library
 their types and their comments; what the comments say is C.
 """
-from ctypes import (CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64,
-                    c_void_p, sizeof)
+from ctypes import (CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint32,
+                    c_uint64, c_void_p, sizeof)
 
 
 class Sized(Structure):
@@ -776,7 +776,7 @@ TOLIMAN_TRACK_MERGED = 5  # of lines alone: no frame, lines of another ledger ar
 TOLIMAN_REASON_NONE = 0
 TOLIMAN_REASON_SHAPE = 1  # other rows or columns than the tracker's
 TOLIMAN_REASON_OVER_RANGE = 2  # a pixel above the bit depth
-TOLIMAN_REASON_HOLE = 3  # so many bytes of zeros in a row as a lost packet leaves
+TOLIMAN_REASON_HOLE = 3  # so many bytes of pixels of 0 in a row as a lost packet leaves
 TOLIMAN_REASON_NOT_FINITE = 4  # a pixel that is NaN or infinite
 TOLIMAN_REASON_CLOCK = 5  # a time for which there is no TAI, or which is too far off for the periodogram
 TOLIMAN_REASON_ESTIMATE = 6  # the estimator failed or gave no finite value
@@ -867,7 +867,7 @@ class toliman_track_options(Sized):
     flags: TOLIMAN_TRACK_..., default 0
     folder: of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a
         frame
-    capacity: frames at most, up to 2^28, 24 bytes each and 2.4 MB; default 2^20
+    capacity: frames at most, up to 2^28, 24 bytes each and 3.2 MB; default 2^20
     cae: The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
         where nothing is pushed.
     estimator_id: tells one `estimate` from another, and what lines were made by if there is none; of cae
@@ -896,7 +896,7 @@ class toliman_track_options(Sized):
         image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     bit_depth: up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does
-    hole_bytes: so many bytes of zeros in a row reject it; default 4096; 0: none do
+    hole_bytes: pixels of 0 in a row that have so many bytes reject it; default 4096; 0: none do
     f0: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
         with time_offset_ns, unit_ns and period_flags.
     df: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
@@ -1012,6 +1012,29 @@ class toliman_track_info(Sized):
         ("estimator_id", c_uint64),
         ("sigma", c_double),
         ("value_limit", c_double),
+    ]
+
+
+class toliman_track_stream(Sized):
+    """A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
+    was lost. Since 0.1.
+    struct_size: sizeof(toliman_track_stream), of the first at least
+    stream: FNV-1a of both, as in toliman_track_line
+    first_id: frame ids
+    last_id: frame ids
+    frames: keys: those of accepted frames, outliers and quarantined ones
+    missing: ids from the first to the last that are none of these"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("stream", c_uint64),
+        ("first_id", c_int64),
+        ("last_id", c_int64),
+        ("frames", c_int64),
+        ("missing", c_int64),
+        ("session", c_char * 72),
+        ("roi", c_char * 72),
     ]
 
 
@@ -1756,15 +1779,15 @@ TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
-pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if the file of grid
-and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1.""",
+pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there are; nf = 0 if
+the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
 another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
 tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
-holds more frames. The caller destroys *out. Since 0.1.""",
+holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),
@@ -1800,13 +1823,14 @@ error. Several frames at once are needed for several threads. Since 0.1.""",
             ("lost", POINTER(c_int64)),
         ),
         """Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here, in
-whatever shards and order, and commits. A folder may be merged again as it grows: only what came since is taken. The
+whatever shards and order, and commits. A folder may be merged again as it grows: only what came since counts. The
 grid and clock are this one's. Of a frame that several folders have the value that came first stays; networks on
-machines of unlike instruction sets may give values that differ by 1e-5 sigma. With flags = TOLIMAN_TRACK_SALVAGE
-lines of a damaged ledger are left out, else flags = 0; *lost (may be NULL) becomes how many those are.
+machines of unlike instruction sets may give values that differ by 1e-5 sigma. received, repeated and rejected become
+those of both, also of frames that the other folder merged from a third. With flags = TOLIMAN_TRACK_SALVAGE lines of
+a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
+left out.
 TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
-errors as of create and push, after which some lines may be in: merged again, their frames count as repeated. Since
-0.1.""",
+errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.""",
     ),
     "toliman_track_get_lines": (
         c_int32, (
@@ -1823,6 +1847,16 @@ those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
         """Fills *out; out->struct_size must be set. Since 0.1.""",
+    ),
+    "toliman_track_get_streams": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("streams", POINTER(toliman_track_stream)),
+            ("room", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where room
+is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.1.""",
     ),
     "toliman_track_get_clock": (
         c_int32, (
@@ -1844,7 +1878,7 @@ Since 0.1.""",
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_period_peak))),
         """The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the periodogram by
 now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their standard errors. Reads all
-lines and takes 56 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
+lines and takes 100 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
 Since 0.1.""",
     ),
 }
