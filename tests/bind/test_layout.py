@@ -81,14 +81,19 @@ end program layout
 """
 
 
-def passed(text):
-    """How a C declaration without its name is handed over: what matters to who calls."""
-    if "*" in text or "[" in text:
+def width(text):
+    """What matters of a type in a C declaration, whoever wrote it."""
+    if "*" in text:
         return "pointer"
-    for words, way in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"), (("int", "status"), "4 bytes")):
+    for words, found in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"), (("int", "status"), "4 bytes")):
         if any(word in text for word in words):
-            return way
-    return text.strip()
+            return found
+    return text.split()[0]
+
+
+def width_of(kind):
+    """The same of a type of the table."""
+    return "pointer" if TABLE.kind(kind.base) is model.Callback else width(kind.declare(""))
 
 
 class Layout(unittest.TestCase):
@@ -122,16 +127,19 @@ class Layout(unittest.TestCase):
         found = dict(line.split(" ") for line in run("./f", folder=self.folder).splitlines())
         self.assertEqual(found, self.c)
 
-    def test_fortran_arguments(self):
-        """The prototypes that gfortran has of its interfaces, beside the header's."""
+    def test_fortran_types(self):
+        """What gfortran takes its structs and interfaces for in C, beside the header."""
         output = run("gfortran", "-fsyntax-only", "-fc-prototypes", TOP / "bindings" / "fortran" / "toliman.f90",
                      folder=self.folder)
         found = {}
+        for name, fields in re.findall(r"^typedef struct (\w+) {\n(.*?)^}", output, re.M | re.S):
+            found[name] = [width(field) for field in fields.splitlines()]
         for returned, stars, name, arguments in re.findall(r"^(\w+) (\**)(toliman_\w+) \((.*)\);$", output, re.M):
-            found[name] = [passed(returned + stars), *map(passed, filter(None, arguments.split(", ")))]
-        wanted = {item.name: [passed(item.returns.declare("")), *(passed(argument.type.declare(""))
-                                                                  for argument in item.arguments)]
-                  for item in TABLE.all(model.Function)}
+            found[name] = [width(returned + stars), *map(width, filter(None, arguments.split(", ")))]
+        wanted = {item.name: [width_of(field.type) for field in item.fields] for item in TABLE.all(model.Struct)}
+        for item in TABLE.all(model.Function) + TABLE.all(model.Callback):
+            arguments = ["pointer" if argument.type.array else width_of(argument.type) for argument in item.arguments]
+            wanted[item.name] = [width_of(item.returns), *arguments]
         self.assertEqual({name: found.get(name) for name in wanted}, wanted)
 
 
