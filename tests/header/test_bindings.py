@@ -84,17 +84,19 @@ class Bindings(unittest.TestCase):
             self.assertIn("procedure :: query_new => linear_estimator_query_new", stream.read())
 
     def test_what_the_table_of_shapes_forgets(self):
-        self.change("tools/gen/shapes", "toliman_linear_encode: counts[rows][stride]\n", "")
-        self.refuses("toliman_linear_encode: nothing tells the extents of counts")
-        self.change("tools/gen/shapes", "toliman_track_merge: lost?\n",
-                    "toliman_linear_encode: counts[rows][stride]\ntoliman_track_merged: lost?\n")
-        self.refuses("toliman_track_merged is no function")
-        self.change("tools/gen/shapes", "toliman_track_merged: lost?\n", "")
-        self.refuses("toliman_track_merge: its comment says that something may be NULL")
-
-        self.change("tools/gen/shapes", "toliman_linear_encode: counts[rows][stride]", "toliman_linear_encode: counts[row][stride]")
-        self.change("tools/gen/shapes", "toliman_track_get_lines:", "toliman_track_merge: lost?\ntoliman_track_get_lines:")
-        self.refuses("toliman_linear_encode: row is no argument and no fact of toliman_linear")
+        for before, after, complaint in (
+                ("toliman_linear_encode: counts[rows][stride]\n", "", "toliman_linear_encode: nothing has the extent stride"),
+                ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n", "toliman_period_push_many: nothing tells the extents of y"),
+                ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
+                 "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
+                ("toliman_track_merge: lost?\n", "", "toliman_track_merge: its comment says that something may be NULL"),
+                ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is no function"),
+                ("merge: lost?", "merge: lots?", "lots?: expected a pointer among the arguments of toliman_track_merge"),
+                ("merge: lost?", "merge: lost?\ntoliman_sim_get_info: sim[", "sim[: expected a pointer")):
+            with self.subTest(complaint):
+                self.setUp()
+                self.change("tools/gen/shapes", before, after)
+                self.refuses(complaint)
 
     def test_handle_without_owner(self):
         self.change("include/toliman/toliman.hpp", "handle<toliman_cae,", "handle<toliman_cats,")

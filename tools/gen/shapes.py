@@ -39,8 +39,11 @@ def attach(table, top):
 
 def complain(item):
     """Stops where the table must have forgotten something."""
+    extents = {extent for argument in item.arguments for extent in argument.extents}
     for argument in item.arguments:
         kind = argument.type
+        if kind.base == "size_t" and not kind.pointers and argument.name not in extents:
+            raise SystemExit(f"tools/gen/shapes: {item.name}: nothing has the extent {argument.name}")
         number = kind.pointers and not kind.base.startswith("toliman_") and kind.base != "char"
         if number and not argument.extents and (kind.const or kind.base == "void") and argument.name != "user_data":
             raise SystemExit(f"tools/gen/shapes: {item.name}: nothing tells the extents of {argument.name}")
