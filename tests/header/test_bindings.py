@@ -85,7 +85,7 @@ class Bindings(unittest.TestCase):
 
     def test_what_the_table_of_shapes_forgets(self):
         for before, after, complaint in (
-                ("toliman_linear_encode: counts[rows][stride]\n", "", "toliman_linear_encode: nothing has the extent stride"),
+                ("toliman_period_query_power: power[count]\n", "", "toliman_period_query_power: nothing has the extent count"),
                 ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n", "toliman_period_push_many: nothing tells the extents of y"),
                 ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
                  "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
