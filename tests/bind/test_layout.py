@@ -85,7 +85,8 @@ def width(text):
     """What matters of a type in a C declaration, whoever wrote it."""
     if "*" in text:
         return "pointer"
-    for words, found in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"), (("int", "status"), "4 bytes")):
+    for words, found in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"),
+                         (("int", "status"), "4 bytes")):
         if any(word in text for word in words):
             return found
     return text.split()[0]

@@ -72,9 +72,9 @@ class Bindings(unittest.TestCase):
         self.refuses(FORTRAN + ": toliman_other is missing", PYTHON + ": toliman_other is missing")
 
     def test_new_function_is_made_for_all(self):
-        self.change(LINEAR, "/* Facts of a collection.", "/* New. Since 0.1. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status "
-                    "toliman_linear_query_new(\n    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n"
-                    "/* Facts of a collection.")
+        self.change(LINEAR, "/* Facts of a collection.",
+                    "/* New. Since 0.1. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
+                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Facts of a collection.")
         self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_linear_query_new;")
         self.refuses("toliman_linear_query_new is missing")
         self.assertEqual(self.run_tool("tools/gen/generate"), (0, ""))
@@ -85,11 +85,14 @@ class Bindings(unittest.TestCase):
 
     def test_what_the_table_of_shapes_forgets(self):
         for before, after, complaint in (
-                ("toliman_period_query_power: power[count]\n", "", "toliman_period_query_power: nothing has the extent count"),
-                ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n", "toliman_period_push_many: nothing tells the extents of y"),
+                ("toliman_period_query_power: power[count]\n", "",
+                 "toliman_period_query_power: nothing has the extent count"),
+                ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n",
+                 "toliman_period_push_many: nothing tells the extents of y"),
                 ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
                  "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
-                ("toliman_track_merge: lost?\n", "", "toliman_track_merge: its comment says that something may be NULL"),
+                ("toliman_track_merge: lost?\n", "",
+                 "toliman_track_merge: its comment says that something may be NULL"),
                 ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is no function"),
                 ("merge: lost?", "merge: lots?", "lots?: expected a pointer among the arguments of toliman_track_merge"),
                 ("merge: lost?", "merge: lost?\ntoliman_sim_get_info: sim[", "sim[: expected a pointer")):
