@@ -32,7 +32,7 @@ Examples:
 
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
 3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict), 5 state folder damaged,
-6 output cannot be written, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
+6 output cannot be written or another process writes to the folder, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
 
 int complain(int code, const char *text) {
     std::fprintf(stderr, "toliman: %s\n", text);
