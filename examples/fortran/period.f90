@@ -5,31 +5,23 @@ program period
     implicit none
     integer, parameter :: n = 1095
     real(c_double), parameter :: two_pi = 6.283185307179586d0
-    type(c_ptr) :: periodogram
+    type(toliman_periodogram) :: periodogram
     type(toliman_period_peak) :: peak
     real(c_double) :: t, y
     integer :: k
 
     ! frequencies 1.5/1095 + k/10950 per day, up to one cycle in two days
-    call check(toliman_period_create(1.5d0/n, 0.1d0/n, 5461_c_int64_t, period=periodogram))
+    call periodogram%create(1.5d0/n, 0.1d0/n, 5461_c_int64_t)
     do k = 0, n - 1
         t = k
         y = 1d-6*sin(two_pi*t/365 + 0.4d0) + 1d-6*wiggle(k)
-        call check(toliman_period_push(periodogram, t, y, 1d0))
+        call periodogram%push(t, y, 1d0)
     end do
-    peak%struct_size = int(c_sizeof(peak), c_int32_t)
-    call check(toliman_period_query_peak(periodogram, peak))
+    call periodogram%query_peak(peak)
     print '(a, f8.2, a, f8.1)', 'period ', peak%period, ' days, log10 FAP ', peak%log10_fap
-    call toliman_period_destroy(periodogram)
+    call periodogram%destroy()
 
 contains
-
-    subroutine check(status)
-        integer(c_int32_t), intent(in) :: status
-        if (status == TOLIMAN_OK) return
-        print '(2a)', 'libtoliman: ', toliman_message()
-        error stop 1
-    end subroutine
 
     ! Something that looks like noise, of unit variance.
     real(c_double) function wiggle(i)

@@ -64,6 +64,10 @@ typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void 
 #define TOLIMAN_LOG_WARNING 1
 typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
 
+/* Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1. */
+typedef void *(*toliman_allocate_fn)(size_t size, size_t alignment, void *user_data);
+typedef void (*toliman_release_fn)(void *memory, size_t size, void *user_data);
+
 /* Memory of the caller for the large arrays that an object makes when it is created, loaded or copied, each on a
  * multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back,
  * with their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called
@@ -73,8 +77,8 @@ typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data)
 typedef struct toliman_allocator {
     uint32_t struct_size; /* sizeof(toliman_allocator) */
     uint32_t reserved;    /* 0 */
-    void *(*allocate)(size_t size, size_t alignment, void *user_data);
-    void (*release)(void *memory, size_t size, void *user_data);
+    toliman_allocate_fn allocate;
+    toliman_release_fn release;
     void *user_data;
 } toliman_allocator;
 

@@ -3,7 +3,7 @@ import ctypes
 import os
 import pathlib
 
-ABI_VERSION = 0
+from . import _raw
 
 
 class Error(Exception):
@@ -35,10 +35,10 @@ def _load():
 
 
 library = _load()
-library.toliman_last_error.restype = ctypes.c_char_p
-library.toliman_version.restype = ctypes.c_char_p
-if library.toliman_abi_version() != ABI_VERSION:
-    raise ImportError(f"libtoliman has ABI {library.toliman_abi_version()}, these bindings need {ABI_VERSION}")
+if library.toliman_abi_version() != _raw.TOLIMAN_ABI_VERSION:
+    raise ImportError(f"libtoliman has ABI {library.toliman_abi_version()}, these bindings need "
+                      f"{_raw.TOLIMAN_ABI_VERSION}")
+_raw.declare(library)
 
 
 def check(status):

@@ -1,0 +1,222 @@
+/* Numbers of every room by the C interface; numbers.f90 and test_numbers.py make the same. Usage: numbers scene */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <toliman/toliman.h>
+
+enum { N = 1095, FRAMES = 6 };
+
+static void must(toliman_status status, int line) {
+    if (status != TOLIMAN_OK) {
+        fprintf(stderr, "line %d: %s\n", line, toliman_last_error());
+        exit(1);
+    }
+}
+#define MUST(call) must(call, __LINE__)
+
+static void show(const char *name, double value) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    printf("%s %016" PRIX64 "\n", name, bits);
+}
+
+static int32_t count_calls(const char *stage, double fraction, void *calls) {
+    (void)fraction;
+    *(int32_t *)calls += stage[0] != '\0';
+    return 0;
+}
+
+static double sum_of(const double *image, int64_t count) {
+    double sum = 0;
+    for (int64_t i = 0; i < count; i++)
+        sum += image[i];
+    return sum;
+}
+
+static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double *image) {
+    double *images = malloc((size_t)(2 * rows * cols) * sizeof *images), times[3], displacements[3], offsets[4];
+    MUST(toliman_sim_expect(sim, 1e-6, image, (size_t)cols));
+    show("expect", image[120 * cols + 100]);
+    MUST(toliman_sim_get_image(sim, TOLIMAN_IMAGE_STAR_A, image, (size_t)cols));
+    show("star_a", image[120 * cols + 100]);
+    MUST(toliman_sim_frame_many(sim, 3, 5, 2, NULL, 1, images));
+    show("frame_many", images[rows * cols + 130 * cols + 100]);
+    MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
+    show("time", times[2]);
+    show("displacement", displacements[2]);
+    MUST(toliman_sim_get_offsets(sim, offsets));
+    show("offset", offsets[2]);
+    MUST(toliman_sim_frame(sim, 1e-6, 3, 7, image, (size_t)cols));
+    show("frame", image[130 * cols + 100]);
+    show("frame_sum", sum_of(image, rows * cols));
+    free(images);
+}
+
+static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
+    toliman_cae *made, *cae;
+    toliman_cae_train_options options;
+    toliman_cae_training report = {.struct_size = sizeof report};
+    int32_t calls = 0;
+    size_t size;
+    double latent, mmse, *image = malloc(256 * 256 * sizeof *image);
+    MUST(toliman_cae_create(sim, 5, NULL, &made));
+    toliman_cae_train_options_init(&options);
+    options.steps = 3;
+    options.progress = count_calls;
+    options.progress_data = &calls;
+    MUST(toliman_cae_train(made, &options, &report));
+    show("loss", report.loss);
+    show("calls", calls);
+    MUST(toliman_cae_save(made, NULL, NULL, 0, &size));
+    void *bytes = malloc(size);
+    MUST(toliman_cae_save(made, NULL, bytes, size, &size));
+    show("bytes", (double)size);
+    MUST(toliman_cae_load(bytes, size, &cae));
+    MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent));
+    show("latent", latent);
+    MUST(toliman_cae_decode(cae, 1e-3, image, 256));
+    show("decode", image[3 * 256 + 250]);
+    MUST(toliman_cae_reconstruct(cae, frame, (size_t)cols, image, 256, &mmse, NULL, NULL));
+    show("mmse", mmse);
+    free(image);
+    free(bytes);
+    toliman_cae_destroy(cae);
+    toliman_cae_destroy(made);
+}
+
+static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows, int64_t cols) {
+    toliman_linear *linear;
+    toliman_linear_components *components;
+    double value, sigma, values[FRAMES], share, *image = malloc((size_t)(rows * cols) * sizeof *image);
+    MUST(toliman_linear_create(sim, &linear));
+    MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value));
+    MUST(toliman_linear_get_sigma(linear, &sigma));
+    show("estimate", value);
+    show("sigma", sigma);
+    MUST(toliman_linear_create_components(sim, NULL, &components));
+    for (int k = 0; k < FRAMES; k++) {
+        MUST(toliman_sim_frame(sim, 1e-3 * k, 3, k, image, (size_t)cols));
+        MUST(toliman_linear_push_frame(components, image, (size_t)cols));
+    }
+    MUST(toliman_linear_train_components(components, NULL, NULL));
+    MUST(toliman_linear_get_series(components, 0, values, &share));
+    show("component", values[2]);
+    show("share", share);
+    free(image);
+    toliman_linear_destroy_components(components);
+    toliman_linear_destroy(linear);
+}
+
+static void search(void) {
+    static double t[N], y[N], power[5461];
+    toliman_period *period, *loaded;
+    toliman_period_peak peak = {.struct_size = sizeof peak}, peaks[3];
+    toliman_period_model model = {.struct_size = sizeof model};
+    size_t size, count;
+    MUST(toliman_period_create(1.5 / N, 0.1 / N, 5461, NULL, &period));
+    for (int k = 0; k < N; k++) {
+        t[k] = k;
+        y[k] = (k * 37 % 101) / 1010.0 + (k % 365 < 182 ? 0.25 : 0.0);
+    }
+    MUST(toliman_period_push(period, t[0], y[0], 1));
+    MUST(toliman_period_push_many(period, t + 1, y + 1, NULL, N - 1));
+    MUST(toliman_period_query_peak(period, &peak));
+    show("period", peak.period);
+    show("log10_fap", peak.log10_fap);
+    MUST(toliman_period_query_fit(period, t, y, NULL, N, &peak));
+    show("period_error", peak.period_error);
+    MUST(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 100, 3, power));
+    show("power", power[2]);
+    MUST(toliman_period_batch(1.5 / N, 0.1 / N, 5461, t, y, NULL, N, NULL, power));
+    show("batch", power[102]);
+    MUST(toliman_period_query_model(period, 15, &model));
+    show("amplitude", model.amplitude);
+    for (int k = 0; k < 3; k++)
+        peaks[k].struct_size = sizeof *peaks;
+    MUST(toliman_period_query_peaks(period, 3, peaks, &count));
+    show("second_peak", peaks[1].frequency);
+    MUST(toliman_period_save(period, NULL, 0, &size));
+    void *bytes = malloc(size);
+    MUST(toliman_period_save(period, bytes, size, &size));
+    MUST(toliman_period_load(bytes, size, &loaded));
+    show("count", (double)toliman_period_count(loaded));
+    free(bytes);
+    toliman_period_destroy(loaded);
+    toliman_period_destroy(period);
+}
+
+static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
+    static const int64_t clock[4] = {0, 1000, 1000000000, 1000001000};
+    toliman_linear *linear;
+    toliman_track *track;
+    const toliman_period *period;
+    toliman_track_stream streams[2] = {{.struct_size = sizeof *streams}};
+    toliman_track_options options;
+    toliman_track_info info = {.struct_size = sizeof info};
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done, many;
+    double *image = malloc((size_t)(rows * cols) * sizeof *image);
+    MUST(toliman_linear_create(sim, &linear));
+    toliman_track_options_init(&options);
+    options.linear = linear;
+    options.nf = 5461;
+    options.f0 = 1.5 / N;
+    options.df = 0.1 / N;
+    options.clock = clock;
+    options.clock_points = 2;
+    MUST(toliman_track_create(&options, &track));
+    for (int k = 0; k < FRAMES; k++) {
+        toliman_frame frame = {.struct_size = sizeof frame, .pixel = TOLIMAN_PIXEL_F64, .session = "s1", .roi = "full"};
+        MUST(toliman_sim_frame(sim, 1e-6, 3, k, image, (size_t)cols));
+        if (k == 3)
+            image[7 * cols + 9] = NAN;
+        frame.frame_id = k;
+        frame.camera_ns = k * INT64_C(86400000000000);
+        frame.pixels = image;
+        frame.rows = rows;
+        frame.cols = cols;
+        MUST(toliman_track_push(track, &frame, 1, &outcome, &done));
+        show("verdict", outcome.verdict);
+        if (k == 3)
+            show("bad_pixel", (double)(1000 * outcome.row + outcome.col));
+    }
+    show("tracked", outcome.value);
+    show("tai", (double)outcome.tai_ns);
+    MUST(toliman_track_get_info(track, &info));
+    show("rejected", (double)info.rejected_by[TOLIMAN_REASON_NOT_FINITE]);
+    MUST(toliman_track_get_streams(track, streams, 2, &many));
+    show("streams", (double)many);
+    show("frames", (double)streams[0].frames);
+    printf("session %s\n", streams[0].session);
+    MUST(toliman_track_get_period(track, &period));
+    show("in_period", (double)toliman_period_count(period));
+    free(image);
+    toliman_track_destroy(track);
+    toliman_linear_destroy(linear);
+}
+
+int main(int argc, char **argv) {
+    toliman_sim *sim;
+    toliman_sim_info info = {.struct_size = sizeof info};
+    if (argc != 2)
+        return 2;
+    printf("version %s\n", toliman_version());
+    MUST(toliman_sim_create(argv[1], NULL, &sim));
+    MUST(toliman_sim_get_info(sim, &info));
+    show("rows", (double)info.rows);
+    show("crb", info.crb_px);
+    show("photons", info.total_photons);
+    printf("name %s\n", toliman_sim_get_name(sim));
+    double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
+    simulate(sim, info.rows, info.cols, image);
+    encode(sim, image, info.cols);
+    fit_linear(sim, image, info.rows, info.cols);
+    search();
+    track(sim, info.rows, info.cols);
+    free(image);
+    toliman_sim_destroy(sim);
+    return 0;
+}

@@ -1,0 +1,205 @@
+! Numbers of every room by the Fortran objects, as numbers.c has them. Usage: numbers scene
+program numbers
+    use, intrinsic :: iso_c_binding
+    use toliman
+    implicit none
+    integer, parameter :: n = 1095, frames = 6
+    integer(c_int32_t), target :: calls = 0
+    character(len=1000) :: scene
+    call get_command_argument(1, scene)
+    call all_rooms(trim(scene))
+
+contains
+
+    subroutine show(name, value)
+        character(len=*), intent(in) :: name
+        real(c_double), intent(in) :: value
+        print '(2a, z16.16)', name, ' ', transfer(value, 0_c_int64_t)
+    end subroutine
+
+    subroutine all_rooms(path)
+        character(len=*), intent(in) :: path
+        type(toliman_simulator) :: sim
+        type(toliman_sim_info) :: info
+        real(c_double), allocatable :: image(:, :)
+        print '(2a)', 'version ', toliman_text(toliman_version())
+        call sim%create(path)
+        call sim%get_info(info)
+        call show('rows', real(info%rows, c_double))
+        call show('crb', info%crb_px)
+        call show('photons', info%total_photons)
+        print '(2a)', 'name ', sim%get_name()
+        allocate (image(info%cols, info%rows))
+        call simulate(sim, image)
+        call encode(sim, image)
+        call fit_linear(sim, image)
+        call search()
+        call track(sim, image)
+    end subroutine
+
+    subroutine simulate(sim, image)
+        type(toliman_simulator), intent(in) :: sim
+        real(c_double), intent(out), contiguous :: image(:, :)
+        real(c_double), allocatable :: images(:, :, :)
+        real(c_double) :: times(3), displacements(3), offsets(4), sum_of
+        integer :: x, y
+        call sim%expect(1d-6, image)
+        call show('expect', image(101, 121))
+        call sim%get_image(TOLIMAN_IMAGE_STAR_A, image)
+        call show('star_a', image(101, 121))
+        allocate (images(size(image, 1), size(image, 2), 2))
+        call sim%frame_many(3_c_int64_t, 5_c_int64_t, 1, images)
+        call show('frame_many', images(101, 131, 2))
+        call sim%get_series(8_c_int64_t, times, displacements)
+        call show('time', times(3))
+        call show('displacement', displacements(3))
+        call sim%get_offsets(offsets)
+        call show('offset', offsets(3))
+        call sim%frame(1d-6, 3_c_int64_t, 7_c_int64_t, image)
+        call show('frame', image(101, 131))
+        sum_of = 0
+        do y = 1, size(image, 2)
+            do x = 1, size(image, 1)
+                sum_of = sum_of + image(x, y)
+            end do
+        end do
+        call show('frame_sum', sum_of)
+    end subroutine
+
+    function count_calls(stage, fraction, user_data) bind(C) result(answer)
+        type(c_ptr), value :: stage, user_data
+        real(c_double), value :: fraction
+        integer(c_int32_t) :: answer
+        integer(c_int32_t), pointer :: counter
+        call c_f_pointer(user_data, counter)
+        if (len(toliman_text(stage)) > 0 .and. fraction >= 0) counter = counter + 1
+        answer = 0
+    end function
+
+    subroutine encode(sim, frame)
+        type(toliman_simulator), intent(in) :: sim
+        real(c_double), intent(in), contiguous :: frame(:, :)
+        type(toliman_autoencoder) :: made, cae
+        type(toliman_cae_train_options) :: options
+        type(toliman_cae_training) :: report
+        integer(c_int8_t), allocatable :: bytes(:)
+        real(c_double), allocatable :: image(:, :)
+        real(c_double) :: latent, mmse
+        call made%create(sim, 5_c_int64_t)
+        call toliman_cae_train_options_init(options)
+        options%steps = 3
+        options%progress = c_funloc(count_calls)
+        options%progress_data = c_loc(calls)
+        call made%train(options, report)
+        call show('loss', report%loss)
+        call show('calls', real(calls, c_double))
+        call made%save(bytes)
+        call show('bytes', real(size(bytes), c_double))
+        call cae%load(bytes)
+        call cae%encode(frame, latent)
+        call show('latent', latent)
+        allocate (image(256, 256))
+        call cae%decode(1d-3, image)
+        call show('decode', image(251, 4))
+        call cae%reconstruct(frame, image, mmse)
+        call show('mmse', mmse)
+    end subroutine
+
+    subroutine fit_linear(sim, frame)
+        type(toliman_simulator), intent(in) :: sim
+        real(c_double), intent(in), contiguous :: frame(:, :)
+        type(toliman_linear_estimator) :: linear
+        type(toliman_component_set) :: components
+        real(c_double) :: value, sigma, values(frames), share
+        real(c_double), allocatable :: image(:, :)
+        integer :: k
+        call linear%create(sim)
+        call linear%encode(frame, value)
+        call linear%get_sigma(sigma)
+        call show('estimate', value)
+        call show('sigma', sigma)
+        allocate (image, mold=frame)
+        call components%create(sim)
+        do k = 0, frames - 1
+            call sim%frame(1d-3*k, 3_c_int64_t, int(k, c_int64_t), image)
+            call components%push_frame(image)
+        end do
+        call components%train()
+        call components%get_series(0, values, share)
+        call show('component', values(3))
+        call show('share', share)
+    end subroutine
+
+    subroutine search()
+        type(toliman_periodogram) :: period, loaded
+        type(toliman_period_peak) :: peak, peaks(3)
+        type(toliman_period_model) :: model
+        real(c_double) :: t(n), y(n), power(5461)
+        integer(c_int8_t), allocatable :: bytes(:)
+        integer(c_size_t) :: many
+        integer :: k
+        call period%create(1.5d0/n, 0.1d0/n, 5461_c_int64_t)
+        do k = 0, n - 1
+            t(k + 1) = k
+            y(k + 1) = modulo(k*37, 101)/1010d0 + merge(0.25d0, 0d0, modulo(k, 365) < 182)
+        end do
+        call period%push(t(1), y(1), 1d0)
+        call period%push_many(t(2:), y(2:))
+        call period%query_peak(peak)
+        call show('period', peak%period)
+        call show('log10_fap', peak%log10_fap)
+        call period%query_fit(t, y, peak)
+        call show('period_error', peak%period_error)
+        call period%query_power(TOLIMAN_POWER_STANDARD, 100_c_int64_t, power(:3))
+        call show('power', power(3))
+        call period%batch(1.5d0/n, 0.1d0/n, t, y, power)
+        call show('batch', power(103))
+        call period%query_model(15_c_int64_t, model)
+        call show('amplitude', model%amplitude)
+        call period%query_peaks(peaks, many)
+        call show('second_peak', peaks(2)%frequency)
+        call period%save(bytes)
+        call loaded%load(bytes)
+        call show('count', real(loaded%count(), c_double))
+    end subroutine
+
+    subroutine track(sim, image)
+        type(toliman_simulator), intent(in) :: sim
+        real(c_double), intent(inout), contiguous :: image(:, :)
+        integer(c_int64_t), parameter :: day = 86400000000000_c_int64_t
+        type(toliman_linear_estimator) :: linear
+        type(toliman_tracker) :: tracker
+        type(toliman_periodogram) :: period
+        type(toliman_track_stream) :: streams(2)
+        type(toliman_track_options) :: options
+        type(toliman_track_info) :: info
+        type(toliman_outcome) :: outcome
+        integer(c_int64_t) :: clock(2, 2), k
+        integer(c_size_t) :: many
+        call linear%create(sim)
+        call toliman_track_options_init(options)
+        options%nf = 5461
+        options%f0 = 1.5d0/n
+        options%df = 0.1d0/n
+        clock = reshape([0_c_int64_t, 1000_c_int64_t, 1000000000_c_int64_t, 1000001000_c_int64_t], [2, 2])
+        call tracker%create(options, linear=linear, clock=clock)
+        do k = 0, frames - 1
+            call sim%frame(1d-6, 3_c_int64_t, k, image)
+            if (k == 3) image(10, 8) = log(-real(k, c_double))
+            call tracker%push_frame('s1', 'full', k, k*day, image, outcome)
+            call show('verdict', real(outcome%verdict, c_double))
+            if (k == 3) call show('bad_pixel', real(1000*outcome%row + outcome%col, c_double))
+        end do
+        call show('tracked', outcome%value)
+        call show('tai', real(outcome%tai_ns, c_double))
+        call tracker%get_info(info)
+        call show('rejected', real(info%rejected_by(TOLIMAN_REASON_NOT_FINITE + 1), c_double))
+        call tracker%get_streams(many, streams)
+        call show('streams', real(many, c_double))
+        call show('frames', real(streams(1)%frames, c_double))
+        print '(2a)', 'session ', toliman_text(streams(1)%session)
+        call tracker%get_period(period)
+        call show('in_period', real(period%count(), c_double))
+    end subroutine
+
+end program numbers

@@ -1,0 +1,148 @@
+"""Constants, sizes and offsets of ctypes and Fortran are the C compiler's, and so are the types that the table read."""
+import ctypes
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ["TOLIMAN"]).parents[1]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(TOP / "tools" / "gen"), str(TOP / "bindings" / "python")]
+
+import fortran
+import model
+from toliman import _raw
+
+TABLE = model.read(TOP)
+
+
+def run(*command, folder):
+    """Its output; a failure shows what the compiler said."""
+    done = subprocess.run([str(word) for word in command], cwd=folder, universal_newlines=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT)
+    if done.returncode != 0:
+        raise AssertionError(done.stdout[:2000])
+    return done.stdout
+
+
+def same_types():
+    """C that compiles only if every declaration of the table is the header's."""
+    for item in TABLE.all(model.Function):
+        arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments) or "void"
+        yield f"{item.returns.declare(item.name)}({arguments});"
+    for item in TABLE.all(model.Callback):
+        arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments)
+        yield f"typedef {item.returns.declare(f'(*same_{item.name})')}({arguments});"
+        yield f"_Static_assert(__builtin_types_compatible_p({item.name}, same_{item.name}), \"{item.name}\");"
+    for item in TABLE.all(model.Struct):
+        for field in item.fields:
+            name = f"{item.name}_{field.name}"
+            yield f"typedef {field.type.declare('same_' + name)};"
+            yield (f"_Static_assert(__builtin_types_compatible_p(same_{name}, __typeof__((({item.name} *)0)->{field.name}))"
+                   f", \"{name}\");")
+
+
+def c_program():
+    lines = ["#include <stddef.h>", "#include <stdio.h>", "#include <toliman/toliman.h>", *same_types(), "int main(void) {"]
+    for item in TABLE.all(model.Constant):
+        form, cast = ("%s", "") if isinstance(item.value, str) else ("%lld", "(long long)")
+        lines.append(f'printf("{item.name} {form}\\n", {cast}{item.name});')
+    for item in TABLE.all(model.Struct):
+        lines.append(f'printf("{item.name} %zu\\n", sizeof({item.name}));')
+        lines += [f'printf("{item.name}.{field.name} %zu\\n", offsetof({item.name}, {field.name}));' for field in item.fields]
+    return "\n".join(lines + ["return 0;", "}"])
+
+
+def fortran_program():
+    structs = TABLE.all(model.Struct)
+    lines = ["program layout", "use, intrinsic :: iso_c_binding", "use toliman", "implicit none"]
+    lines += [f"type({item.name}), target :: s{place}" for place, item in enumerate(structs)]
+    for item in TABLE.all(model.Constant):
+        kind = "2a" if isinstance(item.value, str) else "a, i0"
+        lines.append(f"print '({kind})', '{item.name} ', {fortran.fortran_name(TABLE, item)}")
+    for place, item in enumerate(structs):
+        lines.append(f"print '(a, i0)', '{item.name} ', c_sizeof(s{place})")
+        lines += [f"call offset('{item.name}.{field.name} ', c_loc(s{place}), c_loc(s{place}%{field.name}))"
+                  for field in item.fields]
+        if item.sized:
+            lines.append(f"if (s{place}%struct_size /= c_sizeof(s{place})) error stop 'struct_size'")
+    return "\n".join(lines) + """
+contains
+subroutine offset(name, whole, part)
+    character(len=*), intent(in) :: name
+    type(c_ptr), intent(in) :: whole, part
+    print '(a, i0)', name, transfer(part, 0_c_intptr_t) - transfer(whole, 0_c_intptr_t)
+end subroutine
+end program layout
+"""
+
+
+def width(text):
+    """What matters of a type in a C declaration, whoever wrote it."""
+    if "*" in text:
+        return "pointer"
+    for words, found in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"),
+                         (("int", "status"), "4 bytes")):
+        if any(word in text for word in words):
+            return found
+    return text.split()[0]
+
+
+def width_of(kind):
+    """The same of a type of the table."""
+    return "pointer" if TABLE.kind(kind.base) is model.Callback else width(kind.declare(""))
+
+
+class Layout(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.folder = pathlib.Path(kept.name)
+        (cls.folder / "layout.c").write_text(c_program())
+        run("cc", "-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{TOP / 'include'}", f"-I{BUILD / 'include'}", "layout.c",
+            "-o", "c", folder=cls.folder)
+        cls.c = dict(line.split(" ") for line in run("./c", folder=cls.folder).splitlines())
+
+    def test_python(self):
+        found = {}
+        for item in TABLE.all(model.Constant):
+            found[item.name] = str(getattr(_raw, item.name))
+        for item in TABLE.all(model.Struct):
+            kind = getattr(_raw, item.name)
+            found[item.name] = str(ctypes.sizeof(kind))
+            found.update({f"{item.name}.{field.name}": str(getattr(kind, field.name).offset) for field in item.fields})
+            if item.sized:
+                self.assertEqual(kind().struct_size, ctypes.sizeof(kind))
+        self.assertEqual(found, self.c)
+        self.assertGreater(len(found), 300)
+
+    def test_fortran(self):
+        (self.folder / "layout.f90").write_text(fortran_program())
+        run("gfortran", "-O0", "-std=f2018", TOP / "bindings" / "fortran" / "toliman.f90", "layout.f90", "-o", "f",
+            f"-L{BUILD / 'lib'}", "-ltoliman", f"-Wl,-rpath,{BUILD / 'lib'}", folder=self.folder)
+        found = dict(line.split(" ") for line in run("./f", folder=self.folder).splitlines())
+        self.assertEqual(found, self.c)
+
+    def test_fortran_types(self):
+        """What gfortran takes its structs and interfaces for in C, beside the header."""
+        output = run("gfortran", "-fsyntax-only", "-fc-prototypes", TOP / "bindings" / "fortran" / "toliman.f90",
+                     folder=self.folder)
+        found = {}
+        for name, fields in re.findall(r"^typedef struct (\w+) {\n(.*?)^}", output, re.M | re.S):
+            found[name] = [width(field) for field in fields.splitlines()]
+        for returned, stars, name, arguments in re.findall(r"^(\w+) (\**)(toliman_\w+) \((.*)\);$", output, re.M):
+            found[name] = [width(returned + stars), *map(width, filter(None, arguments.split(", ")))]
+        wanted = {item.name: [width_of(field.type) for field in item.fields] for item in TABLE.all(model.Struct)}
+        for item in TABLE.all(model.Function) + TABLE.all(model.Callback):
+            arguments = ["pointer" if argument.type.array else width_of(argument.type) for argument in item.arguments]
+            wanted[item.name] = [width_of(item.returns), *arguments]
+        self.assertEqual({name: found.get(name) for name in wanted}, wanted)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,192 @@
+"""The same numbers, to the last bit, in C, Fortran and by the raw functions of Python; failures in Fortran."""
+import ctypes
+import json
+import os
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+TOP = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(TOP / "bindings" / "python"))
+sys.dont_write_bytecode = True
+
+from toliman import _raw
+from toliman._library import library
+
+KEPT = tempfile.TemporaryDirectory()
+SCENE = os.path.join(KEPT.name, "scene.json")
+PROGRAMS = os.path.dirname(os.environ["TOLIMAN"])
+N, FRAMES = 1095, 6
+
+
+def setUpModule():
+    """The chapter's scene in frames that are not square, so that rows and columns cannot be exchanged unseen."""
+    unittest.addModuleCleanup(KEPT.cleanup)
+    scene = json.loads((TOP / "examples" / "scenes" / "chapter.json").read_text())
+    scene["detector"]["shape"] = [260, 270]
+    with open(SCENE, "w", encoding="utf-8") as stream:
+        json.dump(scene, stream)
+
+
+def run(program, *arguments):
+    """(code, stdout, stderr); one thread of OpenBLAS, upon whose number the last bits of components depend."""
+    done = subprocess.run([os.path.join(PROGRAMS, program), SCENE, *arguments], universal_newlines=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    return done.returncode, done.stdout, done.stderr
+
+
+def value_of(bits):
+    return struct.unpack(">d", bytes.fromhex(bits))[0]
+
+
+def least_squares(frequency):
+    """Share of the samples' squares that a sinusoid of this frequency takes away."""
+    k = numpy.arange(N)
+    y = k * 37 % 101 / 1010 + numpy.where(k % 365 < 182, 0.25, 0)
+    angle = 2 * numpy.pi * frequency * k
+    _, left, _, _ = numpy.linalg.lstsq(numpy.stack([angle * 0 + 1, numpy.cos(angle), numpy.sin(angle)], 1), y, rcond=None)
+    return 1 - left[0] / numpy.sum((y - y.mean()) ** 2)
+
+
+def grid():
+    """The lowest frequencies of the grid, among which the highest peak is."""
+    return [(1.5 + 0.1 * k) / N for k in range(100)]
+
+
+class Numbers(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.c, cls.fortran = run("bind_numbers_c"), run("bind_numbers_fortran")
+        cls.lines = [line.split(" ") for line in cls.c[1].splitlines()]
+        cls.values = {name: value_of(text) for name, text in cls.lines if re.fullmatch("[0-9A-F]{16}", text)}
+
+    def test_fortran_is_c(self):
+        self.assertEqual(self.c[0], 0, self.c[2])
+        self.assertEqual(self.fortran[0], 0, self.fortran[2])
+        self.assertGreater(len(self.lines), 40)
+        self.assertEqual(self.fortran[1].splitlines(), self.c[1].splitlines())
+
+    def test_they_are_what_they_should_be(self):
+        got = self.values
+        self.assertEqual(dict(self.lines)["name"], "chapter")
+        self.assertEqual(got["rows"], 260)
+        self.assertLess(abs(got["estimate"] - 1e-6), 5 * got["sigma"])
+        self.assertLess(abs(got["frame_sum"] - got["photons"]), 5 * got["photons"] ** 0.5)
+        self.assertAlmostEqual(got["power"], least_squares((1.5 + 0.1 * 102) / N), delta=1e-12)
+        self.assertAlmostEqual(got["batch"], got["power"], delta=1e-9)
+        self.assertAlmostEqual(least_squares(1 / got["period"]) / max(map(least_squares, grid())), 1, delta=1e-2)
+        self.assertGreater(got["share"], 0.9)  # of frames displaced by 1000 sigma each
+        self.assertEqual([got[name] for name in ("count", "in_period", "rejected", "bad_pixel")], [N, FRAMES - 1, 1, 7009])
+        self.assertEqual(got["tai"], (FRAMES - 1) * 86400e9 + 1000)
+
+    def test_python_is_c(self):
+        self.assertEqual({name: got for name, got in Python().numbers().items() if got != self.values[name]}, {})
+
+
+class Python:
+    """Some of the numbers, by ctypes alone."""
+
+    def __init__(self):
+        self.found = {}
+
+    def must(self, status):
+        if status != _raw.TOLIMAN_OK:
+            raise AssertionError(library.toliman_last_error().decode())
+
+    def numbers(self):
+        sim = ctypes.POINTER(_raw.toliman_sim)()
+        self.must(library.toliman_sim_create(os.fsencode(SCENE), None, ctypes.byref(sim)))
+        info = _raw.toliman_sim_info()
+        self.must(library.toliman_sim_get_info(sim, ctypes.byref(info)))
+        self.found.update(rows=info.rows, crb=info.crb_px)
+        image = (ctypes.c_double * (info.rows * info.cols))()
+        self.must(library.toliman_sim_frame(sim, 1e-6, 3, 7, image, info.cols))
+        self.found.update(frame=image[130 * info.cols + 100], frame_sum=sum(image))
+        self.encode(sim, image, info.cols)
+        self.track(sim, image, info.rows, info.cols)
+        library.toliman_sim_destroy(sim)
+        return self.found
+
+    def encode(self, sim, image, cols):
+        cae, options, report = ctypes.POINTER(_raw.toliman_cae)(), _raw.toliman_cae_train_options(), _raw.toliman_cae_training()
+        self.must(library.toliman_cae_create(sim, 5, None, ctypes.byref(cae)))
+        library.toliman_cae_train_options_init(ctypes.byref(options))
+        calls, latent = [], ctypes.c_double()
+        options.steps = 3
+        options.progress = _raw.toliman_progress_fn(lambda stage, fraction, data: calls.append(stage) or 0)
+        self.must(library.toliman_cae_train(cae, ctypes.byref(options), ctypes.byref(report)))
+        self.must(library.toliman_cae_encode(cae, image, cols, ctypes.byref(latent)))
+        self.found.update(loss=report.loss, calls=len(calls), latent=latent.value)
+        library.toliman_cae_destroy(cae)
+
+    def track(self, sim, image, rows, cols):
+        linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
+        self.must(library.toliman_linear_create(sim, ctypes.byref(linear)))
+        options, info, outcome = _raw.toliman_track_options(), _raw.toliman_track_info(), _raw.toliman_outcome()
+        library.toliman_track_options_init(ctypes.byref(options))
+        options.linear, options.nf, options.f0, options.df = linear, 5461, 1.5 / N, 0.1 / N
+        self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
+        for k in range(FRAMES):
+            self.must(library.toliman_sim_frame(sim, 1e-6, 3, k, image, cols))
+            if k == 3:
+                image[7 * cols + 9] = float("nan")
+            frame = _raw.toliman_frame(pixel=_raw.TOLIMAN_PIXEL_F64, session=b"s1", roi=b"full", frame_id=k,
+                                       camera_ns=k * 86400 * 10**9, rows=rows, cols=cols,
+                                       pixels=ctypes.cast(image, ctypes.c_void_p))
+            self.must(library.toliman_track_push(track, ctypes.byref(frame), 1, ctypes.byref(outcome),
+                                                 ctypes.byref(ctypes.c_size_t())))
+        self.must(library.toliman_track_get_info(track, ctypes.byref(info)))
+        self.found.update(tracked=outcome.value, rejected=info.rejected_by[_raw.TOLIMAN_REASON_NOT_FINITE])
+        library.toliman_track_destroy(track)
+        library.toliman_linear_destroy(linear)
+
+
+class Failures(unittest.TestCase):
+    def test_stat_and_errmsg(self):
+        code, output, errors = run("bind_failures")
+        self.assertEqual(code, 0, errors)
+        told = output.splitlines()
+        expected = [
+            (_raw.TOLIMAN_E_NOT_FOUND, "no/such/scene.json"), (_raw.TOLIMAN_E_ARGUMENT, "sim"),
+            (_raw.TOLIMAN_E_ARGUMENT, "size(image, 2) = 259: must be 260"), (_raw.TOLIMAN_E_ARGUMENT, "stride"),
+            (_raw.TOLIMAN_E_ARGUMENT, "size(weight_b, 1) = 4: must be 5"), (_raw.TOLIMAN_E_NOT_FOUND, "no/such/weights"),
+            (_raw.TOLIMAN_E_ARGUMENT, "cae"), (_raw.TOLIMAN_E_ARGUMENT, "f0"), (_raw.TOLIMAN_E_STATE, "five samples"),
+            (_raw.TOLIMAN_E_ARGUMENT, "size(y, 1) = 4: must be 5"), (_raw.TOLIMAN_E_NOT_FOUND, "no/such/folder"),
+            (_raw.TOLIMAN_OK, "untouched"),
+        ]
+        self.assertEqual(len(told), len(expected), output)
+        for line, (status, words) in zip(told, expected):
+            self.assertEqual(int(line.split(" ", 1)[0]), status, line)
+            self.assertIn(words, line)
+
+    def test_without_stat_the_program_stops(self):
+        code, output, errors = run("bind_failures", "stop")
+        self.assertNotEqual(code, 0)
+        self.assertEqual(output, "")
+        self.assertIn("libtoliman: period", errors)
+
+    def test_objects_cannot_be_assigned(self):
+        code, output, errors = run("bind_failures", "assign")
+        self.assertNotEqual(code, 0)
+        self.assertEqual(output, "empty ones may\n")
+        self.assertIn("cannot be assigned", errors)
+
+    def test_memory_is_freed(self):
+        """100 times three objects of 13 MB: 4 GB, were they kept."""
+        child = subprocess.Popen([os.path.join(PROGRAMS, "bind_failures"), SCENE, "leak"], stdout=subprocess.PIPE)
+        output = child.stdout.read()
+        _, code, usage = os.wait4(child.pid, 0)
+        child.stdout.close()
+        child.returncode = code
+        self.assertEqual((code, output), (0, b"freed\n"))
+        self.assertLess(usage.ru_maxrss, 200 * 1024)
+
+
+if __name__ == "__main__":
+    unittest.main()

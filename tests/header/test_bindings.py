@@ -1,0 +1,114 @@
+"""Feeds headers and bindings that do not agree to tools/gen and the check of bindings."""
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SYM, BASE, LINEAR, TRACK, PERIOD = ("lib/api/toliman.sym", "include/toliman/base.h", "include/toliman/linear.h",
+                                    "include/toliman/track.h", "include/toliman/period.h")
+FORTRAN, PYTHON = "bindings/fortran/toliman.f90", "bindings/python/toliman/_raw.py"
+
+
+class Bindings(unittest.TestCase):
+    def setUp(self):
+        self.top = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.top)
+        for name in ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", FORTRAN, PYTHON):
+            os.makedirs(os.path.dirname(os.path.join(self.top, name)), exist_ok=True)
+            shutil.copy(os.path.join(TOP, name), os.path.join(self.top, name))
+        shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))
+
+    def change(self, name, before, after):
+        path = os.path.join(self.top, name)
+        with open(path, encoding="utf-8") as stream:
+            text = stream.read()
+        self.assertIn(before, text)
+        with open(path, "w", encoding="utf-8") as stream:
+            stream.write(text.replace(before, after, 1))
+
+    def run_tool(self, tool):
+        run = subprocess.run([os.path.join(TOP, tool), self.top], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             universal_newlines=True)
+        return run.returncode, run.stdout
+
+    def refuses(self, *places):
+        code, output = self.run_tool("tools/check/bindings")
+        self.assertEqual(code, 1, output)
+        for place in places:
+            self.assertIn(place, output)
+
+    def test_agreement_passes(self):
+        code, output = self.run_tool("tools/check/bindings")
+        self.assertEqual(code, 0, output)
+        number = re.fullmatch(r"bindings: (\d+) of \1 functions in Fortran, Python\n", output).group(1)
+        with open(os.path.join(TOP, SYM), encoding="utf-8") as stream:
+            self.assertEqual(int(number), len(re.findall("toliman_[a-z]", stream.read())))
+
+    def test_changed_header(self):
+        for name, before, after in (
+                (PERIOD, "double t, double y,\n", "float t, double y,\n"),
+                (BASE, "int32_t processors;", "int64_t processors;"),
+                (BASE, "#define TOLIMAN_E_STATE 13", "#define TOLIMAN_E_STATE 14"),
+                (BASE, "a bug in the library", "a bug")):
+            with self.subTest(after):
+                self.setUp()
+                self.change(name, before, after)
+                if "float" in after:
+                    self.refuses("include/toliman/period.h:", "expected a type of <stdint.h>")
+                else:
+                    self.refuses(FORTRAN + ":", PYTHON + ":", "not as tools/gen/generate makes it")
+
+    def test_changed_binding(self):
+        self.change(FORTRAN, "toliman_version_number() bind(C)", "toliman_version_numbers() bind(C)")
+        self.change(PYTHON, '    "toliman_version_number": (', '    "toliman_version_numbers": (')
+        self.refuses(FORTRAN + ": toliman_version_number is missing", PYTHON + ": toliman_version_number is missing",
+                     FORTRAN + ":", "not as tools/gen")
+
+    def test_function_without_binding(self):
+        self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_other;")
+        self.refuses(FORTRAN + ": toliman_other is missing", PYTHON + ": toliman_other is missing")
+
+    def test_new_function_is_made_for_all(self):
+        self.change(LINEAR, "/* Facts of a collection.",
+                    "/* New. Since 0.1. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
+                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Facts of a collection.")
+        self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_linear_query_new;")
+        self.refuses("toliman_linear_query_new is missing")
+        self.assertEqual(self.run_tool("tools/gen/generate"), (0, ""))
+        code, output = self.run_tool("tools/check/bindings")
+        self.assertEqual(code, 0, output)
+        with open(os.path.join(self.top, FORTRAN), encoding="utf-8") as stream:
+            self.assertIn("procedure :: query_new => linear_estimator_query_new", stream.read())
+
+    def test_what_the_table_of_shapes_forgets(self):
+        for before, after, complaint in (
+                ("toliman_period_query_power: power[count]\n", "",
+                 "toliman_period_query_power: nothing has the extent count"),
+                ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n",
+                 "toliman_period_push_many: nothing tells the extents of y"),
+                ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
+                 "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
+                ("toliman_track_merge: lost?\n", "",
+                 "toliman_track_merge: its comment says that something may be NULL"),
+                ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is no function"),
+                ("merge: lost?", "merge: lots?", "lots?: expected a pointer among the arguments of toliman_track_merge"),
+                ("merge: lost?", "merge: lost?\ntoliman_sim_get_info: sim[", "sim[: expected a pointer")):
+            with self.subTest(complaint):
+                self.setUp()
+                self.change("tools/gen/shapes", before, after)
+                self.refuses(complaint)
+
+    def test_handle_without_owner(self):
+        self.change("include/toliman/toliman.hpp", "handle<toliman_cae,", "handle<toliman_cats,")
+        self.refuses("toliman.hpp: no owner of toliman_cae")
+
+    def test_function_without_comment(self):
+        self.change(TRACK, "/* The same and a checkpoint, so that taking up is quick. Since 0.1. */\n", "\n")
+        self.refuses("include/toliman/track.h:", "expected a comment above toliman_track_save")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,19 @@
+"""Every generated file."""
+import os
+
+import fortran_layer
+import model
+import python_raw
+import shapes
+
+
+def products(top):
+    """Path -> text of every generated file."""
+    table = model.read(top)
+    shapes.attach(table, top)
+    with open(os.path.join(top, "tools/gen/toliman.f90.in"), encoding="utf-8") as stream:
+        template = stream.read()
+    return {
+        "bindings/python/toliman/_raw.py": python_raw.write(table),
+        "bindings/fortran/toliman.f90": fortran_layer.write(table, template),
+    }
