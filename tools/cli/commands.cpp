@@ -25,6 +25,8 @@ Examples:
   toliman pupil chapter.json --out better.json  search a mask that tells more
   toliman doctor                              what this machine offers
 
+A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
+share/toliman/scenes beside the folder of the program; which one is told on stderr).
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
 3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict), 5 state folder damaged,
 6 output cannot be written, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
@@ -63,6 +65,11 @@ std::vector<const CLI::Option *> options_of(const CLI::App &command) {
         for (const CLI::Option *option : options_of(*group))
             options.push_back(option);
     return options;
+}
+
+void add_scene(CLI::App &command, std::string &name) {
+    command.add_option("SCENE", name, "scene file (JSON, schema toliman-scene/1), or the name of a shipped one")
+        ->required();
 }
 
 } // namespace cli

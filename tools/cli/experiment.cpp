@@ -137,7 +137,7 @@ void add_experiment(CLI::App &app, Context &context) {
         asked.methods.emplace_back(kind.name);
     auto amplitudes = std::make_shared<std::vector<std::string>>();
     auto quick = std::make_shared<bool>(false);
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->folder, "folder for the results")->required();
     CLI::Option *ladder = command->add_option("--amplitudes", *amplitudes, "of the signal in px, default 1e-2 to 1e-6")
                               ->delimiter(',')
