@@ -63,7 +63,8 @@ std::vector<const CLI::Option *> options_of(const CLI::App &command) {
     std::vector<const CLI::Option *> options = command.get_options();
     for (const CLI::App *group : command.get_subcommands([](const CLI::App *app) { return app->get_name().empty(); }))
         for (const CLI::Option *option : options_of(*group))
-            options.push_back(option);
+            if (option != group->get_help_ptr()) // which the command has
+                options.push_back(option);
     return options;
 }
 

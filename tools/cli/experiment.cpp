@@ -146,7 +146,7 @@ void add_experiment(CLI::App &app, Context &context) {
     CLI::Option *methods = command->add_option("--methods", asked.methods, "default all")
                                ->delimiter(',')
                                ->allow_extra_args(false)
-                               ->type_name("NAME,...");
+                               ->type_name("NAME,...:{" + CLI::detail::join(asked.methods, ",") + "}");
     CLI::Option *tables = command->add_option("--tables", asked.tables, "default real,equal,robust")
                               ->delimiter(',')
                               ->allow_extra_args(false)
