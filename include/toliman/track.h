@@ -42,7 +42,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_REASON_NONE 0
 #define TOLIMAN_REASON_SHAPE 1      /* other rows or columns than the tracker's */
 #define TOLIMAN_REASON_OVER_RANGE 2 /* a pixel above the bit depth */
-#define TOLIMAN_REASON_HOLE 3       /* so many bytes of zeros in a row as a lost packet leaves */
+#define TOLIMAN_REASON_HOLE 3       /* so many bytes of pixels of 0 in a row as a lost packet leaves */
 #define TOLIMAN_REASON_NOT_FINITE 4 /* a pixel that is NaN or infinite */
 #define TOLIMAN_REASON_CLOCK 5      /* a time for which there is no TAI, or which is too far off for the periodogram */
 #define TOLIMAN_REASON_ESTIMATE 6   /* the estimator failed or gave no finite value */
@@ -110,7 +110,7 @@ typedef struct toliman_track_options {
     uint32_t flags;     /* TOLIMAN_TRACK_..., default 0 */
     const char *folder; /* of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a
                            frame */
-    int64_t capacity;   /* frames at most, up to 2^28, 24 bytes each and 2.4 MB; default 2^20 */
+    int64_t capacity;   /* frames at most, up to 2^28, 24 bytes each and 3.2 MB; default 2^20 */
     /* The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
      * where nothing is pushed. */
     const toliman_cae *cae;
@@ -126,7 +126,7 @@ typedef struct toliman_track_options {
      * of the frame; frames as large as the image asks for. */
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
     uint32_t bit_depth;  /* up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does */
-    uint32_t hole_bytes; /* so many bytes of zeros in a row reject it; default 4096; 0: none do */
+    uint32_t hole_bytes; /* pixels of 0 in a row that have so many bytes reject it; default 4096; 0: none do */
     /* The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
      * with time_offset_ns, unit_ns and period_flags. */
     double f0, df;
@@ -149,15 +149,15 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
- * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity that suffices; nf = 0 if the file of grid
- * and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1. */
+ * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there are; nf = 0 if
+ * the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
  * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
  * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
- * holds more frames. The caller destroys *out. Since 0.1. */
+ * holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
@@ -180,13 +180,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here, in
- * whatever shards and order, and commits. A folder may be merged again as it grows: only what came since is taken. The
+ * whatever shards and order, and commits. A folder may be merged again as it grows: only what came since counts. The
  * grid and clock are this one's. Of a frame that several folders have the value that came first stays; networks on
- * machines of unlike instruction sets may give values that differ by 1e-5 sigma. With flags = TOLIMAN_TRACK_SALVAGE
- * lines of a damaged ledger are left out, else flags = 0; *lost (may be NULL) becomes how many those are.
+ * machines of unlike instruction sets may give values that differ by 1e-5 sigma. received, repeated and rejected become
+ * those of both, also of frames that the other folder merged from a third. With flags = TOLIMAN_TRACK_SALVAGE lines of
+ * a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
+ * left out.
  * TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
- * errors as of create and push, after which some lines may be in: merged again, their frames count as repeated. Since
- * 0.1. */
+ * errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
@@ -239,6 +241,24 @@ typedef struct toliman_track_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
+/* A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
+ * was lost. Since 0.1. */
+typedef struct toliman_track_stream {
+    uint32_t struct_size; /* sizeof(toliman_track_stream), of the first at least */
+    uint32_t reserved;
+    uint64_t stream;           /* FNV-1a of both, as in toliman_track_line */
+    int64_t first_id, last_id; /* frame ids */
+    int64_t frames;            /* keys: those of accepted frames, outliers and quarantined ones */
+    int64_t missing;           /* ids from the first to the last that are none of these */
+    char session[72], roi[72];
+} toliman_track_stream;
+
+/* Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where room
+ * is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
+                                                                        toliman_track_stream *streams, size_t room,
+                                                                        size_t *count) TOLIMAN_NOEXCEPT;
+
 /* The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;
  * *points is how many there are. clock may be NULL where room is 0: to ask for the number. TOLIMAN_E_CAPACITY for too
  * little room. Since 0.1. */
@@ -252,7 +272,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const tol
 
 /* The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the periodogram by
  * now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their standard errors. Reads all
- * lines and takes 56 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
+ * lines and takes 100 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
  * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;

@@ -12,6 +12,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/peak.hpp"
+#include "base/name.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
@@ -161,12 +162,6 @@ track::Terms terms_of(const toliman_track_options &options, const Source &source
     return terms;
 }
 
-// The least power of two that is not below.
-double power_of_two(double value) noexcept {
-    int exponent;
-    return std::frexp(value, &exponent) == 0.5 ? value : std::ldexp(1.0, exponent);
-}
-
 // nf = 0: none.
 std::optional<period::Grid> grid_of(const toliman_track_options &options, const track::Terms &terms) {
     if (options.nf == 0)
@@ -178,9 +173,7 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
     set_flags(grid, options.period_flags, "period_flags");
     grid.time_offset_ns = options.time_offset_ns;
     grid.unit_ns = options.unit_ns;
-    grid.value_bound = power_of_two(terms.value_limit);
-    grid.sigma_floor = terms.sigma;
-    grid.sigma_ceiling = track::Terms::kMostSigmas * terms.sigma;
+    grid = track::for_terms(grid, terms);
     grid.check();
     return grid;
 }
@@ -230,8 +223,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const std::optional<track::Clock> clock = clock_of(options);
     track::Place place;
     if (options.folder != nullptr) // nothing is made there before everything else is known to be right
-        place = track::open_place(options.folder,
-                                  (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write);
+        place = track::open_place(
+            options.folder, (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write, plan.terms);
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;
@@ -273,7 +266,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     frame.frame_id = given.frame_id;
     frame.camera_ns = given.camera_ns;
     frame.dropped = static_cast<uint16_t>(given.dropped);
-    frame.sigma = given.sigma;
+    frame.sigma = given.sigma != 0 ? given.sigma : 0; // whatever its sign
     frame.pixel = pixel;
     frame.pixels = given.pixels;
     frame.rows = static_cast<size_t>(given.rows);
@@ -313,6 +306,22 @@ toliman_track_line public_line(const track::Record &record, const track::Outcome
     return line;
 }
 
+toliman_track_stream public_stream(const track::NamedStream &named) noexcept {
+    toliman_track_stream out = {};
+    static_assert(sizeof out.session > kLongestName && sizeof out.roi > kLongestName);
+    out.struct_size = sizeof out;
+    out.stream = named.count.digest;
+    out.first_id = named.count.first;
+    out.last_id = named.count.last;
+    out.frames = named.count.frames;
+    __extension__ using Wide = __int128;
+    const Wide ids = static_cast<Wide>(out.last_id) - out.first_id + 1, missing = ids - out.frames;
+    out.missing = missing > INT64_MAX ? INT64_MAX : static_cast<int64_t>(missing);
+    named.session.copy(out.session, kLongestName);
+    named.roi.copy(out.roi, kLongestName);
+    return out;
+}
+
 // Frames that were checked; adds to done those that are in, also when it fails.
 void push_batch(track::Tracker &tracker, const toliman_frame *frames, size_t count, toliman_outcome *outcomes,
                 size_t &done) {
@@ -340,7 +349,8 @@ toliman_track_options options_of(Store &store) {
     const std::optional<track::Setup> setup = track::load_setup(store);
     const track::Terms terms = track::LedgerFile(store).terms();
     const track::Geometry &geometry = terms.geometry;
-    options.capacity = std::max(options.capacity, store.size(track::LedgerFile::kName) / int64_t{track::kRecordSize});
+    const int64_t lines = store.size(track::LedgerFile::kName) / int64_t{track::kRecordSize};
+    options.capacity = std::min(std::max(options.capacity, 2 * lines), track::FrameIndex::kMost);
     options.estimator_id = terms.estimator;
     options.sigma = terms.sigma;
     options.value_limit = terms.value_limit;
@@ -381,7 +391,7 @@ toliman_track_info info_of(const track::Tracker &tracker, uint32_t flags) noexce
     info.expected = tracker.expected();
     info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
     info.dropped = counts.dropped;
-    info.sessions = static_cast<int64_t>(tracker.streams());
+    info.sessions = static_cast<int64_t>(tracker.stream_count());
     info.lines = static_cast<int64_t>(tracker.lines());
     info.committed = static_cast<int64_t>(tracker.committed());
     info.capacity = tracker.plan().capacity;
@@ -486,6 +496,23 @@ toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_
     return guard([&] {
         const toliman_track &handle = required(track, "track");
         deliver(info_of(*handle.tracker, handle.flags), out, "out", sizeof *out);
+    });
+}
+
+toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t room,
+                                         size_t *count) noexcept {
+    return guard([&] {
+        const track::Tracker &tracker = *required(track, "track").tracker;
+        required(count, "count");
+        if (room > 0)
+            check_struct_size("streams", required(streams, "streams").struct_size, sizeof *streams, sizeof *streams);
+        if (room > 0 && room < tracker.stream_count())
+            fail(Status::capacity, "room = %zu: there are %zu sessions and regions", room, tracker.stream_count());
+        if (room > 0) {
+            const std::vector<track::NamedStream> all = tracker.streams();
+            std::transform(all.begin(), all.end(), streams, public_stream);
+        }
+        *count = tracker.stream_count();
     });
 }
 

@@ -193,10 +193,10 @@ void read_all(Store &store, const std::string &name, uint64_t at, void *data, si
              static_cast<unsigned long long>(at + done));
 }
 
-void replace_whole(Store &store, const std::string &name, const void *data, size_t size) {
+void replace_whole(Store &store, const std::string &name, const std::vector<uint8_t> &bytes) {
     const std::string beside = name + ".tmp";
     store.create(beside); // one may have been left behind
-    store.write(beside, 0, data, size);
+    store.write(beside, 0, bytes.data(), bytes.size());
     store.sync(beside);
     store.rename(beside, name);
     store.sync_folder();

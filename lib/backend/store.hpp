@@ -53,7 +53,7 @@ auto read_if_whole(Store &store, const std::string &name, size_t least, int64_t 
 }
 
 // Replaces a file as a whole or not at all, by a file beside it; on the disk when it returns.
-void replace_whole(Store &store, const std::string &name, const void *data, size_t size);
+void replace_whole(Store &store, const std::string &name, const std::vector<uint8_t> &bytes);
 
 enum class Access { read, write };
 

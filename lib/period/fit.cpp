@@ -74,7 +74,7 @@ class Sinusoid {
     // samples cannot tell.
     void errors(const Fit &fit, Peak &peak) const;
     // Frequency distance from the peak, on the side of the first step, where the power has fallen to half; 0 if not
-    // within `far`. Steps grow up to `longest`.
+    // within `far`. Steps grow up to `longest`, and again beyond 25 of these.
     Real half_power(const Fit &fit, Real step, Real longest, Real far) const;
 
     Real total() const noexcept { return total_; }
@@ -239,7 +239,7 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) con
     Real inside = 0, outside = step;
     while (power(fit.frequency + outside) > half) {
         inside = outside;
-        if (std::fabs(1.5L * step) <= longest)
+        if (std::fabs(1.5L * step) <= longest || std::fabs(outside) > 25 * longest)
             step *= 1.5L;
         outside += step;
         if (std::fabs(outside) > far || fit.frequency + outside <= 0)

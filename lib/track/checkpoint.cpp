@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "track/record.hpp"
 #include "track/sealed.hpp"
 
 namespace toliman::track {
@@ -10,7 +11,8 @@ namespace {
 
 constexpr char kMagic[] = "TLMC", kKind[] = "checkpoint";
 constexpr uint32_t kVersion = 1;
-constexpr int64_t kLargest = int64_t{1} << 35, kMostRepeats = int64_t{1} << 60;
+constexpr size_t kBeforeSums = 4 + 4 + 8 + 8 + 8 + 4 + 4;
+constexpr int64_t kLargest = int64_t{1} << 35;
 
 Loaded read(const std::vector<uint8_t> &bytes) {
     ByteReader in = unsealed(bytes, kMagic, kVersion, kKind);
@@ -28,7 +30,7 @@ Loaded read(const std::vector<uint8_t> &bytes) {
 
 } // namespace
 
-void save(Store &store, const Checkpoint &checkpoint, const period::Stream &sums) {
+std::vector<uint8_t> to_bytes(const Checkpoint &checkpoint, const period::Stream &sums) {
     ByteWriter out = begin_sealed(kMagic, kVersion);
     out.u64(checkpoint.salt);
     out.u64(checkpoint.lines);
@@ -37,11 +39,22 @@ void save(Store &store, const Checkpoint &checkpoint, const period::Stream &sums
     out.u32(checkpoint.setup);
     const std::vector<uint8_t> state = sums.save();
     out.raw(state.data(), state.size());
-    const std::vector<uint8_t> bytes = sealed(std::move(out));
-    replace_whole(store, Checkpoint::kName, bytes.data(), bytes.size());
+    return sealed(std::move(out));
 }
 
+// The header tells how long the file must be, before there is memory for it.
 std::optional<Loaded> load_checkpoint(Store &store) {
+    uint8_t head[kBeforeSums + period::Stream::kHeaderSize];
+    const int64_t size = store.size(Checkpoint::kName);
+    if (size < static_cast<int64_t>(sizeof head) || store.read(Checkpoint::kName, 0, head, sizeof head) < sizeof head)
+        return std::nullopt;
+    try {
+        if (static_cast<size_t>(size) !=
+            kBeforeSums + period::Stream::saved_size(head + kBeforeSums, period::Stream::kHeaderSize) + 4)
+            return std::nullopt;
+    } catch (const Error &) {
+        return std::nullopt;
+    }
     return read_if_whole(store, Checkpoint::kName, kSealSize, kLargest, read);
 }
 

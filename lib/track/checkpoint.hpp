@@ -17,8 +17,7 @@ struct Checkpoint {
     int64_t repeats = 0;          // frames that came again, which have no line
 };
 
-// Status::write; the old checkpoint then stands.
-void save(Store &store, const Checkpoint &checkpoint, const period::Stream &sums);
+std::vector<uint8_t> to_bytes(const Checkpoint &checkpoint, const period::Stream &sums);
 
 // What there is, or nothing if there is none or it is damaged.
 struct Loaded {

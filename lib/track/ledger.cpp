@@ -77,7 +77,9 @@ void Ledger::write_anew(uint64_t first) {
 }
 
 void Ledger::visit(uint64_t first, uint64_t most, const EachLine &each) const {
-    const uint64_t end = first < count() ? first + std::min(most, count() - first) : first;
+    if (first >= count())
+        return;
+    const uint64_t end = first + std::min(most, count() - first);
     LedgerFile::Tail tail = {chain_before(first), 0};
     uint64_t number = file_.scan(first, std::min(end, written_), tail, each);
     if (number < std::min(end, written_))

@@ -35,7 +35,7 @@ LedgerFile LedgerFile::begin(Store &store, const Terms &terms) {
     const std::vector<uint8_t> empty(kHeaderSize - header.bytes().size() - 4);
     header.raw(empty.data(), empty.size());
     header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
-    replace_whole(store, kName, header.bytes().data(), header.bytes().size());
+    replace_whole(store, kName, header.bytes());
     return LedgerFile(store);
 }
 

@@ -35,6 +35,7 @@ struct Merged {
     int64_t lines = 0, repeats = 0; // repeats: frames that came again there, which have no line
     uint32_t chain = 0;             // checksum of the last of the lines
 };
+constexpr int64_t kMostRepeats = int64_t{1} << 60; // so that sums of a few fit
 Record to_record(const Merged &merged, double sigma) noexcept;
 Merged merged_of(const Record &record) noexcept;
 

@@ -1,5 +1,6 @@
 #include "track/setup.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "track/sealed.hpp"
@@ -12,18 +13,6 @@ constexpr char kMagic[] = "TLMS", kKind[] = "setup";
 constexpr uint32_t kVersion = 1;
 constexpr size_t kPointSize = 16;
 constexpr int64_t kLargest = int64_t{1} << 30;
-
-std::vector<uint8_t> to_bytes(const Setup &setup) {
-    ByteWriter out = begin_sealed(kMagic, kVersion);
-    out.u32(static_cast<uint32_t>(setup.clock.points().size()));
-    for (const ClockPoint &point : setup.clock.points()) {
-        out.i64(point.camera_ns);
-        out.i64(point.tai_ns);
-    }
-    const std::vector<uint8_t> grid = period::Stream::header(setup.grid);
-    out.raw(grid.data(), grid.size());
-    return sealed(std::move(out));
-}
 
 Setup read(const std::vector<uint8_t> &bytes) {
     ByteReader in = unsealed(bytes, kMagic, kVersion, kKind);
@@ -49,9 +38,26 @@ uint32_t Setup::digest() const {
     return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
 }
 
-void save(Store &store, const Setup &setup) {
-    const std::vector<uint8_t> bytes = to_bytes(setup);
-    replace_whole(store, Setup::kName, bytes.data(), bytes.size());
+std::vector<uint8_t> to_bytes(const Setup &setup) {
+    ByteWriter out = begin_sealed(kMagic, kVersion);
+    out.u32(static_cast<uint32_t>(setup.clock.points().size()));
+    for (const ClockPoint &point : setup.clock.points()) {
+        out.i64(point.camera_ns);
+        out.i64(point.tai_ns);
+    }
+    const std::vector<uint8_t> grid = period::Stream::header(setup.grid);
+    out.raw(grid.data(), grid.size());
+    return sealed(std::move(out));
+}
+
+period::Grid for_terms(period::Grid grid, const Terms &terms) {
+    int exponent;
+    const bool is_power = std::frexp(terms.value_limit, &exponent) == 0.5;
+    grid.value_bound = is_power ? terms.value_limit : std::ldexp(1.0, exponent); // the least that is not below
+    grid.value_offset = grid.time_offset = 0;
+    grid.sigma_floor = terms.sigma;
+    grid.sigma_ceiling = Terms::kMostSigmas * terms.sigma;
+    return grid;
 }
 
 std::optional<Setup> load_setup(Store &store) {

@@ -6,6 +6,7 @@
 #include "backend/store.hpp"
 #include "period/stream.hpp"
 #include "track/clock.hpp"
+#include "track/terms.hpp"
 
 namespace toliman::track {
 
@@ -16,10 +17,13 @@ struct Setup {
     uint32_t digest() const;
 };
 
-// Status::write; the old one then stands.
-void save(Store &store, const Setup &setup);
+std::vector<uint8_t> to_bytes(const Setup &setup);
 
 // What there is, or nothing if there is none or it is damaged.
 std::optional<Setup> load_setup(Store &store);
+
+// The same frequencies and times, and of values what the terms say. A grid that differs from this does not belong to
+// a ledger on these terms.
+period::Grid for_terms(period::Grid grid, const Terms &terms);
 
 } // namespace toliman::track

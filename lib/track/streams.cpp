@@ -22,19 +22,33 @@ void Streams::check_room(uint64_t stream) const {
 }
 
 void Streams::add(uint64_t stream, int64_t frame_id) noexcept {
-    Stream &known = streams_[slot_of(stream)];
+    StreamCount &known = streams_[slot_of(stream)];
     if (known.empty()) {
-        known = {stream, frame_id, frame_id};
+        known.digest = stream;
+        known.first = known.last = frame_id;
         count_++;
-        return;
     }
     known.first = std::min(known.first, frame_id);
     known.last = std::max(known.last, frame_id);
+    known.frames++;
+}
+
+void Streams::set_named(uint64_t stream) noexcept {
+    StreamCount &known = streams_[slot_of(stream)];
+    known.named = !known.empty();
+}
+
+std::vector<StreamCount> Streams::all() const {
+    std::vector<StreamCount> all;
+    for (const StreamCount &stream : streams_)
+        if (!stream.empty())
+            all.push_back(stream);
+    return all;
 }
 
 int64_t Streams::expected() const noexcept {
     __extension__ __int128 sum = 0;
-    for (const Stream &stream : streams_)
+    for (const StreamCount &stream : streams_)
         if (!stream.empty())
             sum += static_cast<__int128>(stream.last) - stream.first + 1;
     return sum > INT64_MAX ? INT64_MAX : static_cast<int64_t>(sum);

@@ -11,7 +11,6 @@ namespace toliman::track {
 namespace {
 
 constexpr double kLeast = 1e-90, kMost = 1e90; // so that a periodogram can carry them
-constexpr int64_t kMostRepeats = int64_t{1} << 60;
 
 } // namespace
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -13,19 +14,18 @@ namespace toliman::track {
 namespace {
 
 constexpr std::chrono::seconds kLongestWait{1};
-constexpr int64_t kMostRepeats = int64_t{1} << 61;
-
-uint64_t key_of(const Record &record) noexcept {
-    return key_digest(record.stream, record.frame_id);
-}
 
 } // namespace
 
-Place open_place(const std::string &folder, Access access) {
+Place open_place(const std::string &folder, Access access, const Terms &terms) {
     Place place;
     place.access = access;
     place.store = open_folder(folder, access);
+    if (place.store->size(LedgerFile::kName) >= 0)
+        LedgerFile(*place.store).check_terms(terms);
     place.setup = load_setup(*place.store);
+    if (place.setup && for_terms(place.setup->grid, terms).digest() != place.setup->grid.digest())
+        place.setup.reset();
     place.loaded = load_checkpoint(*place.store);
     return place;
 }
@@ -41,7 +41,8 @@ Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums
         memory_.resize(static_cast<size_t>(plan_.capacity));
 }
 
-// The setup of a new folder is there before its ledger is, a changed one before sums that were made with it.
+// The setup of a new folder is there before its ledger is, a changed one before sums that were made with it, but not
+// before there is memory for these.
 void Tracker::open(Place &place) {
     const bool is_new = store_->size(LedgerFile::kName) < 0, writing = access_ == Access::write;
     if (is_new && writing && store_->size(Checkpoint::kName) >= 0)
@@ -50,34 +51,44 @@ void Tracker::open(Place &place) {
     check_setup(place, is_new);
     const bool changed = !place.setup || place.setup->digest() != setup().digest();
     if (is_new && writing && changed)
-        track::save(*store_, setup());
+        replace_whole(*store_, Setup::kName, to_bytes(setup()));
     const Checkpoint none, &point = place.loaded ? place.loaded->checkpoint : none;
     ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, Held{point.salt, point.lines, point.chain},
                     [this](const Record &record, uint64_t line) { note(record, line); });
-    if (!is_new && writing && changed)
-        track::save(*store_, setup());
+    names_.emplace(*store_);
+    if (writing)
+        names_->begin();
+    names_->visit([this](uint64_t stream, const std::string &, const std::string &) { streams_.set_named(stream); });
     const bool fits = place.loaded && point.salt == ledger_->salt();
     if (fits)
         count_repeats(point.repeats);
     if (fits && !place.rebuild && point.setup == setup().digest() &&
         place.loaded->sums.grid().digest() == sums_.grid().digest()) {
         sums_ = std::move(place.loaded->sums);
-        return sum_up(point.lines);
+        sum_up(point.lines);
     }
-    sum_up(0);
-    if (writing)
-        save();
+    const bool whole = sums_.totals().count == counts_.accepted;
+    if (!whole) {
+        place.loaded.reset();
+        sums_.reset();
+        sum_up(0);
+    }
+    if (!writing || (whole && !changed))
+        return;
+    const std::vector<uint8_t> sums = checkpoint();
+    if (!is_new && changed)
+        replace_whole(*store_, Setup::kName, to_bytes(setup()));
+    ledger_->sync();
+    replace_whole(*store_, Checkpoint::kName, sums);
 }
 
 void Tracker::check_setup(const Place &place, bool is_new) const {
-    if (is_new)
-        return;
-    LedgerFile(*store_).check_terms(plan_.terms); // on which the grid depends, too
-    if (place.rebuild || !place.setup)
+    if (is_new || place.rebuild || !place.setup)
         return;
     const std::string path = store_->path(Setup::kName);
     if (place.setup->grid.digest() != sums_.grid().digest())
-        fail(Status::mismatch, "%s: of another grid of frequencies: rebuild for this one", path.c_str());
+        fail(Status::mismatch, "%s: of another grid of frequencies, time offset or unit: rebuild for this one",
+             path.c_str());
     if (!(place.setup->clock.points() == plan_.clock.points()))
         fail(Status::mismatch, "%s: of another clock: rebuild for this one", path.c_str());
 }
@@ -161,8 +172,8 @@ Merged Tracker::merged_before(uint64_t salt) const noexcept {
 // Its repeats have a line by that, unlike those of this ledger.
 void Tracker::take_merged(const Merged &merged) {
     const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
-    if (counts_.repeated + repeats > kMostRepeats)
-        fail(Status::format, "ledger: impossible counts of merged lines");
+    if (counts_.repeated + repeats > 2 * kMostRepeats)
+        fail(Status::format, "%s: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
     counts_.received += repeats;
     counts_.repeated += repeats;
     const auto same = [&](const Merged &one) { return one.salt == merged.salt; };
@@ -317,7 +328,13 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
         if (lines() == committed())
             oldest_ = std::chrono::steady_clock::now();
         outcomes[done] = jobs_[done].outcome;
-        settle(record_of(frames[done], jobs_[done]), outcomes[done]);
+        const Record record = record_of(frames[done], jobs_[done]);
+        const bool unnamed = names_ && record.kind != Kind::rejected && !streams_.is_named(record.stream);
+        if (unnamed)
+            names_->add(record.stream, frames[done].session, frames[done].roi);
+        settle(record, outcomes[done]);
+        if (unnamed)
+            streams_.set_named(record.stream);
     }
     if (lines() > committed() && std::chrono::steady_clock::now() - oldest_ >= kLongestWait)
         commit();
@@ -335,6 +352,8 @@ Series Tracker::series() const {
         return std::tie(a.t_high, a.t_low, a.y, a.sigma) < std::tie(b.t_high, b.t_low, b.y, b.sigma);
     });
     Series series;
+    for (std::vector<double> *column : {&series.t, &series.y, &series.sigma})
+        column->reserve(samples.size());
     for (const period::Sample &sample : samples) {
         series.t.push_back(sample.t_high);
         series.y.push_back(sample.y);
@@ -343,80 +362,23 @@ Series Tracker::series() const {
     return series;
 }
 
-uint64_t Tracker::merge(Store &other, bool salvage) {
-    check_writable();
-    const std::optional<Loaded> loaded = load_checkpoint(other); // before the ledger, to which its writer may be adding
-    const Checkpoint none, &point = loaded ? loaded->checkpoint : none;
-    const LedgerFile file(other);
-    file.check_terms(plan_.terms);
-    if (ledger_ && file.salt() == ledger_->salt())
-        fail(Status::argument, "%s: the tracker's own, or a copy of it", file.path().c_str());
-    const Held held = {point.salt, point.lines, point.chain};
-    Merged merged = merged_before(file.salt());
-    const uint64_t lost = salvage ? merge_whole_lines(file, held, merged) : merge_all_lines(other, held, merged);
-    if (point.salt == merged.salt)
-        merged.repeats = std::max(merged.repeats, point.repeats);
-    mark(merged);
-    commit();
-    return lost;
-}
-
-uint64_t Tracker::merge_all_lines(Store &other, Held held, Merged &merged) {
-    const Ledger theirs(other, Access::read, plan_.terms, 1, Sync::none, held, [](const Record &, uint64_t) {});
-    const auto first = static_cast<uint64_t>(merged.lines);
-    const std::string path = other.path(LedgerFile::kName);
-    if (first > theirs.count() || (first > 0 && theirs.chain_before(first) != merged.chain))
-        fail(Status::mismatch,
-             "%s: not with the first %llu lines that were merged before: of copies that went on apart?", path.c_str(),
-             static_cast<unsigned long long>(first));
-    theirs.visit(first, theirs.count(), [&](const Record &record, uint64_t number) {
-        if (!merge_line(record))
-            fail(Status::format, "%s: line %llu denies a frame that is not there", path.c_str(),
-                 static_cast<unsigned long long>(number));
+std::vector<NamedStream> Tracker::streams() const {
+    std::map<uint64_t, NamedStream> known;
+    for (const StreamCount &count : streams_.all())
+        known[count.digest].count = count;
+    if (names_)
+        names_->visit([&](uint64_t stream, const std::string &session, const std::string &roi) {
+            const auto found = known.find(stream);
+            if (found != known.end())
+                found->second = {found->second.count, session, roi};
+        });
+    std::vector<NamedStream> streams;
+    for (auto &[digest, stream] : known)
+        streams.push_back(std::move(stream));
+    std::stable_sort(streams.begin(), streams.end(), [](const NamedStream &a, const NamedStream &b) {
+        return std::tie(a.session, a.roi) < std::tie(b.session, b.roi);
     });
-    merged.lines = static_cast<int64_t>(theirs.count());
-    merged.chain = theirs.chain_before(theirs.count());
-    return 0;
-}
-
-uint64_t Tracker::merge_whole_lines(const LedgerFile &file, Held held, Merged &merged) {
-    const auto first = static_cast<uint64_t>(merged.lines);
-    uint64_t lost = 0, lines = file.count();
-    lost += file.salvage([&](const Record &record, uint64_t number) {
-        if (number >= first && !merge_line(record))
-            lost++; // with the frame that it denies
-    });
-    if (held.salt == file.salt() && held.lines > lines)
-        lost += held.lines - lines;
-    merged.lines = std::max(merged.lines, static_cast<int64_t>(lines));
-    merged.chain = 0;
-    return lost;
-}
-
-// False for one that denies a frame which is not there.
-bool Tracker::merge_line(const Record &theirs) {
-    if (theirs.kind == Kind::merged) {
-        mark(merged_of(theirs));
-        return true;
-    }
-    if (theirs.kind == Kind::quarantined && index_.find(key_of(theirs)) == nullptr)
-        return false;
-    Record record = theirs;
-    if (record.kind == Kind::accepted || record.kind == Kind::outlier)
-        record.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
-    Outcome outcome;
-    settle(record, outcome);
-    return true;
-}
-
-// That lines of another ledger are in, unless that is known.
-void Tracker::mark(const Merged &merged) {
-    const Merged before = merged_before(merged.salt);
-    const bool is_own = ledger_ && merged.salt == ledger_->salt();
-    if (is_own || (before.lines >= merged.lines && before.repeats >= merged.repeats))
-        return;
-    const Record record = to_record(merged, plan_.terms.sigma);
-    note(record, write_line(record));
+    return streams;
 }
 
 void Tracker::commit() {
@@ -425,18 +387,23 @@ void Tracker::commit() {
         ledger_->commit();
 }
 
-void Tracker::save() {
-    check_writable();
-    if (!ledger_)
-        return;
-    ledger_->sync(); // lines that the sums hold must not be lost without them
+std::vector<uint8_t> Tracker::checkpoint() const {
     Checkpoint point;
     point.salt = ledger_->salt();
     point.lines = ledger_->count();
     point.chain = ledger_->chain_before(point.lines);
     point.setup = setup().digest();
     point.repeats = unwritten_repeats_;
-    track::save(*store_, point, sums_);
+    return to_bytes(point, sums_);
+}
+
+void Tracker::save() {
+    check_writable();
+    if (!ledger_)
+        return;
+    ledger_->sync(); // lines that the sums hold must not be lost without them
+    names_->sync();
+    replace_whole(*store_, Checkpoint::kName, checkpoint());
 }
 
 } // namespace toliman::track

@@ -14,6 +14,7 @@
 #include "track/frame.hpp"
 #include "track/identity.hpp"
 #include "track/ledger.hpp"
+#include "track/names.hpp"
 #include "track/setup.hpp"
 #include "track/streams.hpp"
 #include "track/terms.hpp"
@@ -28,6 +29,10 @@ struct Outcome {
     int64_t tai_ns = 0;
     double value = 0; // of accepted frames and outliers
 };
+
+inline uint64_t key_of(const Record &record) noexcept {
+    return key_digest(record.stream, record.frame_id);
+}
 
 // From pixels to the value; it may use the image as it likes. A worker calls it for one frame at a time; an exception
 // or a value that is not finite rejects the frame.
@@ -50,7 +55,8 @@ struct Place {
     std::optional<Setup> setup;
     std::optional<Loaded> loaded;
 };
-Place open_place(const std::string &folder, Access access);
+// A setup that does not fit the terms is another folder's and left out. Status::mismatch for a ledger on other terms.
+Place open_place(const std::string &folder, Access access, const Terms &terms);
 
 // Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
 struct Counts {
@@ -61,6 +67,12 @@ struct Counts {
 // Times in the grid's unit from its reference, values and their sigmas.
 struct Series {
     std::vector<double> t, y, sigma;
+};
+
+// Names are empty where they are not known.
+struct NamedStream {
+    StreamCount count;
+    std::string session, roi;
 };
 
 class Tracker {
@@ -94,7 +106,8 @@ class Tracker {
     const Plan &plan() const noexcept { return plan_; }
     const Counts &counts() const noexcept { return counts_; }
     int64_t expected() const noexcept { return streams_.expected(); }
-    size_t streams() const noexcept { return streams_.count(); }
+    size_t stream_count() const noexcept { return streams_.count(); }
+    std::vector<NamedStream> streams() const; // by their names
     uint64_t lines() const noexcept { return ledger_ ? ledger_->count() : in_memory_; }
     uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : in_memory_; }
 
@@ -108,12 +121,13 @@ class Tracker {
     void open(Place &place);
     void check_setup(const Place &place, bool is_new) const;
     void sum_up(uint64_t first);
+    std::vector<uint8_t> checkpoint() const;
+    void take_names(const Names &names);
     void take_merged(const Merged &merged);
     Merged merged_before(uint64_t salt) const noexcept; // no lines if there was none
-    uint64_t merge_all_lines(Store &other, Held held, Merged &merged);
-    uint64_t merge_whole_lines(const LedgerFile &file, Held held, Merged &merged);
-    bool merge_line(const Record &theirs);
-    void mark(const Merged &merged);
+    void merge_all_lines(Store &other, const Checkpoint &point);
+    uint64_t merge_whole_lines(const LedgerFile &file, const Checkpoint &point);
+    bool merge_line(const Record &theirs, bool is_new);
     Setup setup() const { return {sums_.grid(), plan_.clock}; }
     void look_at(const Frame &frame, Job &job, unsigned worker) noexcept;
     void judge(const Frame &frame, Job &job, unsigned worker);
@@ -140,6 +154,7 @@ class Tracker {
     Streams streams_;
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
+    std::optional<Names> names_; // as the ledger
     std::vector<Merged> merged_; // of every ledger the latest
     std::vector<Record> memory_; // in place of a ledger, frames that are in
     size_t in_memory_ = 0;

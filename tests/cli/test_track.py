@@ -433,6 +433,40 @@ class Folders(Track):
         (self.folder / "bad.csv").write_text("0,1\n5;6\n")
         self.refuse(3, "bad.csv:2", arguments=("rebuild", "slow", "--clock", "bad.csv"))
 
+    def test_status_tells_what_is_there(self):
+        gone = {5, 6, 7, 20}
+        self.pair("in/a", [l for k, l in enumerate(self.lines) if k not in gone and k < 30],
+                  [f for k, f in enumerate(self.frames) if k not in gone and k < 30])
+        other = [json.dumps({**json.loads(l), "session_id": "night.2"}) for l in self.lines]
+        self.pair("in/b", [other[k] for k in (31, 33)], [self.frames[k] for k in (31, 33)])
+        damaged = self.frames[40].copy()
+        damaged[10:] = 0
+        self.pair("in/c", [self.lines[40]], [damaged])
+        out = self.track("s", "in", "--epoch", str(10 * 86400 * 10**9))
+        status = json.loads(self.succeed("status", "s", "--json"))
+        self.assertEqual([(s["session"], s["roi"], s["first_id"], s["last_id"], s["frames"], s["missing"])
+                          for s in status["streams"]],
+                         [("day", "single_roi", 0, 29, 26, 4), ("night.2", "single_roi", 31, 33, 2, 1)])
+        self.assertEqual((status["missing"], status["grid"]["nf"], status["clock"]), (5, 230, False))
+        self.assertEqual(self.succeed("status", "s", "--missing").splitlines(),
+                         ["session,roi,first,last", "day,single_roi,5,7", "day,single_roi,20,20",
+                          "night.2,single_roi,32,32"])
+        lines = [json.loads(line) for line in self.succeed("status", "s", "--lines").splitlines()]
+        printed = [line for line in out if line["schema"] == "toliman-frame/1"]
+        keys = ("session", "roi", "frame_id", "camera_ns", "verdict")
+        self.assertEqual([[line[k] for k in keys] for line in lines], [[line[k] for k in keys] for line in printed])
+        self.assertEqual([l.get("value") for l in lines], [l.get("value") for l in printed])
+        self.assertEqual(lines[-1]["reason"], "hole")
+        rows = [row.split(",") for row in self.succeed("status", "s", "--series").splitlines()]
+        self.assertEqual(rows[0], ["t", "y", "sigma"])
+        good = [l for l in printed if l["verdict"] == "accepted"]
+        self.assertEqual([(float(t), float(y)) for t, y, _ in rows[1:]],
+                         [(l["tai_ns"] / 86400e9 - 10, l["value"]) for l in good])
+        text = self.succeed("status", "s")
+        for part in ("day single_roi", "ids 0 to 29, 26 frames, 4 missing", "230 frequencies", "64x64 of 32 bits"):
+            self.assertIn(part, text)
+        self.refuse(2, "excludes", arguments=("status", "s", "--json", "--lines"))
+
     def test_salvage(self):
         self.track("s", "all")
         ledger = self.folder / "s" / "ledger.tlml"

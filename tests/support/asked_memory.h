@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-static size_t asked;
+__attribute__((unused)) static size_t asked;
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 void *__libc_malloc(size_t size);

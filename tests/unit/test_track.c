@@ -487,7 +487,7 @@ static void memory_is_taken_at_creation(void **unused) {
         options.clock_points = 1;
         asked = 0;
         toliman_track *track = make_track(&options);
-        const double rest = 65536 * 24 * 1.5 + (on_disk ? 65536 * 64 : 0) + 2e5; /* streams, group, grid */
+        const double rest = 65536 * 32 * 1.5 + (on_disk ? 65536 * 64 : 0) + 2e5; /* streams, group, grid */
         assert_close((double)asked, (on_disk ? 24.0 : 80.0) * MANY + rest, 0, 3e5);
         asked = 0;
         small_frame frame;

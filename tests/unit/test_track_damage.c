@@ -187,7 +187,8 @@ static void damaged_ledger_is_salvaged(void **unused) {
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
         assert_int_equal(info_of(track).accepted + info_of(track).outlier, 37);
-        assert_int_equal(lost, time == 0 ? 5 : 4); /* lines 3, 17, 18, 40, 41; then without the denial */
+        assert_int_equal(info_of(track).quarantined, 1); /* what denies frame 4 is there */
+        assert_int_equal(lost, 4);                       /* lines 3, 17, 18 and 41 */
     }
     toliman_period *clean = clean_period(&options);
     for (int64_t id = 1; id <= 40; id++)
@@ -265,6 +266,117 @@ static void full_disk_is_told(void **unused) {
     toliman_track_destroy(track);
 }
 
+/* Salvaged once, a folder can be merged as before, and what it has later is not passed over. */
+static void salvage_hides_nothing(void **unused) {
+    (void)unused;
+    char region_path[300];
+    snprintf(region_path, sizeof region_path, "%s/region", folder);
+    toliman_track_options options = small_options(folder), of_region = options, elsewhere = small_options(NULL);
+    of_region.folder = region_path;
+    toliman_track *shard = make_track(&options), *region = make_track(&of_region), *mission = make_track(&elsewhere);
+    push_range(shard, 1, 40);
+    assert_ok(toliman_track_save(shard));
+    assert_ok(toliman_track_merge(region, folder, 0, NULL));
+    assert_ok(toliman_track_save(region));
+    toliman_track_destroy(region);
+    char region_ledger[320];
+    snprintf(region_ledger, sizeof region_ledger, "%s/ledger.tlml", region_path);
+    flip_byte(region_ledger, HEADER + 5 * LINE);
+    int64_t lost = 0;
+    assert_ok(toliman_track_merge(mission, region_path, TOLIMAN_TRACK_SALVAGE, &lost));
+    assert_int_equal(lost, 1);
+    assert_ok(toliman_track_merge(mission, folder, 0, NULL)); /* has the line that the region lost */
+    assert_holds(mission, &options, 1, 40);
+    /* A healthy folder that was salvaged, and grows. */
+    assert_ok(toliman_track_merge(mission, folder, TOLIMAN_TRACK_SALVAGE, &lost));
+    assert_int_equal(lost, 0);
+    push_range(shard, 41, 60);
+    assert_ok(toliman_track_save(shard));
+    toliman_track_destroy(shard);
+    assert_ok(toliman_track_merge(mission, folder, 0, NULL));
+    assert_holds(mission, &options, 1, 60);
+    /* One that a power cut made shorter, and that went on with other frames. */
+    assert_int_equal(truncate(ledger, HEADER + 20 * LINE), 0);
+    assert_int_equal(unlink(checkpoint), 0);
+    shard = make_track(&options);
+    push_range(shard, 61, 100);
+    assert_ok(toliman_track_save(shard));
+    assert_ok(toliman_track_merge(mission, folder, 0, NULL));
+    assert_holds(mission, &options, 1, 100);
+    toliman_track_destroy(shard);
+    toliman_track_destroy(mission);
+    remove_folder(region_path);
+}
+
+/* The frame of a lost line stays denied, whether another folder that has it comes before or after. */
+static void salvaged_denials_hold_in_any_order(void **unused) {
+    (void)unused;
+    char other_path[300];
+    snprintf(other_path, sizeof other_path, "%s/other", folder);
+    toliman_track_options options = small_options(folder), of_other = options, elsewhere = small_options(NULL);
+    of_other.folder = other_path;
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    push_range(track, 1, 9);
+    make_frame(&frame, 4);
+    frame.pixels[1]++;
+    push_one(track, &frame.frame);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    flip_byte(ledger, HEADER + 3 * LINE);
+    for (int same = 0; same < 2; same++) { /* the other has what was lost, or what denied it */
+        track = make_track(&of_other);
+        make_frame(&frame, 4);
+        frame.pixels[1] = (uint16_t)(frame.pixels[1] + same);
+        push_one(track, &frame.frame);
+        assert_ok(toliman_track_commit(track));
+        toliman_track_destroy(track);
+        for (int order = 0; order < 2; order++) {
+            track = make_track(&elsewhere);
+            for (int i = 0; i < 2; i++)
+                assert_ok(toliman_track_merge(track, i == order ? folder : other_path, TOLIMAN_TRACK_SALVAGE, NULL));
+            assert_int_equal(info_of(track).quarantined, 1);
+            assert_int_equal(info_of(track).accepted + info_of(track).outlier, 8);
+            toliman_track_destroy(track);
+        }
+        remove_folder(other_path);
+    }
+}
+
+/* Merged counts that cannot be are refused before anything of them is written. */
+static void impossible_marks_do_not_spread(void **unused) {
+    (void)unused;
+    char crafted_path[300], crafted[320];
+    snprintf(crafted_path, sizeof crafted_path, "%s/crafted", folder);
+    snprintf(crafted, sizeof crafted, "%s/ledger.tlml", crafted_path);
+    toliman_track_options options = small_options(folder), of_crafted = options;
+    of_crafted.folder = crafted_path;
+    toliman_track_destroy(make_track(&of_crafted));
+    uint32_t chain = (uint32_t)number_at(crafted, HEADER - 4, 4);
+    for (int i = 0; i < 3; i++) {
+        unsigned char line[LINE] = {0};
+        const int64_t repeats = (int64_t)1 << 60;
+        const double sigma = SIGMA;
+        line[0] = (unsigned char)(i + 1);
+        memcpy(line + 20, &repeats, 8);
+        memcpy(line + 44, &sigma, 8);
+        line[52] = 5;
+        chain = crc32(chain, line, LINE - 4);
+        memcpy(line + LINE - 4, &chain, 4);
+        write_at(crafted, HEADER + i * LINE, line, LINE);
+    }
+    toliman_track *track = make_track(&options), *none = NULL;
+    push_range(track, 1, 5);
+    assert_fails(toliman_track_merge(track, crafted_path, 0, NULL), TOLIMAN_E_FORMAT, "impossible counts");
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    track = make_track(&options);
+    assert_int_equal(info_of(track).received, 5);
+    toliman_track_destroy(track);
+    assert_fails(toliman_track_create(&of_crafted, &none), TOLIMAN_E_FORMAT, "impossible counts");
+    remove_folder(crafted_path);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(checkpoint_costs_nothing_but_time, set_up, tear_down),
@@ -274,6 +386,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(lost_setup_is_asked_for, set_up, tear_down),
         cmocka_unit_test_setup_teardown(times_without_place_cost_no_frame, set_up, tear_down),
         cmocka_unit_test_setup_teardown(damaged_ledger_is_salvaged, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(salvage_hides_nothing, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(salvaged_denials_hold_in_any_order, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_marks_do_not_spread, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

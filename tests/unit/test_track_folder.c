@@ -153,8 +153,10 @@ static void lines_can_be_read(void **unused) {
     assert_ok(toliman_track_get_lines(track, info.lines - 3, 3, last, &done));
     assert_int_equal(done, 3);
     assert_memory_equal(last, lines + 62, sizeof last);
-    assert_ok(toliman_track_get_lines(track, info.lines, 3, last, &done));
-    assert_int_equal(done, 0);
+    for (int64_t beyond = info.lines; beyond < INT64_MAX / 4; beyond *= 3) {
+        assert_ok(toliman_track_get_lines(track, beyond, 3, last, &done));
+        assert_int_equal(done, 0);
+    }
     assert_fails(toliman_track_get_lines(track, -1, 3, last, &done), TOLIMAN_E_ARGUMENT, "first = -1");
     toliman_track_destroy(track);
     toliman_track_options elsewhere = small_options(NULL);
@@ -390,8 +392,150 @@ static void killed_runs_are_taken_up(void **unused) {
         push_range(track, 1, RUN); /* resumes by replaying all */
         assert_holds(track, &options, 1, RUN);
         toliman_track_destroy(track);
-        assert_int_equal(unlink(ledger) + unlink(checkpoint) + unlink(setup), 0);
+        assert_int_equal(unlink(ledger) + unlink(setup), 0);
+        unlink(checkpoint); /* there is none yet if the first kill was early */
     }
+}
+
+/* Names, ids and what is missing of each session and region; what is lost of the names costs no frame. */
+static void sessions_are_named(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    static const char *const sessions[] = {"night-2", "day.1", "night-2"}, *const rois[] = {"core", "core", "wing"};
+    small_frame frame;
+    for (int64_t id = 1; id <= 30; id++) {
+        make_frame(&frame, id);
+        frame.frame.session = sessions[id % 3];
+        frame.frame.roi = rois[id % 3];
+        push_one(track, &frame.frame);
+        push_one(track, &frame.frame); /* again: no other key */
+    }
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    char names[300];
+    snprintf(names, sizeof names, "%s/streams.txt", folder);
+    const off_t size = size_of(names);
+    for (int damage = 0; damage < 3; damage++) {
+        if (damage == 1) /* a letter of a name, and the last line is torn */
+            flip_byte(names, 19), assert_int_equal(truncate(names, size - 4), 0);
+        if (damage == 2)
+            assert_int_equal(unlink(names), 0);
+        track = make_track(&options);
+        toliman_track_stream streams[3] = {{.struct_size = sizeof *streams}};
+        size_t count = 0;
+        assert_ok(toliman_track_get_streams(track, NULL, 0, &count));
+        assert_int_equal(count, 3);
+        assert_fails(toliman_track_get_streams(track, streams, 2, &count), TOLIMAN_E_CAPACITY, "there are 3 sessions");
+        assert_ok(toliman_track_get_streams(track, streams, 3, &count));
+        int named = 0;
+        for (int i = 0; i < 3; i++) {
+            char both[200];
+            const int length = snprintf(both, sizeof both, "%s%c%s", streams[i].session, 0, streams[i].roi);
+            if (streams[i].session[0] != 0) {
+                assert_true(streams[i].stream == fnv1a(both, (size_t)length));
+                named++;
+            }
+            assert_int_equal(streams[i].frames, 10);
+            assert_int_equal(streams[i].last_id - streams[i].first_id, 27);
+            assert_int_equal(streams[i].missing, 18);
+        }
+        assert_int_equal(named, damage == 0 ? 3 : damage == 1 ? 1 : 0);
+        if (damage == 0) {
+            assert_string_equal(streams[0].session, "day.1");
+            assert_string_equal(streams[1].roi, "core");
+            assert_string_equal(streams[2].roi, "wing");
+        }
+        for (int64_t id = 31; id <= 33 && damage > 0; id++) { /* and with the next frame it is known again */
+            make_frame(&frame, id + damage * 3);
+            frame.frame.session = sessions[id % 3];
+            frame.frame.roi = rois[id % 3];
+            push_one(track, &frame.frame);
+        }
+        if (damage > 0) {
+            assert_ok(toliman_track_get_streams(track, streams, 3, &count));
+            assert_true(streams[0].session[0] && streams[1].session[0] && streams[2].session[0]);
+        }
+        toliman_track_destroy(track);
+    }
+    toliman_track_options elsewhere = small_options(NULL);
+    char copy[300];
+    snprintf(copy, sizeof copy, "%s/copy", folder);
+    elsewhere.folder = copy;
+    track = make_track(&elsewhere);
+    assert_ok(toliman_track_merge(track, folder, 0, NULL));
+    toliman_track_stream streams[3] = {{.struct_size = sizeof *streams}};
+    size_t count = 0;
+    assert_ok(toliman_track_get_streams(track, streams, 3, &count));
+    assert_string_equal(streams[0].session, "day.1");
+    toliman_track_destroy(track);
+    remove_folder(copy);
+}
+
+/* A checkpoint counts only for the ledger, grid and clock that it was made of. */
+static void checkpoint_of_others_is_not_taken(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options), *none = NULL;
+    push_range(track, 1, 20);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    char first[300], command[700];
+    snprintf(first, sizeof first, "%s/first", folder);
+    snprintf(command, sizeof command, "cp %s %s", checkpoint, first);
+    assert_int_equal(system(command), 0);
+
+    const int64_t clock[] = {0, 5000};
+    toliman_track_options other = options;
+    other.clock = clock;
+    other.clock_points = 1;
+    other.flags = TOLIMAN_TRACK_REBUILD;
+    toliman_track_destroy(make_track(&other));
+    snprintf(command, sizeof command, "cp %s %s", first, checkpoint); /* of the clock before */
+    assert_int_equal(system(command), 0);
+    other.flags = 0;
+    track = make_track(&other);
+    toliman_track_options fresh = other;
+    fresh.folder = NULL;
+    toliman_track *expected = make_track(&fresh);
+    push_range(expected, 1, 20);
+    assert_same_periods(period_of(track), period_of(expected));
+    toliman_track_line line = {.struct_size = sizeof line};
+    size_t done;
+    assert_ok(toliman_track_get_lines(track, 3, 1, &line, &done));
+    assert_int_equal(line.tai_ns - line.camera_ns, 5000);
+    toliman_track_destroy(expected);
+    toliman_track_destroy(track);
+
+    /* Another ledger under the same salt: the first 20 lines are others. */
+    assert_int_equal(truncate(ledger, HEADER + 5 * LINE), 0);
+    assert_int_equal(unlink(checkpoint), 0);
+    track = make_track(&other);
+    push_range(track, 41, 70);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    snprintf(command, sizeof command, "cp %s %s", first, checkpoint);
+    assert_int_equal(system(command), 0);
+    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_FORMAT, "first 20 lines are not those");
+    unlink(first);
+}
+
+/* Setup of a folder with another sigma: its sums would not carry these values. */
+static void setup_of_others_is_not_taken(void **unused) {
+    (void)unused;
+    char copy[300], command[700];
+    toliman_track_options options = small_options(folder), other = options;
+    toliman_track *none = NULL;
+    snprintf(copy, sizeof copy, "%s/copy", folder);
+    other.folder = copy;
+    other.sigma *= 2;
+    toliman_track_destroy(make_track(&options));
+    toliman_track_destroy(make_track(&other));
+    snprintf(command, sizeof command, "cp %s %s/setup.tlms", setup, copy);
+    assert_int_equal(system(command), 0);
+    other.nf = 0;
+    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which would have the grid");
+    remove_folder(copy);
 }
 
 int main(void) {
@@ -405,6 +549,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(bad_options_leave_no_folder, set_up, tear_down),
         cmocka_unit_test_setup_teardown(readers_bear_recovery, set_up, tear_down),
         cmocka_unit_test_setup_teardown(killed_runs_are_taken_up, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(sessions_are_named, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(checkpoint_of_others_is_not_taken, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(setup_of_others_is_not_taken, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,8 +17,8 @@ namespace cli {
 namespace {
 
 constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms", kCheckpoint[] = "/checkpoint.tlmc",
-                     kLock[] = "/lock";
-constexpr size_t kSaltOffset = 8, kSaltSize = 8; // lib/FORMATS.md, TLML
+                     kNames[] = "/streams.txt", kLock[] = "/lock";
+constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // lib/FORMATS.md, TLML
 
 std::string salt_of(const std::string &folder) {
     InputFile ledger(folder + kLedger);
@@ -63,8 +63,9 @@ class NewFolder {
     ~NewFolder() {
         if (kept_)
             return;
-        for (const char *name : {kLedger, kSetup, kCheckpoint, kLock})
-            ::unlink((path_ + name).c_str());
+        for (const std::string name : {kLedger, kSetup, kCheckpoint, kNames, kLock})
+            for (const char *suffix : {"", ".tmp"})
+                ::unlink((path_ + name + suffix).c_str());
         ::rmdir(path_.c_str());
     }
     NewFolder(const NewFolder &) = delete;
@@ -79,10 +80,10 @@ class NewFolder {
 } // namespace
 
 void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage) {
-    int64_t lines = 0;
+    int64_t lines = 1;
     toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders)
-        lines += known_state(folder).capacity;
+        lines += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
     if (how.nf == 0)
         throw Failure(kExitState, folders.front() +
                                       ": setup.tlms, which had grid and clock, is lost: `toliman rebuild` "

@@ -1,0 +1,60 @@
+#include "track/names.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "base/name.hpp"
+#include "track/identity.hpp"
+
+namespace toliman::track {
+
+namespace {
+
+constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1; // with its end
+
+} // namespace
+
+void Names::visit(const Each &each) const {
+    const int64_t size = store_.size(kName);
+    if (size <= 0)
+        return;
+    std::string text(static_cast<size_t>(size), '\0');
+    text.resize(store_.read(kName, 0, text.data(), text.size()));
+    for (size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+        unsigned long long stream = 0;
+        char session[kLongestName + 1], roi[kLongestName + 1];
+        const std::string line = text.substr(at, std::min(end - at, kLongestLine));
+        static_assert(kLongestName == 64, "widths below");
+        if (std::sscanf(line.c_str(), "%16llx %64s %64s", &stream, session, roi) == 3 && is_name(session) &&
+            is_name(roi) && stream == stream_digest(session, roi))
+            each(stream, session, roi);
+    }
+}
+
+void Names::begin() {
+    store_.write(kName, static_cast<uint64_t>(std::max<int64_t>(0, store_.size(kName))), "", 0);
+}
+
+// A torn line before it is ended first.
+void Names::add(uint64_t stream, std::string_view session, std::string_view roi) {
+    char line[kLongestLine + 2];
+    const int64_t size = store_.size(kName);
+    char last = '\n';
+    if (size > 0)
+        read_all(store_, kName, static_cast<uint64_t>(size) - 1, &last, 1);
+    const int length = std::snprintf(line, sizeof line, "%s%016llx %.*s %.*s\n", last == '\n' ? "" : "\n",
+                                     static_cast<unsigned long long>(stream), static_cast<int>(session.size()),
+                                     session.data(), static_cast<int>(roi.size()), roi.data());
+    added_ = true;
+    store_.write(kName, static_cast<uint64_t>(size), line, static_cast<size_t>(length));
+}
+
+void Names::sync() {
+    if (!added_)
+        return;
+    store_.sync(kName);
+    added_ = false;
+}
+
+} // namespace toliman::track

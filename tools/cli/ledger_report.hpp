@@ -1,0 +1,17 @@
+// What stands in a ledger, line by line, on standard output.
+#pragma once
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+namespace cli {
+
+std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker);
+// One line of JSON each, schema toliman-line/1.
+void print_lines(const toliman::tracker &tracker);
+// CSV t,y,sigma of what is in the periodogram; t in units of unit_ns of TAI since offset_ns.
+void print_series(const toliman::tracker &tracker, int64_t offset_ns, double unit_ns);
+// CSV session,roi,first,last of frame ids that are missing between others.
+void print_missing(const toliman::tracker &tracker);
+
+} // namespace cli
