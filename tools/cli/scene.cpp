@@ -49,7 +49,8 @@ std::string shipped_folder() {
 std::string found_scene(const std::string &name, const toliman_sim_options &options) {
     if (exists(name) || name.find('/') != std::string::npos)
         return name;
-    const std::string folder = shipped_folder(), shipped = folder + "/" + name;
+    const std::string folder = shipped_folder();
+    std::string shipped = folder + "/" + name;
     if (!exists(shipped))
         malformed(name, "No such file, neither here nor in " + folder);
     if (options.log != nullptr)

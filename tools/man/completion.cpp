@@ -27,8 +27,11 @@ constexpr char kEnd[] = R"(    esac
 complete -o default -F _toliman toliman
 )";
 
-// One arm of a case: these values, those of a list behind what stands before the last comma.
+// One arm of a case: the fixed values, those of a list behind what stands before the last comma; none where any will
+// do.
 std::string values_arm(const std::string &pattern, const CLI::Option &option) {
+    if (fixed_values(option).empty())
+        return "    " + pattern + ") ;;\n";
     std::string text = "    " + pattern + ")\n        words=\"" + joined(fixed_values(option), " ") + "\"\n";
     if (takes_list(option))
         text += "        [[ $word == *,* ]] && head=${word%,*}, word=${word##*,}\n";
@@ -42,11 +45,10 @@ std::string value_arms(const CLI::App &from, const std::string &command, std::ve
         std::vector<std::string> patterns;
         for (const std::string &name : names_of(*option)) {
             names.push_back(name);
-            patterns.push_back(command + ":" + name);
+            patterns.push_back(std::string(command).append(":").append(name));
         }
         if (!patterns.empty() && takes_value(*option))
-            text += fixed_values(*option).empty() ? "    " + joined(patterns, " | ") + ") ;;\n"
-                                                  : values_arm(joined(patterns, " | "), *option);
+            text += values_arm(joined(patterns, " | "), *option);
     }
     return text;
 }

@@ -24,16 +24,18 @@ void write(const std::string &path, const std::string &text) {
         throw std::runtime_error(path + ": cannot be written");
 }
 
+void write_page(const CLI::App &command, const std::string &tails, const std::string &share) {
+    const std::string name = manual::page_name(command);
+    write(share + "/man/man1/" + name + ".1", manual::page(command, tail_of(tails, name)));
+}
+
 void write_all(const std::string &tails, const std::string &share) {
     cli::Context context;
     CLI::App app;
     cli::add_commands(app, context);
-    std::vector<const CLI::App *> pages = manual::commands_of(app);
-    pages.push_back(&app);
-    for (const CLI::App *command : pages) {
-        const std::string name = manual::page_name(*command);
-        write(share + "/man/man1/" + name + ".1", manual::page(*command, tail_of(tails, name)));
-    }
+    write_page(app, tails, share);
+    for (const CLI::App *command : manual::commands_of(app))
+        write_page(*command, tails, share);
     write(share + "/bash-completion/completions/toliman", manual::completion(app));
 }
 

@@ -22,6 +22,7 @@ std::string validators_of(const CLI::Option &option) {
 
 std::string sentence(const char *start, const std::set<CLI::Option *> &options) {
     std::vector<std::string> names;
+    names.reserve(options.size());
     for (const CLI::Option *option : options)
         names.push_back(option->get_name());
     std::sort(names.begin(), names.end()); // the set is one of addresses
@@ -63,18 +64,19 @@ std::string placeholder(const CLI::Option &option) {
     return values.empty() || takes_list(option) ? type_of(option) : joined(values, "|");
 }
 
-std::string limits(const CLI::Option &option) {
+std::string told(const CLI::Option &option) {
     const std::string text = validators_of(option);
     const size_t first = text.find('['), dash = text.find(" - "), last = text.find(']');
-    std::string told;
+    std::string limits;
     if (last != std::string::npos && dash < last)
-        told =
+        limits =
             " From " + text.substr(first + 1, dash - first - 1) + " to " + text.substr(dash + 3, last - dash - 3) + ".";
     if (text == "POSITIVE")
-        told = " Above 0.";
+        limits = " Above 0.";
     if (takes_list(option) && !fixed_values(option).empty())
-        told = " Of " + joined(fixed_values(option), ", ") + ".";
-    return told + sentence(" Only with ", option.get_needs()) + sentence(" Not with ", option.get_excludes());
+        limits = " Of " + joined(fixed_values(option), ", ") + ".";
+    limits += sentence(" Only with ", option.get_needs()) + sentence(" Not with ", option.get_excludes());
+    return option.get_description() + (limits.empty() ? "" : "." + limits);
 }
 
 std::vector<const CLI::App *> commands_of(const CLI::App &app) {

@@ -18,8 +18,8 @@ bool takes_list(const CLI::Option &option);
 std::vector<std::string> fixed_values(const CLI::Option &option);
 // "TEXT", or the fixed values with bars between them.
 std::string placeholder(const CLI::Option &option);
-// What the description does not say: " From 1 to 64. Not with --seed."
-std::string limits(const CLI::Option &option);
+// The description, and limits that it does not say: "list so many peaks. From 1 to 64. Not with --follow."
+std::string told(const CLI::Option &option);
 
 std::vector<const CLI::App *> commands_of(const CLI::App &app);
 std::string joined(const std::vector<std::string> &words, const char *between);

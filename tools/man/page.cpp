@@ -118,9 +118,7 @@ std::string entries(const CLI::App &command, bool positionals) {
     for (const CLI::Option *option : options_of(command)) {
         if (option->get_positional() != positionals)
             continue;
-        const std::string limit = limits(*option), told = option->get_description();
-        text += entry(positionals ? positional(*option) : with_value(*option),
-                      marked(told + (limit.empty() ? "" : "." + limit)));
+        text += entry(positionals ? positional(*option) : with_value(*option), marked(told(*option)));
     }
     return text;
 }
