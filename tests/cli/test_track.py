@@ -188,7 +188,7 @@ class Damage(Track):
             last = self.counts(out)
             expected = {
                 "accepted": FRAMES - 6, "quarantined": 1, "repeated": 6, "rejected": 3, "received": FRAMES + 4,
-                "missing": 5, "bad_lines": 1, "short_frames": 1, "extra_bytes": 1, "unreadable_inputs": 1, "clock_jumps": 0,
+                "missing": 5, "bad_lines": 1, "short_frames": 1, "long_files": 1, "unreadable_inputs": 1, "clock_jumps": 0,
             }
             self.assertEqual({key: last[key] for key in expected}, expected)
             reasons = {"shape": 1, "over range": 1, "hole": 1, "not finite": 0, "clock": 0, "estimate": 0}
@@ -236,7 +236,7 @@ class Damage(Track):
         wrong = [self.lines[0], self.lines[1].replace('"n_cols": 64', '"n_cols": 65536'), *self.lines[2:]]
         self.pair("wrong/x", wrong, self.frames)  # the binary's size says that it is the line
         last = self.counts(self.track("t", "wrong"))
-        self.assertEqual((last["accepted"], last["bad_lines"], last["extra_bytes"]), (FRAMES - 1, 1, 0))
+        self.assertEqual((last["accepted"], last["bad_lines"], last["long_files"]), (FRAMES - 1, 1, 0))
 
     def test_side_lines(self):
         good = json.loads(self.lines[0])
@@ -420,7 +420,7 @@ class Folders(Track):
         self.track("slower", "all", "--clock", "clock.csv", grid=("--grid", "0.02:0.001:50"))
         self.assertEqual(self.sums("slow"), self.sums("slower"))
         (self.folder / "slower" / "setup.tlms").unlink()  # had the clock: nothing is guessed
-        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --grid and --clock",
+        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --clock and --grid or --mission-days",
                     arguments=("rebuild", "slower", "--grid", "0.02:0.001:50"))
         self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --clock",
                     arguments=("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le",
@@ -478,7 +478,11 @@ class Folders(Track):
         done = self.run_program("merge", "s", "--salvage", "--out", "saved")
         self.assertEqual((done.returncode, "s: 1 lines are lost" in done.stderr), (0, True))
         self.assertEqual(self.sums("saved"), self.clean([k for k in range(FRAMES) if k != 5]))
-        self.refuse(2, "--salvage is for state folders", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
+        (self.folder / "s" / "setup.tlms").unlink()  # and grid and clock are lost, too
+        self.refuse(5, "needs --clock and --grid", arguments=("merge", "s", "--salvage", "--out", "again"))
+        self.succeed("merge", "s", "--salvage", *GRID, "--clock", "camera", "--out", "again")
+        self.assertEqual(self.sums("again"), self.sums("saved"))
+        self.refuse(2, "--salvage, grid and clock are for state folders", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
 
     def test_files_with_a_header(self):
         numpy.save(self.folder / "day.npy", self.frames)

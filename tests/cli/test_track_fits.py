@@ -193,7 +193,7 @@ class Times(Fits):
         for name, (cards, text) in zip(names, cases):
             self.assertEqual(remarks[name]["remark"], "unreadable input", cards)
             self.assertIn(text, remarks[name]["text"])
-            self.assertIn(name, remarks[name]["text"])
+            self.assertEqual(self.errors.count(name + ":"), 1, self.errors)
         self.assertEqual(self.errors.count("\n"), len(cases))
         self.assertEqual(self.counts(self.out)["unreadable_inputs"], len(cases))
         self.read(names[:1], "--strict", code=4)

@@ -33,12 +33,13 @@ class Receiver {
     // One to fill, for take().
     virtual Arrival &next() = 0;
     virtual void take() = 0;
-    // A frame that cannot be read at all. facts: NULL where nothing is known of it.
+    // A frame that cannot be read at all. facts: NULL where nothing is known of it; of a bad line session, region and
+    // frame id alone.
     virtual void reject(const std::string &where, const FrameFacts *facts, const char *reason,
                         const std::string &why) = 0;
     virtual void remark(Remark kind, const std::string &where, const std::string &text) = 0;
-    // What is no damage but should be known of an input.
-    virtual void tell(const std::string &where, const std::string &text, bool warning) = 0;
+    // What is no damage but should be known of an input. remark: as lib/FORMATS.md calls it.
+    virtual void tell(const char *remark, const std::string &where, const std::string &text, bool warning) = 0;
     // Whether a frame is asked for; one that is not needs no reading, is counted, and nothing is said of it.
     virtual bool wants(const FrameFacts &facts) = 0;
     // To be called while nothing comes.

@@ -54,8 +54,21 @@ std::vector<std::string> pairs_of(const std::string &path) {
     std::set<std::string> sides;
     while (const dirent *entry = ::readdir(folder.get()))
         if (is_pair(entry->d_name))
-            sides.insert(side_of(path + "/" + entry->d_name));
+            sides.insert(side_of(plain(path) + "/" + entry->d_name));
     return {sides.begin(), sides.end()};
+}
+
+// A Failure of one of the two files that is not there.
+void check_whole(const std::string &side) {
+    for (const std::string &path : {side, binary_of(side)})
+        if (!exists(path))
+            malformed(path, std::strerror(errno));
+}
+
+// What a Failure tells of an input, without its name.
+std::string reason_of(const Failure &failure, const std::string &input) {
+    const std::string text = failure.what();
+    return text.rfind(input + ": ", 0) == 0 ? text.substr(input.size() + 2) : text;
 }
 
 } // namespace
@@ -68,7 +81,7 @@ void check_inputs(const DownlinkOptions &options) {
         if (input == "-")
             continue;
         if (!exists(input))
-            malformed(input, std::strerror(ENOENT));
+            malformed(input, std::strerror(errno));
         if (is_cube(input) && options.follow)
             throw Failure(kExitUsage, input + ": --follow is for folders and for pairs");
         if (ends_with(input, ".npy") && !options.cadence)
@@ -78,6 +91,8 @@ void check_inputs(const DownlinkOptions &options) {
                           input + ": must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder");
         if (!is_cube(input) && options.dtype.empty())
             throw Failure(kExitUsage, input + ": headerless frames need --dtype u16le or u32le");
+        if (is_pair(input) && !options.follow)
+            check_whole(side_of(input));
     }
 }
 
@@ -123,7 +138,7 @@ void Downlink::read_input(const std::string &name) {
     } catch (const Failure &failure) {
         if (failure.code() != kExitInput)
             throw;
-        receiver_.remark(Remark::unreadable, name, failure.what());
+        receiver_.remark(Remark::unreadable, name, reason_of(failure, name));
     }
 }
 
@@ -166,9 +181,9 @@ FrameTimes Downlink::times_of(FrameFile &file) {
                                       ") becomes TAI by itself, and the folder has a clock: must be a folder without "
                                       "--clock");
     if (is_fits(file.path()))
-        receiver_.tell(file.path(), "time by " + times.rule(), times.assumed());
+        receiver_.tell("time", file.path(), "time by " + times.rule(), times.assumed());
     if (times.beyond() && !told_beyond_)
-        receiver_.tell(file.path(),
+        receiver_.tell("time", file.path(),
                        "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires()) +
                            " only: --leap-seconds FILE takes a newer leap-seconds.list of the IERS",
                        true);
@@ -199,28 +214,50 @@ void Downlink::read_cube(const std::string &path) {
     }
 }
 
-void Downlink::poll() {
+std::vector<std::string> Downlink::open_sides(const std::string &input) const {
+    if (!is_pair(input))
+        return pairs_of(input);
+    const std::string side = side_of(input);
+    if (growing_.count(side) > 0)
+        check_whole(side);
+    return {side};
+}
+
+// Side files of an input that is followed. Says once that it cannot be opened, and that it is back.
+std::vector<std::string> Downlink::sides_of(const std::string &input) {
     std::vector<std::string> sides;
-    for (const std::string &input : options_.inputs) {
-        const std::vector<std::string> found =
-            is_folder(input) ? pairs_of(input) : std::vector<std::string>{side_of(input)};
-        sides.insert(sides.end(), found.begin(), found.end());
+    std::string why;
+    try {
+        sides = open_sides(input);
+    } catch (const Failure &failure) {
+        why = reason_of(failure, input);
     }
-    for (const std::string &side : sides) {
-        if (!exists(side) || !exists(binary_of(side))) // yet
-            continue;
-        Pair &pair =
-            growing_.try_emplace(side, side, PairFormat{options_.dtype == "u32le", options_.rows, options_.cols})
-                .first->second;
-        try {
-            pair.read(receiver_, true);
-        } catch (const Failure &failure) {
-            if (failure.code() != kExitInput)
-                throw;
-            if (mute_.insert(side).second)
-                receiver_.remark(Remark::unreadable, side, failure.what());
-        }
+    if (!why.empty() && gone_.insert(input).second)
+        receiver_.remark(Remark::unreadable, input, "is gone, and waited for: " + why);
+    if (why.empty() && gone_.erase(input) > 0)
+        receiver_.tell("back", input, "is back", false);
+    return sides;
+}
+
+void Downlink::look_at(const std::string &side) {
+    if (!exists(side) || !exists(binary_of(side))) // yet
+        return;
+    const PairFormat format = {options_.dtype == "u32le", options_.rows, options_.cols};
+    Pair &pair = growing_.try_emplace(side, side, format).first->second;
+    try {
+        pair.read(receiver_, true);
+    } catch (const Failure &failure) {
+        if (failure.code() != kExitInput)
+            throw;
+        if (mute_.insert(side).second)
+            receiver_.remark(Remark::unreadable, side, reason_of(failure, side));
     }
+}
+
+void Downlink::poll() {
+    for (const std::string &input : options_.inputs)
+        for (const std::string &side : sides_of(input))
+            look_at(side);
     receiver_.wait();
     ::poll(nullptr, 0, kPollMs); // a signal ends it
     receiver_.wait();

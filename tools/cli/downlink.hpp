@@ -38,6 +38,9 @@ class Downlink {
     void read_folder(const std::string &folder);
     void read_pair(const std::string &path);
     void read_cube(const std::string &path);
+    std::vector<std::string> open_sides(const std::string &input) const;
+    std::vector<std::string> sides_of(const std::string &input);
+    void look_at(const std::string &side);
     FrameFacts facts_of(FrameFile &file);
     FrameTimes times_of(FrameFile &file);
     void poll();
@@ -47,6 +50,7 @@ class Downlink {
     Receiver &receiver_;
     std::map<std::string, Pair> growing_; // by their side files
     std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
+    std::set<std::string> gone_;          // inputs that are followed and cannot be opened
     std::string unnumbered_;              // the file without FRAME1 that had --session
     bool told_beyond_ = false;            // that the table of leap seconds has expired
 };

@@ -15,7 +15,7 @@ enum ExitCode {
     kExitInput = 3,    // an input file missing or malformed
     kExitRejected = 4, // finished, but samples or frames were rejected (--strict)
     kExitState = 5,    // a state folder is damaged and not recoverable
-    kExitOutput = 6,   // an output cannot be written
+    kExitOutput = 6,   // an output cannot be written, or another process is writing to it
     kExitHungUp = 129, // 128 and the signal
     kExitInterrupted = 130,
     kExitTerminated = 143,

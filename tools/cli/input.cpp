@@ -18,6 +18,26 @@ bool is_folder(const std::string &path) {
     return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
 }
 
+std::string plain(std::string path) {
+    while (path.size() > 1 && path.back() == '/')
+        path.pop_back();
+    return path;
+}
+
+FileStamp::FileStamp(const std::string &path) {
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) != 0)
+        malformed(path, std::strerror(errno));
+    inode = facts.st_ino;
+    size = static_cast<size_t>(facts.st_size);
+    changed_ns = facts.st_mtim.tv_sec * int64_t{1000000000} + facts.st_mtim.tv_nsec;
+}
+
+bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept {
+    return before.inode != 0 && (now.inode != before.inode || now.size < before.size ||
+                                 (now.size == before.size && now.changed_ns != before.changed_ns));
+}
+
 InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
     struct stat facts = {};
     if (::stat(path.c_str(), &facts) != 0)

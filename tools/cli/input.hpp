@@ -1,5 +1,6 @@
 // Input files that are read through stdio.
 #pragma once
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <sys/types.h>
@@ -8,6 +9,22 @@ namespace cli {
 
 bool exists(const std::string &path);
 bool is_folder(const std::string &path);
+// Without slashes at its end.
+std::string plain(std::string path);
+
+// What tells whether a file of the same name is the same, and whether it grew.
+struct FileStamp {
+    FileStamp() = default;
+    explicit FileStamp(const std::string &path); // a Failure if there is no such file
+    bool operator==(const FileStamp &other) const noexcept {
+        return inode == other.inode && size == other.size && changed_ns == other.changed_ns;
+    }
+    uint64_t inode = 0; // 0: none yet
+    size_t size = 0;
+    int64_t changed_ns = 0;
+};
+// By another file, or by other bytes: what only grew was not.
+bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept;
 
 // An open regular file and its size; a Failure if there is none.
 class InputFile {

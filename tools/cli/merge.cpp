@@ -1,6 +1,8 @@
 // toliman merge: the sums of shards, or their state folders, into one.
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <string_view>
@@ -20,6 +22,7 @@ struct Options {
     std::vector<std::string> files;
     std::string out;
     bool salvage = false;
+    SetupOptions setup;
 };
 
 constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
@@ -37,7 +40,7 @@ The first file's grid and references stay. With equal ones the result has the bi
 would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
 twice, as itself or as a copy, and sigmas stand in all files or in none.
 
-Of state folders grid and clock are the first's, and counts are those of all together. A folder that is refused because
+Of state folders grid and clock are the first's, unless both are given, and counts are those of all together. A folder that is refused because
 its ledger is damaged can be brought into a new one, with --salvage, less the lines that are lost:
   toliman merge mission --salvage --out mission_saved)";
 
@@ -63,16 +66,20 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
                             " sigma, those before have " + (more.weighted != 0 ? "none" : "one"));
 }
 
-void merge(const Options &options) {
+void merge(Options &options, Progress &progress) {
     if (options.files.size() < 2 && !options.salvage)
         throw Failure(kExitUsage, "merge: one state alone: give two or more");
     const auto folders = std::count_if(options.files.begin(), options.files.end(), is_folder);
-    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
+    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size())) {
+        for (const std::string &file : options.files)
+            if (!exists(file))
+                malformed(file, std::strerror(errno));
         throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
+    }
     if (folders > 0)
-        return merge_folders(options.files, options.out, options.salvage);
-    if (options.salvage)
-        throw Failure(kExitUsage, "merge: --salvage is for state folders");
+        return merge_folders(options.files, options.out, options.salvage, options.setup, progress);
+    if (options.salvage || options.setup.has_grid() || options.setup.has_clock())
+        throw Failure(kExitUsage, "merge: --salvage, grid and clock are for state folders");
     check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());
     Once once;
@@ -100,7 +107,13 @@ void add_merge(CLI::App &app, Context &context) {
         ->required();
     command->add_option("--out", options->out, "the file (.tlmp; - is standard output) or new folder")->required();
     command->add_flag("--salvage", options->salvage, "leave out what is damaged in a folder's ledger, and tell it");
-    command->callback([&context, options] { context.action = [options] { merge(*options); }; });
+    options->setup.add_to(*command);
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            merge(*options, progress);
+        };
+    });
 }
 
 } // namespace cli

@@ -79,20 +79,30 @@ class NewFolder {
 
 } // namespace
 
-void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage) {
+void merge_folders(const std::vector<std::string> &given, const std::string &out, bool salvage, SetupOptions &setup,
+                   Progress &progress) {
+    std::vector<std::string> folders;
+    for (const std::string &folder : given)
+        folders.push_back(plain(folder));
     int64_t lines = 1;
     toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders)
         lines += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
-    if (how.nf == 0)
+    if (setup.has_grid() != setup.has_clock())
+        throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
+    const bool given_anew = setup.has_grid();
+    if (how.nf == 0 && !given_anew)
         throw Failure(kExitState, folders.front() +
-                                      ": setup.tlms, which had grid and clock, is lost: `toliman rebuild` "
-                                      "makes it anew");
+                                      ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                      "--grid or --mission-days");
     check_different(folders);
     NewFolder made(out);
-    copy(folders.front() + kSetup, out + kSetup); // grid and clock of the first
+    if (given_anew)
+        setup.set(how, progress);
+    else
+        copy(folders.front() + kSetup, out + kSetup);
     how.folder = out.c_str();
-    how.nf = 0;
+    how.nf = given_anew ? how.nf : 0;
     how.capacity = std::min(lines, int64_t{1} << 28);
     toliman::tracker tracker = open_tracker(how);
     for (const std::string &folder : folders) {
@@ -102,7 +112,7 @@ void merge_folders(const std::vector<std::string> &folders, const std::string &o
         if (status == TOLIMAN_E_MISMATCH)
             malformed(folder, toliman_last_error());
         if (status == TOLIMAN_E_FORMAT)
-            throw Failure(kExitState, toliman_last_error());
+            throw Failure(kExitState, damage_of(folder));
         toliman::check(status);
         if (lost > 0)
             std::fprintf(stderr, "%s: %lld lines are lost\n", folder.c_str(), static_cast<long long>(lost));

@@ -3,9 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "setup_options.hpp"
+
 namespace cli {
 
 // Into `out`, which must not be there yet; nothing is left of it after an error.
-void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage);
+void merge_folders(const std::vector<std::string> &folders, const std::string &out, bool salvage, SetupOptions &setup,
+                   Progress &progress);
 
 } // namespace cli

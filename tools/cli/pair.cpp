@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <toliman/track.h>
 
@@ -50,6 +51,16 @@ size_t Pair::bytes(const SideLine &line) const noexcept {
     return line.why.empty() ? line.facts.rows * line.facts.cols * (format_.wide ? 4 : 2) : usual_bytes();
 }
 
+// That by which the lines' frames take the binary's size, if it is not the one that was asked for.
+std::string Pair::other_dtype() const {
+    size_t own = 0;
+    for (const SideLine &line : lines_)
+        own += bytes(line);
+    if (format_.wide)
+        return own > 0 && own == 2 * binary_stamp_.size ? "u16le" : "";
+    return own > 0 && 2 * own == binary_stamp_.size ? "u32le" : "";
+}
+
 // Where the lines' own shapes add up to the binary's size, they tell where each frame is. Else where the usual shape
 // does, a line of another one is wrong. Else frames have a place only up to the first line that is bad or of another
 // shape than the first: what is behind it may be shifted.
@@ -87,14 +98,33 @@ double Pair::usual_gap() const {
     return *middle;
 }
 
+// The line itself where there is none.
+size_t Pair::good_before(size_t line) const noexcept {
+    for (size_t i = line; i-- > 0;)
+        if (lines_[i].why.empty())
+            return i;
+    return line;
+}
+
+// Regions of one exposure share their time and frame id.
+bool Pair::stands(size_t before, size_t line) const noexcept {
+    const FrameFacts &a = lines_[before].facts, &b = lines_[line].facts;
+    return a.camera_ns == b.camera_ns && a.id != b.id && a.session == b.session && a.roi == b.roi;
+}
+
 void Pair::remark_jump(Receiver &receiver, size_t line, double usual) const {
-    if (line == 0 || !lines_[line].why.empty() || !lines_[line - 1].why.empty())
+    const size_t before = good_before(line);
+    if (before == line || !lines_[line].why.empty())
         return;
-    const double step = gap(lines_[line - 1], lines_[line]);
+    const double step = gap(lines_[before], lines_[line]);
     if (step < 0)
         receiver.remark(Remark::clock_jump, where(line),
                         "the clock goes back by " + std::to_string(-step / 1e9) + " s");
-    else if (usual > 0 && step > kJump * usual)
+    else if (stands(before, line) && !stands(good_before(before), before)) // once a standstill
+        receiver.remark(Remark::clock_jump, where(line),
+                        "the clock stands still: " + std::to_string(lines_[line].facts.camera_ns) +
+                            " ns, as of the frame before");
+    else if (usual > 0 && step > kJump * usual * static_cast<double>(line - before))
         receiver.remark(Remark::clock_jump, where(line),
                         "the clock jumps by " + std::to_string(step / 1e9) + " s, the median step is " +
                             std::to_string(usual / 1e9) + " s");
@@ -109,7 +139,7 @@ void Pair::give(Receiver &receiver) {
             continue;
         remark_jump(receiver, given_, usual);
         if (!line.why.empty()) {
-            receiver.reject(where(given_), nullptr, "bad line", line.why);
+            receiver.reject(where(given_), line.named ? &line.facts : nullptr, "bad line", line.why);
             continue;
         }
         Arrival &arrival = receiver.next();
@@ -124,26 +154,42 @@ void Pair::give(Receiver &receiver) {
     }
 }
 
+// A pair that grows is looked at twice before it is read where its files were replaced, of which one may still be that
+// of before, and where its sizes are those of another dtype, which it may be growing through.
 void Pair::read(Receiver &receiver, bool growing) {
-    const size_t side_size = InputFile(side_).size(), binary_size = InputFile(binary_).size();
-    if (growing && side_size == side_size_ && binary_size == binary_size_)
+    const FileStamp side(side_), binary(binary_);
+    if (growing && !doubtful_ && side == side_stamp_ && binary == binary_stamp_)
         return;
-    if (side_size < side_size_) // others of the same name
+    const bool replaced = was_replaced(side_stamp_, side) || was_replaced(binary_stamp_, binary);
+    const bool looked_at = !growing || std::exchange(doubtful_, replaced);
+    side_stamp_ = side;
+    binary_stamp_ = binary;
+    if (replaced) {
         given_ = 0;
-    side_size_ = side_size;
-    binary_size_ = binary_size;
+        return;
+    }
     lines_ = read_side_file(side_, growing);
-    place(binary_size);
-    give(receiver);
+    const std::string other = given_ == 0 ? other_dtype() : "";
+    if (other.empty()) {
+        place(binary.size);
+        give(receiver);
+    } else if (looked_at) {
+        malformed(binary_, "holds " + std::string(format_.wide ? "half" : "2 times") + " the bytes of its " +
+                               std::to_string(lines_.size()) + " frames: is it " + other + "?");
+    } else {
+        doubtful_ = true;
+    }
 }
 
 void Pair::end(Receiver &receiver) {
+    if (doubtful_ || (given_ == 0 && !other_dtype().empty()))
+        return;
     const bool behind_odd =
         given_ < lines_.size() && (!lines_[given_].why.empty() || bytes(lines_[given_]) != bytes(lines_.front()));
     for (; given_ < lines_.size(); given_++) {
         const SideLine &line = lines_[given_];
         if (!line.why.empty())
-            receiver.reject(where(given_), nullptr, "bad line", line.why);
+            receiver.reject(where(given_), line.named ? &line.facts : nullptr, "bad line", line.why);
         else if (behind_odd)
             receiver.reject(where(given_), &line.facts, "place unknown",
                             "stands at or behind a line that is bad or of another shape, and the size of " + binary_ +
@@ -151,9 +197,9 @@ void Pair::end(Receiver &receiver) {
         else
             receiver.reject(where(given_), &line.facts, "short file", binary_ + " ends before this frame");
     }
-    if (binary_size_ > used_ && places_.size() == lines_.size())
+    if (binary_stamp_.size > used_ && places_.size() == lines_.size())
         receiver.remark(Remark::extra_bytes, binary_,
-                        std::to_string(binary_size_ - used_) + " bytes more than the frames of " + side_);
+                        std::to_string(binary_stamp_.size - used_) + " bytes more than the frames of " + side_);
 }
 
 } // namespace cli

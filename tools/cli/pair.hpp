@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arrival.hpp"
+#include "input.hpp"
 #include "side_file.hpp"
 
 namespace cli {
@@ -34,15 +35,19 @@ class Pair {
     };
     size_t usual_bytes() const noexcept;
     size_t bytes(const SideLine &line) const noexcept;
+    std::string other_dtype() const;
     void place(size_t size);
     void give(Receiver &receiver);
+    size_t good_before(size_t line) const noexcept;
+    bool stands(size_t before, size_t line) const noexcept;
     void remark_jump(Receiver &receiver, size_t line, double usual) const;
     double usual_gap() const;
     std::string where(size_t line) const { return side_ + ":" + std::to_string(line + 1); }
 
     std::string side_, binary_;
     PairFormat format_;
-    size_t side_size_ = 0, binary_size_ = 0; // when last read
+    FileStamp side_stamp_, binary_stamp_; // when last looked at
+    bool doubtful_ = false;               // it may be under way: whether it is what it seems is seen at the next look
     std::vector<SideLine> lines_;
     std::vector<Place> places_; // of the first lines; the others have none
     size_t used_ = 0;           // bytes, up to the last place

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <iterator>
 
 #include "failure.hpp"
 #include "input.hpp"
@@ -12,7 +13,8 @@ namespace cli {
 
 namespace {
 
-constexpr int kKeys = 8;
+constexpr const char *kKeys[] = {"frame_id",  "timestamp_ns", "host_time", "nframes_dropped",
+                                 "roi_label", "n_rows",       "n_cols",    "session_id"};
 constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
 
 class BadSideLine {
@@ -64,24 +66,35 @@ std::string name(const cJSON *object, const char *key) {
     return text;
 }
 
-FrameFacts facts_of(const std::string &line) {
+// Neither others than the eight keys nor one of them twice.
+void check_keys(const cJSON *object) {
+    for (const cJSON *item = object->child; item != nullptr; item = item->next) {
+        const std::string key = item->string;
+        if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
+            throw BadSideLine((is_name(key) ? "the key " + key : "a key of other letters than A-Z a-z 0-9 . _ -") +
+                              " is none of the eight of a side file");
+        if (&member(object, key.c_str()) != item)
+            throw BadSideLine(key + " is there twice");
+    }
+}
+
+void read_line(const std::string &line, SideLine &read) {
     const JsonTree tree(line.find('\0') == std::string::npos ? cJSON_ParseWithOpts(line.c_str(), nullptr, 1) : nullptr);
     const cJSON *object = tree.get();
     if (cJSON_IsObject(object) == 0)
         throw BadSideLine("is no JSON object");
-    FrameFacts facts;
+    FrameFacts &facts = read.facts;
+    facts.session = name(object, "session_id");
+    facts.roi = name(object, "roi_label");
     facts.id = whole(object, line, "frame_id", INT64_MIN, INT64_MAX);
+    read.named = true;
     facts.camera_ns = whole(object, line, "timestamp_ns", INT64_MIN, INT64_MAX);
     facts.dropped = whole(object, line, "nframes_dropped", 0, kMostDropped);
-    facts.roi = name(object, "roi_label");
     facts.rows = static_cast<size_t>(whole(object, line, "n_rows", 1, kLargestSide));
     facts.cols = static_cast<size_t>(whole(object, line, "n_cols", 1, kLargestSide));
-    facts.session = name(object, "session_id");
     if (cJSON_IsNumber(&member(object, "host_time")) == 0)
         throw BadSideLine("host_time must be a number");
-    if (cJSON_GetArraySize(object) != kKeys)
-        throw BadSideLine("has other keys than the eight of a side file");
-    return facts;
+    check_keys(object);
 }
 
 } // namespace
@@ -92,11 +105,13 @@ void check_name(const std::string &name, const std::string &where) {
 }
 
 SideLine read_side_line(const std::string &line) {
+    SideLine read;
     try {
-        return {facts_of(line), ""};
+        read_line(line, read);
     } catch (const BadSideLine &bad) {
-        return {{}, bad.why()};
+        read.why = bad.why();
     }
+    return read;
 }
 
 std::vector<SideLine> read_side_file(const std::string &path, bool growing) {

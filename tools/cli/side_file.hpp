@@ -9,7 +9,8 @@ namespace cli {
 
 struct SideLine {
     FrameFacts facts;
-    std::string why; // empty: the line is good
+    std::string why;    // empty: the line is good
+    bool named = false; // session, region and frame id can be read, whatever else is wrong
 };
 
 // Of sessions and regions of interest; a Failure that begins with `where`.

@@ -1,10 +1,10 @@
 #include "state_folder.hpp"
 
-#include <algorithm>
-#include <cctype>
-#include <charconv>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <sys/stat.h>
 
 #include "failure.hpp"
 #include "input.hpp"
@@ -13,50 +13,59 @@ namespace cli {
 
 namespace {
 
-// A file of a state folder that is damaged is no input file.
-[[noreturn]] void fail_state(toliman_status status) {
+// A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
+[[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
     if (status == TOLIMAN_E_FORMAT)
-        throw Failure(kExitState, toliman_last_error());
+        throw Failure(kExitState, damage_of(folder));
+    if (status == TOLIMAN_E_STATE)
+        throw Failure(kExitOutput, toliman_last_error());
     throw toliman::error(status);
 }
 
-int64_t whole_of(const std::string &text, size_t &at, const std::string &where) {
-    int64_t value = 0;
-    at = std::min(text.find_first_not_of(" \t", at), text.size());
-    const auto [end, error] = std::from_chars(text.data() + at, text.data() + text.size(), value);
-    if (error != std::errc())
-        malformed(where, "must be camera_ns,tai_ns, two whole numbers of 64 bits");
-    at = std::min(text.find_first_not_of(" \t\r", static_cast<size_t>(end - text.data())), text.size());
-    return value;
+// False where there certainly is none.
+bool has_ledger(const std::string &folder) {
+    struct stat facts = {};
+    if (::stat((folder + "/ledger.tlml").c_str(), &facts) == 0)
+        return true;
+    if (errno != ENOENT && errno != ENOTDIR)
+        malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
+    if (exists(folder + "/checkpoint.tlmc"))
+        throw Failure(kExitState, folder + ": ledger.tlml is gone, though its checkpoint is there: what is known of "
+                                           "its frames is lost: give all frames again, into a new folder");
+    return false;
 }
 
 } // namespace
 
+std::string damage_of(const std::string &folder) {
+    const std::string text = toliman_last_error();
+    const bool can_be_salvaged = text.find("salvage") != std::string::npos;
+    return text + (can_be_salvaged ? ": `toliman merge " + folder + " --salvage --out NEW`" : "");
+}
+
 std::optional<toliman_track_options> made_with(const std::string &folder) {
+    if (!has_ledger(folder))
+        return std::nullopt;
     toliman_track_options options = {};
     options.struct_size = sizeof options;
     const toliman_status status = toliman_track_load_options(folder.c_str(), &options);
-    if (status == TOLIMAN_E_NOT_FOUND)
-        return std::nullopt;
     if (status != TOLIMAN_OK)
-        fail_state(status);
+        fail_state(status, folder);
     return options;
 }
 
 toliman_track_options known_state(const std::string &folder) {
     const std::optional<toliman_track_options> made = made_with(folder);
     if (!made)
-        malformed(folder, "is no state folder of `toliman track`");
-    toliman_track_options how = *made;
-    how.folder = folder.c_str();
-    return how;
+        malformed(folder, exists(folder) ? "is no state folder of `toliman track`" : std::strerror(ENOENT));
+    return *made;
 }
 
 toliman::tracker open_tracker(const toliman_track_options &options) {
     toliman_track *tracker = nullptr;
     const toliman_status status = toliman_track_create(&options, &tracker);
     if (status != TOLIMAN_OK)
-        fail_state(status);
+        fail_state(status, options.folder);
     return toliman::tracker(tracker);
 }
 
@@ -67,66 +76,12 @@ toliman_track_info info_of(const toliman::tracker &tracker) {
     return info;
 }
 
-bool has_clock(const toliman::tracker &tracker) {
+std::vector<int64_t> clock_of(const toliman::tracker &tracker) {
     size_t points = 0;
     toliman::check(toliman_track_get_clock(tracker.get(), nullptr, 0, &points));
-    return points > 0;
-}
-
-FrequencyGrid grid_of(const std::string &text) {
-    FrequencyGrid grid = {};
-    long long nf = 0;
-    char rest = '\0';
-    if (std::sscanf(text.c_str(), "%lf:%lf:%lld%c", &grid.f0, &grid.df, &nf, &rest) != 3)
-        throw Failure(kExitUsage, "--grid " + text + ": must be F0:DF:NF in cycles a day, e.g. 0.001:0.0001:5000");
-    grid.nf = nf;
-    if (!(grid.f0 >= 0) || !(grid.df > 0) || nf < 1 || nf > (1 << 26) || !std::isfinite(grid.f0 + grid.df))
-        throw Failure(kExitUsage, "--grid " + text + ": must be F0 >= 0, DF > 0 and 1 <= NF <= 2^26");
-    return grid;
-}
-
-void set_grid(const FrequencyGrid &grid, toliman_track_options &options) {
-    options.f0 = grid.f0;
-    options.df = grid.df;
-    options.nf = grid.nf;
-    options.period_flags = TOLIMAN_PERIOD_WIDE; // as `run` and `period`
-}
-
-std::vector<int64_t> read_clock(const std::string &path) {
-    if (path.empty())
-        return {};
-    if (path == "camera")
-        return {0, 0};
-    InputFile file(path);
-    std::string text(file.size(), '\0');
-    if (!file.read(text.data(), text.size()))
-        malformed(path, "cannot be read");
-    std::vector<int64_t> clock;
-    int number = 0;
-    for (size_t at = 0; at < text.size();) {
-        const size_t end = std::min(text.find('\n', at), text.size());
-        const std::string line = text.substr(at, end - at), where = path + ":" + std::to_string(++number);
-        at = end + 1;
-        const size_t first = line.find_first_not_of(" \t\r");
-        if (first == std::string::npos || line[first] == '#' ||
-            (number == 1 && std::isalpha(static_cast<unsigned char>(line[first])) != 0))
-            continue;
-        size_t column = 0;
-        clock.push_back(whole_of(line, column, where));
-        if (column >= line.size() || line[column++] != ',')
-            malformed(where, "must be camera_ns,tai_ns, two whole numbers of 64 bits");
-        clock.push_back(whole_of(line, column, where));
-        if (column != line.size())
-            malformed(where, "must be camera_ns,tai_ns, two whole numbers of 64 bits");
-    }
-    if (clock.empty())
-        malformed(path, "holds no pair camera_ns,tai_ns");
+    std::vector<int64_t> clock(2 * points);
+    toliman::check(toliman_track_get_clock(tracker.get(), clock.data(), points, &points));
     return clock;
-}
-
-void set_clock(const std::vector<int64_t> &clock, toliman_track_options &options) {
-    options.clock = clock.data();
-    options.clock_points = clock.size() / 2;
 }
 
 namespace {

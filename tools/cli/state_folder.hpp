@@ -7,26 +7,21 @@
 #include <toliman/toliman.hpp>
 
 #include "json.hpp"
-#include "periodogram.hpp"
 
 namespace cli {
 
-// What a folder was made with; none for one that holds no state yet.
+// What a folder was made with; none for one that holds no state yet. `folder` must outlive it. A Failure for a folder
+// that cannot be opened, and with exit code 5 for one that is damaged.
 std::optional<toliman_track_options> made_with(const std::string &folder);
-// The same of one that must hold a state; `folder` must outlive it.
+// The same of one that must hold a state.
 toliman_track_options known_state(const std::string &folder);
-// A Failure with exit code 5 where the state is damaged.
+// A Failure with exit code 5 where the state is damaged, and 6 where another process is writing to it.
 toliman::tracker open_tracker(const toliman_track_options &options);
 toliman_track_info info_of(const toliman::tracker &tracker);
-// Whether its clock changes the camera's time.
-bool has_clock(const toliman::tracker &tracker);
-
-// "F0:DF:NF", cycles a day.
-FrequencyGrid grid_of(const std::string &text);
-void set_grid(const FrequencyGrid &grid, toliman_track_options &options);
-// Pairs camera_ns,tai_ns of a CSV file, one after the other.
-std::vector<int64_t> read_clock(const std::string &path);
-void set_clock(const std::vector<int64_t> &clock, toliman_track_options &options);
+// Pairs of camera's time and TAI, one after the other; none where they are the same.
+std::vector<int64_t> clock_of(const toliman::tracker &tracker);
+// The last message of the library upon a folder that is damaged, and what to do.
+std::string damage_of(const std::string &folder);
 
 // The period as far as frames tell; NaN else. Of a look after each frame the highest peak of the grid; `fit` is the
 // least-squares fit to all values, which are read anew for it.

@@ -5,8 +5,10 @@
 
 #include "command.hpp"
 #include "failure.hpp"
+#include "input.hpp"
 #include "ledger_report.hpp"
 #include "output.hpp"
+#include "setup_options.hpp"
 #include "state_folder.hpp"
 
 namespace cli {
@@ -30,14 +32,18 @@ constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from 
 Examples:
   toliman rebuild mission --grid 1e-3:1e-5:50000
   toliman rebuild mission --clock clock.csv
-  toliman rebuild mission --clock camera
+  toliman rebuild mission --mission-days 1500 --clock camera
 
-For another grid, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where that
-time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
+For another grid or epoch, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where
+that time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
 
 struct Options {
-    std::string folder, grid, clock;
+    std::string folder;
     bool as_json = false, lines = false, series = false, missing = false;
+};
+
+struct RebuildOptions : Options {
+    SetupOptions setup;
 };
 
 constexpr size_t kShownSessions = 20;
@@ -57,7 +63,7 @@ std::string settings_text(const toliman::tracker &tracker, const toliman_track_o
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = row("  grid        %.6g + k %.6g a day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
                            how.df, number(how.nf), number(how.time_offset_ns));
-    text += row("  clock       %s\n", has_clock(tracker) ? "a table of pairs" : "the camera's time is TAI");
+    text += row("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
     text += row(
         "  frames      %lldx%lld of %u bits, from %lld,%lld by %lld to %lldx%lld; estimator %016llx, sigma %.3g\n",
         number(how.rows), number(how.cols), how.bit_depth, number(how.crop_row), number(how.crop_col), number(how.bin),
@@ -103,7 +109,9 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     json.set_count("lines", info.lines).set("sigma", info.sigma);
     Json grid;
     grid.set("f0", how.f0).set("df", how.df).set_count("nf", how.nf).set_count("time_offset_ns", how.time_offset_ns);
-    json.set("grid", std::move(grid)).set_flag("clock", has_clock(tracker)).set("streams", sessions_json(streams));
+    json.set("grid", std::move(grid))
+        .set_flag("clock", !clock_of(tracker).empty())
+        .set("streams", sessions_json(streams));
     if (as_json)
         return print_stdout(json.text());
     char text[900];
@@ -120,7 +128,8 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     print_stdout(text + settings_text(tracker, how) + sessions_text(streams));
 }
 
-void status(const Options &options) {
+void status(Options &options) {
+    options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
         throw Failure(kExitState, options.folder +
@@ -137,15 +146,13 @@ void status(const Options &options) {
     print(tracker, how, options.as_json);
 }
 
-void rebuild(const Options &options) {
+void rebuild(RebuildOptions &options, Progress &progress) {
+    options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
-    if (how.nf == 0 && (options.grid.empty() || options.clock.empty()))
-        throw Failure(kExitUsage,
-                      options.folder + ": setup.tlms, which had grid and clock, is lost: needs --grid and --clock");
-    if (!options.grid.empty())
-        set_grid(grid_of(options.grid), how);
-    const std::vector<int64_t> clock = read_clock(options.clock);
-    set_clock(clock, how);
+    if (how.nf == 0 && !(options.setup.has_grid() && options.setup.has_clock()))
+        throw Failure(kExitUsage, options.folder + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                                   "--grid or --mission-days");
+    options.setup.set(how, progress);
     how.flags = TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how);
     toliman::check(toliman_track_save(tracker.get()));
@@ -171,12 +178,16 @@ void add_status(CLI::App &app, Context &context) {
 
 void add_rebuild(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<RebuildOptions>();
     command->add_option("DIR", options->folder, "a state folder")->required();
-    command->add_option("--grid", options->grid, "F0:DF:NF in cycles a day, default the folder's");
-    command->add_option("--clock", options->clock, "CSV of pairs camera_ns,tai_ns, or camera; default the folder's");
+    options->setup.add_to(*command);
     command->add_flag("--json", options->as_json, "as JSON on stdout");
-    command->callback([&context, options] { context.action = [options] { rebuild(*options); }; });
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            rebuild(*options, progress);
+        };
+    });
 }
 
 } // namespace cli

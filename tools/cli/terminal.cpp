@@ -117,6 +117,12 @@ void Progress::note(const char *stage, const std::string &text) {
     drawn_ = true;
 }
 
+void Progress::close(const char *stage, const std::string &text) {
+    if (drawn_)
+        std::fprintf(stderr, "\r\033[K%-10s %s\n", stage, text.c_str());
+    drawn_ = false;
+}
+
 void Progress::clear() {
     if (drawn_)
         std::fprintf(stderr, "\r\033[K");

@@ -30,6 +30,8 @@ class Progress {
     void show(const char *stage, double fraction, const std::string &note = "");
     // The same for a work without a known end: words alone.
     void note(const char *stage, const std::string &text);
+    // Leaves a note of the whole work standing, where notes were shown on a terminal.
+    void close(const char *stage, const std::string &text);
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
     void warn(const std::string &text);

@@ -1,11 +1,15 @@
 // toliman track: frames off the downlink -> the period.
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
+#include <tuple>
 
 #include "command.hpp"
 #include "downlink.hpp"
 #include "failure.hpp"
+#include "input.hpp"
+#include "network.hpp"
 #include "scene.hpp"
+#include "setup_options.hpp"
 #include "state_folder.hpp"
 #include "tracking.hpp"
 
@@ -14,10 +18,11 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string weights, scene, state, grid, clock, sync = "group", crop, shape, frames, leap_seconds;
-    std::optional<double> mission_days, value_limit;
+    std::string weights, scene, state, sync = "group", crop, shape, frames, leap_seconds;
+    SetupOptions setup;
+    std::optional<double> value_limit;
     std::optional<uint32_t> bit_depth;
-    std::optional<int64_t> bin, capacity, epoch;
+    std::optional<int64_t> bin, capacity;
     size_t every = 1;
     unsigned jobs = 1;
     bool strict = false;
@@ -82,74 +87,135 @@ FrameIds frame_ids(const std::string &text) {
 struct Estimator {
     Estimator(const Options &options, Progress &progress) {
         if (!options.weights.empty()) {
-            cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.weights.c_str());
+            network.emplace(options.weights);
+            rows = network->info.rows;
+            cols = network->info.cols;
             return;
         }
         const Scene scene(options.scene, progress);
         linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get());
+        rows = scene.info.rows;
+        cols = scene.info.cols;
     }
-    toliman::autoencoder cae;
+    std::optional<Network> network;
     toliman::linear_estimator linear;
+    int64_t rows, cols; // of the images it takes
 };
 
-FrequencyGrid grid_asked(const Options &options) {
-    if (!options.grid.empty())
-        return grid_of(options.grid);
-    try {
-        return grid_of_span(1, *options.mission_days);
-    } catch (const Failure &failure) {
-        throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
-    }
+constexpr char kOtherEstimator[] =
+    "the weights or the scene are not those that the folder was made with: give these, or "
+    "a new folder";
+
+// Grid and clock that neither the command nor the folder tells.
+void check_setup(const Options &options, const std::optional<toliman_track_options> &made) {
+    if (made && made->nf > 0)
+        return;
+    const std::string lost = made ? ": setup.tlms, which had grid and clock, is lost" : ": is new";
+    if (made && !options.setup.has_clock())
+        throw Failure(kExitUsage, options.state + lost + ": needs --clock and --grid or --mission-days");
+    if (!options.setup.has_grid())
+        throw Failure(kExitUsage, options.state + lost + ": needs --grid F0:DF:NF or --mission-days N");
+}
+
+// Raw frames that the folder would take for others.
+void check_depth(const Options &options, const toliman_track_options &made) {
+    const std::string &dtype = options.downlink.dtype;
+    const bool wide = dtype == "u32le";
+    if (dtype.empty() || options.bit_depth || made.bit_depth == 0 || wide == (made.bit_depth > 16))
+        return;
+    const std::string depth = std::to_string(made.bit_depth);
+    throw Failure(kExitUsage, "--dtype " + dtype + ": " + options.state + " was made for frames of " + depth +
+                                  " bits: must be " + (wide ? "u16le" : "u32le") + ", or with --bit-depth " + depth +
+                                  " where they have as many nevertheless, or into a new folder");
+}
+
+// Where in a larger frame the image is has to be said.
+void check_crop(const Options &options, const Estimator &estimator, const toliman_track_options &how) {
+    const int64_t bin = std::max<int64_t>(1, how.bin), rows = bin * estimator.rows, cols = bin * estimator.cols;
+    if (options.crop.empty() && (how.rows > rows || how.cols > cols))
+        throw Failure(kExitUsage, "--shape " + options.shape + ": is larger than the " + std::to_string(rows) + "x" +
+                                      std::to_string(cols) +
+                                      " pixels that are taken of it: needs --crop ROW,COL, the "
+                                      "first of them");
 }
 
 // What is asked for, upon what an existing folder was made with.
-toliman_track_options track_options(const Options &options, const std::vector<int64_t> &clock) {
+toliman_track_options track_options(Options &options, const Estimator &estimator,
+                                    const std::optional<toliman_track_options> &made, Progress &progress) {
     toliman_track_options how;
     toliman_track_options_init(&how);
-    const std::optional<toliman_track_options> made = made_with(options.state);
     if (made)
         how = *made;
-    if (made && made->nf == 0 && clock.empty())
-        throw Failure(kExitUsage, options.state + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
-                                                  "--grid or --mission-days");
+    if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
+        throw Failure(kExitUsage, options.state + ": " + kOtherEstimator);
     how.folder = options.state.c_str();
-    if (!options.grid.empty() || options.mission_days)
-        set_grid(grid_asked(options), how);
-    else if (how.nf == 0)
-        throw Failure(kExitUsage, options.state +
-                                      (made ? ": setup.tlms, which had grid and clock, is lost" : ": is new") +
-                                      ": needs --grid F0:DF:NF or --mission-days N");
-    if (!made && !options.downlink.dtype.empty())
+    options.setup.set(how, progress);
+    if (made)
+        check_depth(options, *made);
+    else if (!options.downlink.dtype.empty())
         how.bit_depth = options.downlink.dtype == "u16le" ? 12 : 32;
     how.bit_depth = options.bit_depth.value_or(how.bit_depth);
     how.bin = options.bin.value_or(how.bin);
     how.capacity = options.capacity.value_or(how.capacity);
     how.value_limit = options.value_limit.value_or(how.value_limit);
-    how.time_offset_ns = options.epoch.value_or(how.time_offset_ns);
     two_numbers(options.crop, "--crop", "%lld,%lld%c", 0, how.crop_row, how.crop_col);
     two_numbers(options.shape, "--shape", "%lldx%lld%c", 1, how.rows, how.cols);
+    if (!made)
+        check_crop(options, estimator, how);
     how.threads = options.jobs;
     how.sync = options.sync == "frame" ? TOLIMAN_SYNC_FRAME : options.sync == "none" ? TOLIMAN_SYNC_NONE : 0;
-    set_clock(clock, how);
+    how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
+    how.linear = estimator.linear.get();
     return how;
+}
+
+bool takes_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
+    const auto frames = [](const toliman_track_options &how) {
+        return std::make_tuple(how.rows, how.cols, how.crop_row, how.crop_col, how.bin, how.bit_depth, how.value_limit);
+    };
+    return frames(a) == frames(b);
+}
+
+// What to do where the folder was made with something else, of which the library's message tells one.
+std::string way_out(const Options &options, bool same_frames) {
+    if (!same_frames)
+        return "these stay as they are: leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a new "
+               "folder";
+    const bool of_setup = std::string(toliman_last_error()).rfind(options.state + "/setup.tlms", 0) == 0;
+    return of_setup ? "`toliman rebuild " + options.state + options.setup.text() + "`, or give a new folder"
+                    : kOtherEstimator;
+}
+
+toliman::tracker open_folder(const Options &options, const toliman_track_options &how,
+                             const std::optional<toliman_track_options> &made) {
+    try {
+        return open_tracker(how);
+    } catch (const toliman::error &error) {
+        const bool same_frames = made && takes_same_frames(*made, how);
+        if (error.status() != TOLIMAN_E_MISMATCH && (!made || same_frames))
+            throw;
+        throw Failure(kExitUsage, std::string(error.what()) + ": " + way_out(options, same_frames));
+    }
 }
 
 void track(Options &options, Progress &progress) {
     DownlinkOptions &downlink = options.downlink;
+    options.state = plain(options.state);
+    if (options.weights.empty() == options.scene.empty())
+        throw Failure(kExitUsage, "needs either --weights or --template");
     check_inputs(downlink);
     const FrameIds frames = frame_ids(options.frames);
     downlink.leap_seconds = LeapSeconds(options.leap_seconds);
-    const std::vector<int64_t> clock = read_clock(options.clock);
-    toliman_track_options how = track_options(options, clock);
+    const std::optional<toliman_track_options> before = made_with(options.state);
+    check_setup(options, before);
     const Estimator estimator(options, progress);
-    how.cae = estimator.cae.get();
-    how.linear = estimator.linear.get();
-    toliman::tracker tracker = open_tracker(how);
+    toliman::tracker tracker = open_folder(options, track_options(options, estimator, before, progress), before);
     const std::optional<toliman_track_options> made = made_with(options.state);
     downlink.rows = static_cast<size_t>(made->rows);
     downlink.cols = static_cast<size_t>(made->cols);
-    downlink.clock = has_clock(tracker);
-    Tracking tracking(std::move(tracker), {options.every, options.jobs == 0 ? 64 : options.jobs, frames}, progress);
+    downlink.clock = !clock_of(tracker).empty();
+    const size_t jobs = options.jobs == 0 ? 64 : options.jobs;
+    Tracking tracking(std::move(tracker), {options.every, jobs, frames, made->rows, made->cols}, progress);
     try {
         Downlink(downlink, tracking).read();
     } catch (...) {
@@ -168,20 +234,14 @@ void add_track(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("track", kDescription);
     auto options = std::make_shared<Options>();
     DownlinkOptions &downlink = options->downlink;
-    CLI::Option_group *estimator = command->add_option_group("estimator");
-    estimator->add_option("--weights", options->weights, "weights file of `toliman train`");
-    estimator->add_option("--template", options->scene, "scene file: least squares on its derivative image");
-    estimator->require_option(1);
+    // An option group would have a wrong word anywhere blamed on these two.
+    command->add_option("--weights", options->weights, "weights file of `toliman train`");
+    command->add_option("--template", options->scene,
+                        "or, instead of weights, a scene file: least squares on its derivative image");
     command
         ->add_option("--state", options->state, "folder of the ledger and what is made of it, made unless it is there")
         ->required();
-    CLI::Option *grid = command->add_option("--grid", options->grid, "F0:DF:NF, frequencies in cycles a day");
-    command->add_option("--mission-days", options->mission_days, "the grid of `run` for N days of a frame a day")
-        ->check(CLI::Range(4.0, 1e6))
-        ->excludes(grid);
-    command->add_option("--clock", options->clock,
-                        "CSV of pairs camera_ns,tai_ns, or camera, the default: its time is TAI");
-    command->add_option("--epoch", options->epoch, "TAI in ns that is time 0 of the phase, default 0");
+    options->setup.add_to(*command);
     command->add_option("--sync", options->sync, "lines to the disk each (frame), in groups (default), or none")
         ->check(CLI::IsMember({"frame", "group", "none"}));
     command->add_option("--every", options->every, "an update after so many accepted frames, default 1")
@@ -191,8 +251,9 @@ void add_track(CLI::App &app, Context &context) {
         ->check(CLI::IsMember({"u16le", "u32le"}));
     command->add_option("--bit-depth", options->bit_depth, "pixels of 2^N or more reject a frame; u16le 12, u32le 32")
         ->check(CLI::Range(1, 32));
-    command->add_option("--shape", options->shape, "ROWSxCOLS of frames, where --crop leaves some out at the end");
-    command->add_option("--crop", options->crop, "ROW,COL of the first pixel taken, default 0,0");
+    command->add_option("--shape", options->shape, "ROWSxCOLS of frames, where --crop leaves some out");
+    command->add_option("--crop", options->crop,
+                        "ROW,COL of the first pixel taken, default 0,0 of a frame that is taken whole");
     command->add_option("--bin", options->bin, "so many pixels a side are added up, default 1")
         ->check(CLI::Range(1, 65536));
     command->add_option("--value-limit", options->value_limit, "values further from 0 are outliers; 10,000 sigma")

@@ -16,9 +16,11 @@ constexpr size_t kBatch = 64;                // frames that are estimated togeth
 constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
 constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected"};
+constexpr const char kBadLine[] = "bad line";
 constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
 
 Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
+    const bool timed = facts != nullptr && !(reason != nullptr && std::strcmp(reason, kBadLine) == 0);
     Json line;
     line.set("schema", std::string("toliman-frame/1"));
     for (const char *key : {"session", "roi"})
@@ -26,7 +28,7 @@ Json frame_line(const std::string &where, const FrameFacts *facts, const char *v
     facts == nullptr ? line.set_null("frame_id") : line.set_count("frame_id", facts->id);
     line.set("verdict", std::string(verdict));
     reason == nullptr ? line.set_null("reason") : line.set("reason", std::string(reason));
-    facts == nullptr ? line.set_null("camera_ns") : line.set_count("camera_ns", facts->camera_ns);
+    timed ? line.set_count("camera_ns", facts->camera_ns) : line.set_null("camera_ns");
     line.set("input", where);
     return line;
 }
@@ -52,31 +54,16 @@ toliman_frame frame_of(const Arrival &arrival) noexcept {
     return frame;
 }
 
-std::string why(const toliman_outcome &outcome) {
-    const std::string reason = toliman_track_reason_name(outcome.reason);
-    if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
-        return "quarantined: its key came with other bytes as well";
-    if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
-        return "outlier: a value of " + std::to_string(outcome.value);
-    const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
-    switch (outcome.reason) {
-    case TOLIMAN_REASON_SHAPE:
-        return "rejected: " + reason + " " + std::to_string(outcome.row) + "x" + std::to_string(outcome.col);
-    case TOLIMAN_REASON_OVER_RANGE:
-        return "rejected: " + reason + ", pixel " + place + " is " + std::to_string(outcome.pixel);
-    case TOLIMAN_REASON_HOLE:
-    case TOLIMAN_REASON_NOT_FINITE:
-        return "rejected: " + reason + " at pixel " + place;
-    default:
-        return "rejected: " + reason;
-    }
+std::string shape(int64_t rows, int64_t cols) {
+    return std::to_string(rows) + "x" + std::to_string(cols);
 }
 
 } // namespace
 
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
     : tracker_(std::move(tracker)), options_(options), progress_(progress),
-      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_) {}
+      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_),
+      clock_(clock_of(tracker_)) {}
 
 void Tracking::take() {
     filled_++;
@@ -115,16 +102,48 @@ void Tracking::flush() {
 }
 
 void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
-    const bool has_value = outcome.verdict == TOLIMAN_TRACK_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_OUTLIER;
-    Json line =
-        frame_line(arrival.where, &arrival.facts, kVerdicts[outcome.verdict],
-                   outcome.verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
+    const int32_t verdict = outcome.verdict;
+    const bool is_good = verdict == TOLIMAN_TRACK_ACCEPTED, has_value = is_good || verdict == TOLIMAN_TRACK_OUTLIER;
+    Json line = frame_line(arrival.where, &arrival.facts, kVerdicts[verdict],
+                           verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
     has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
     say(line.line());
-    since_update_ += outcome.verdict == TOLIMAN_TRACK_ACCEPTED;
-    if (outcome.verdict != TOLIMAN_TRACK_ACCEPTED && outcome.verdict != TOLIMAN_TRACK_DUPLICATE)
+    since_update_ += is_good;
+    good_ += is_good;
+    refused_ += verdict == TOLIMAN_TRACK_REJECTED || verdict == TOLIMAN_TRACK_OUTLIER;
+    beyond_clock_ += has_value && is_beyond_clock(arrival);
+    if (!is_good && verdict != TOLIMAN_TRACK_DUPLICATE)
         warn(arrival.where, why(outcome));
+}
+
+std::string Tracking::why(const toliman_outcome &outcome) const {
+    const std::string reason = toliman_track_reason_name(outcome.reason);
+    if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
+        return "quarantined: came before with other pixels, time or count of drops; neither counts any longer";
+    if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
+        return "outlier: a value of " + std::to_string(outcome.value);
+    const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
+    switch (outcome.reason) {
+    case TOLIMAN_REASON_SHAPE:
+        return "rejected: " + reason + " " + shape(outcome.row, outcome.col) + ", must be " +
+               shape(options_.rows, options_.cols) + ": a new folder takes others by --shape and --crop";
+    case TOLIMAN_REASON_OVER_RANGE:
+        return "rejected: " + reason + ", pixel " + place + " is " + std::to_string(outcome.pixel);
+    case TOLIMAN_REASON_HOLE:
+    case TOLIMAN_REASON_NOT_FINITE:
+        return "rejected: " + reason + " at pixel " + place;
+    default:
+        return "rejected: " + reason;
+    }
+}
+
+// A single pair is a difference of clocks that has no ends.
+bool Tracking::is_beyond_clock(const Arrival &arrival) const noexcept {
+    if (clock_.size() < 4)
+        return false;
+    const int64_t time = arrival.facts.camera_ns, first = clock_.front(), last = clock_[clock_.size() - 2];
+    return time < first || time > last;
 }
 
 void Tracking::warn(const std::string &where, const std::string &text) {
@@ -142,7 +161,8 @@ void Tracking::reject(const std::string &where, const FrameFacts *facts, const c
     if (facts != nullptr && !wants(*facts))
         return;
     flush();
-    (std::strcmp(reason, "bad line") == 0 ? bad_lines_ : short_frames_)++;
+    (std::strcmp(reason, kBadLine) == 0 ? bad_lines_ : short_frames_)++;
+    refused_++;
     warn(where, std::string("rejected: ") + reason + ": " + text);
     Json line = frame_line(where, facts, "rejected", reason);
     say(line.set_null("tai_ns").set_null("value").line());
@@ -156,10 +176,10 @@ void Tracking::remark(Remark kind, const std::string &where, const std::string &
     say(remark_line(kRemarkNames[at], where, text));
 }
 
-void Tracking::tell(const std::string &where, const std::string &text, bool warning) {
+void Tracking::tell(const char *remark, const std::string &where, const std::string &text, bool warning) {
     flush();
     warning ? progress_.warn(where + ": " + text) : progress_.tell(where + ": " + text);
-    say(remark_line("time", where, text));
+    say(remark_line(remark, where, text));
 }
 
 void Tracking::update(Fit fit) {
@@ -172,12 +192,24 @@ void Tracking::update(Fit fit) {
     add_counts(info, line);
     line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
     line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
-    line.set_count("extra_bytes", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
+    line.set_count("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
     line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
     line.set_count("passed_over", passed_over_);
     say(line.line());
     const std::string passed = passed_over_ > 0 ? std::to_string(passed_over_) + " passed over, " : "";
-    progress_.note("track", std::to_string(info.accepted) + " frames, " + passed + period.text());
+    const std::string text = std::to_string(info.accepted) + " frames, " + passed + period.text();
+    fit == Fit::made ? progress_.close("track", text) : progress_.note("track", text);
+}
+
+// What only a whole run tells.
+void Tracking::conclude() {
+    if (beyond_clock_ > 0)
+        progress_.warn(std::to_string(beyond_clock_) +
+                       " frames lie outside the clock's table, where its nearest line goes on: is there a newer one?");
+    if (refused_ > 0 && good_ == 0)
+        progress_.warn("none of " + std::to_string(refused_) +
+                       " new frames is good, all were rejected or are outliers: check the scene or weights, --dtype, "
+                       "--bit-depth and --shape");
 }
 
 void Tracking::say(const std::string &text) {
@@ -208,19 +240,22 @@ void Tracking::end() {
     flush();
     update(Fit::made);
     check(toliman_track_save(tracker_.get()));
-    progress_.clear();
     print_acknowledged();
+    conclude();
 }
 
 void Tracking::rescue() {
     try {
         flush();
+        update(Fit::none);
         check(toliman_track_save(tracker_.get()));
         progress_.clear();
         print_acknowledged();
+        conclude();
         progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
         progress_.warn(error.what());
+        progress_.tell("lines that were printed are safe on the disk, and the same command goes on");
     }
 }
 

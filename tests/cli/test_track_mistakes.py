@@ -1,0 +1,373 @@
+"""track and its kin where someone slips: mistyped options, wrong files, clocks and folders. What is said, and what to do."""
+import json
+import os
+import pty
+import resource
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+import numpy
+from program import PROGRAM
+from test_track import FRAMES, GRID, SIDE, Track
+
+TEMPLATE = ("--template", "scene.json")
+PAIRS = ("--dtype", "u32le", "all")
+
+
+class Mistakes(Track):
+    def side(self, k, **changes):
+        return json.dumps({**json.loads(self.lines[k]), **changes})
+
+    def refuse_track(self, code, *texts, arguments=PAIRS, state="s", grid=GRID):
+        self.refuse(code, *texts, arguments=("track", *TEMPLATE, "--state", state, *grid, *arguments))
+
+    def start(self, state, *arguments, grid=GRID, **how):
+        command = [PROGRAM, "track", *TEMPLATE, "--state", state, *grid, "--dtype", "u32le", *arguments]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **how}
+        run = subprocess.Popen(command, cwd=self.folder, text=True, **pipes)
+        self.addCleanup(self.end, run)
+        return run
+
+    def end(self, run):
+        run.kill()
+        run.wait()
+        for pipe in filter(None, (run.stdout, run.stderr)):
+            pipe.close()
+
+    def stop(self, run):
+        """Lines that were not read yet; stderr to self.errors."""
+        run.send_signal(signal.SIGTERM)
+        out, self.errors = run.stdout.read(), run.stderr.read()
+        self.assertEqual(run.wait(60), 143)
+        return [json.loads(line) for line in out.splitlines()]
+
+    def read(self, run, count, what="verdict"):
+        """So many lines of frames, or of remarks."""
+        lines = []
+        while len(lines) < count:
+            line = json.loads(run.stdout.readline())
+            if what in line:
+                lines.append(line)
+        return lines
+
+
+class Options(Mistakes):
+    def test_the_wrong_word_is_blamed(self):
+        for estimator in (TEMPLATE, ("--weights", "w.tlmw")):
+            for words, text in (
+                (("--stat", "s", *GRID, *PAIRS), "unknown option --stat (did you mean --state?)"),
+                (("--state", "s", *GRID, "--dtype", "u8", "all"), "--dtype: u8 not in"),
+                (("--state", "s", *GRID, "--jobs", "many", *PAIRS), "--jobs = many"),
+                (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
+            ):
+                self.refuse(2, text, arguments=("track", *estimator, *words))
+        self.refuse_track(2, "needs either --weights or --template", arguments=("--weights", "w.tlmw", *PAIRS))
+        self.refuse(2, "needs either --weights or --template", arguments=("track", "--state", "s", *GRID, *PAIRS))
+
+    def test_a_shape_without_its_crop(self):
+        """Where the image lies in a larger frame is never guessed."""
+        larger = ("--shape", f"{SIDE + 2}x{SIDE}")
+        self.refuse_track(2, "--shape 66x64: is larger than the 64x64", "--crop ROW,COL", arguments=(*larger, *PAIRS))
+        self.refuse_track(2, "larger than the 128x128", arguments=("--shape", "130x128", "--bin", "2", *PAIRS))
+        self.pair("in/x", [self.side(0, n_rows=SIDE + 2)], [numpy.ones((SIDE + 2, SIDE))])
+        self.track("whole", "in")
+        self.assertIn("rejected: shape 66x64, must be 64x64: a new folder takes others by --shape and --crop", self.errors)
+        self.track("s", "in", *larger, "--crop", "2,0")
+        self.track("s", "in", *larger)  # the folder knows
+
+    def test_a_pair_that_is_not_there(self):
+        (self.folder / "all/day_frames.bin").rename(self.folder / "x_frames.bin")
+        (self.folder / "all/day_meta.jsonl").rename(self.folder / "y_meta.jsonl")
+        pair = PAIRS[:2]
+        for given, missing in (("x_frames.bin", "x_meta.jsonl"), ("y_meta.jsonl", "y_frames.bin")):
+            self.refuse_track(3, f"toliman: {missing}: No such file", arguments=(*pair, given))
+
+    def test_names_are_said_once(self):
+        self.pair("in/x", self.lines[:1], self.frames[:1])
+        (self.folder / "in/y_meta.jsonl").write_text("")
+        self.track("s/", "in//", "none_meta.jsonl", code=3)
+        out = self.track("s/", "-", stdin="in//\nnone_meta.jsonl\n")
+        self.assertEqual(out[0]["input"], "in/x_meta.jsonl:1")
+        self.assertIn("toliman: warning: none_meta.jsonl: No such file or directory\n", self.errors)
+        self.assertIn("in/y_frames.bin: No such file", self.errors)
+        (self.folder / "s/ledger.tlml").write_bytes(b"no ledger")
+        self.refuse(5, "toliman: s/ledger.tlml: ", arguments=("status", "s/"))
+
+    def test_a_summary_for_who_watches(self):
+        """On a terminal the last note stays; elsewhere nothing is said of a run without faults."""
+        master, terminal = pty.openpty()
+        run = self.start("s", "all", stderr=terminal)
+        run.stdout.read()
+        self.assertEqual(run.wait(60), 0)
+        os.close(terminal)
+        shown = os.read(master, 1 << 16).decode()
+        os.close(master)
+        self.assertRegex(shown.split("\x1b[K")[-1], rf"^track +{FRAMES} frames, period .*\n$")
+        self.track("t", "all")
+        self.assertEqual(self.errors, "")
+
+
+class Pixels(Mistakes):
+    def test_another_depth_than_the_folder_was_made_for(self):
+        for dtype, other, depth in (("u16le", "u32le", "12"), ("u32le", "u16le", "32")):
+            self.succeed("track", *TEMPLATE, "--state", dtype, *GRID, "--dtype", dtype, "-", input="")
+            self.refuse_track(2, f"--dtype {other}: {dtype} was made for frames of {depth} bits: must be {dtype}",
+                              f"--bit-depth {depth}", "a new folder", state=dtype, arguments=("--dtype", other, "all"))
+            meant = ("--dtype", other, "--bit-depth", depth, "-")
+            self.succeed("track", *TEMPLATE, "--state", dtype, *GRID, *meant, input="")
+
+    def test_sizes_of_another_width(self):
+        """A binary of twice or half the bytes asked for is of the other dtype: nothing is taken of it."""
+        self.pair("wide/x", self.lines[:2], self.frames[:2])
+        self.pair("narrow/x", self.lines[:2], self.frames[:2].astype("<u2").tobytes())
+        for folder, dtype, size, other in (("wide", "u16le", "2 times", "u32le"), ("narrow", "u32le", "half", "u16le")):
+            text = f"{folder}/x_frames.bin: holds {size} the bytes of its 2 frames: is it {other}?"
+            done = self.run_program("track", *TEMPLATE, "--state", folder + "_s", *GRID, "--dtype", dtype, folder)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 1), done.stderr)
+            self.assertIn(text, done.stderr)
+            out = [json.loads(line) for line in done.stdout.splitlines()]
+            self.assertEqual([line for line in out if "verdict" in line], [])
+            self.assertEqual((out[-1]["unreadable_inputs"], out[-1]["received"], out[-1]["long_files"]), (1, 0, 0))
+        run = self.start("grown", "narrow", "--follow")  # half of its frames are there, or all of them: not known yet
+        self.assertIn(text, self.read(run, 1, "remark")[0]["text"])
+        self.pair("narrow/x", self.lines[:3], self.frames[:3])
+        self.assertEqual([line["frame_id"] for line in self.read(run, 3)], [0, 1, 2])
+        self.stop(run)
+
+    def test_when_nothing_is_good(self):
+        odd = self.frames | numpy.uint32(1 << 31)
+        self.pair("in/x", self.lines[:3], odd[:3])
+        check = "none of 3 new frames is good, all were rejected or are outliers: check the scene or weights, --dtype, " \
+                "--bit-depth and --shape\n"
+        self.track("s", "in", "--bit-depth", "31")
+        self.assertEqual(self.errors.count("none of"), 1)
+        self.assertTrue(self.errors.endswith(check), self.errors)
+        self.track("t", "all", "--value-limit", "1e-9")
+        self.assertIn(f"none of {FRAMES} new frames is good", self.errors)
+        self.pair("in/y", self.lines[3:4], self.frames[3:4])
+        self.track("s", "in", "--bit-depth", "31")
+        self.assertNotIn("none of", self.errors)
+
+    def test_what_quarantine_means(self):
+        self.pair("in/x", [self.lines[0], self.side(0, timestamp_ns=5)], [self.frames[0]] * 2)
+        self.track("s", "in")
+        text = "quarantined: came before with other pixels, time or count of drops; neither counts any longer"
+        self.assertIn(f"in/x_meta.jsonl:2: {text}\n", self.errors)
+
+    def test_bad_lines_name_the_key_and_keep_the_frame(self):
+        good = json.loads(self.lines[7])
+        twice = self.lines[7][:-1] + ', "n_rows": 64}'
+        for line, why, id in ((json.dumps({**good, "gain": 3}), "the key gain is none of the eight", 7),
+                              (json.dumps({**good, "\033[2J": 3}), "a key of other letters than", 7),
+                              (twice, "n_rows is there twice", 7),
+                              (json.dumps({**good, "timestamp_ns": "x"}), "timestamp_ns must be", 7),
+                              (json.dumps({**good, "frame_id": 7.5}), "frame_id must be", None)):
+            name = self.pair("in/x", [line], [self.frames[7]])
+            record = self.track("s", name)[0]
+            self.assertIn(why, self.errors)
+            self.assertNotIn("\033", self.errors)
+            named = ("day", "single_roi", 7) if id else (None, None, None)
+            self.assertEqual((record["session"], record["roi"], record["frame_id"]), named)
+            self.assertEqual((record["reason"], record["camera_ns"]), ("bad line", None))
+
+
+class Clocks(Mistakes):
+    def rebuild(self, text):
+        (self.folder / "c.csv").write_text(text)
+        return self.run_program("rebuild", "s", "--clock", "c.csv")
+
+    def test_tables(self):
+        self.track("s", "all")
+        for text in ("# x\n\n  # y\ncamera_ns, tai_ns\n0,5 # z\n# between\n 1000,1005\n", "-3,5\r\n", "camera_ns,tai_ns\n1,2"):
+            done = self.rebuild(text)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), text)
+        header = "c.csv:2: the header must be camera_ns,tai_ns"
+        for text, why in (
+            ("\ntai_ns,camera_ns\n0,5\n", header), ("#\nns,tai_ns\n0,5\n", header), ("# y\ncamera_s,tai_s\n0,5\n", header),
+            ("0,5\ncamera_ns,tai_ns\n", "c.csv:2: must be camera_ns,tai_ns"),
+            ("0,5\n6\n", "c.csv:2: must be"), ("0,5,7\n", "c.csv:1: must be"), ("0,1e9\n", "c.csv:1: must be"),
+            ("# y\n0,5\n\n7,5\n", "c.csv:4: 7,5: must lie after the pair before, 0,5,"), ("5,1\n5,2\n", "c.csv:2: 5,2"),
+            ("5,1\n4,2\n", "c.csv:2: 4,2"), (f"{-2**62},0\n1,9\n", "by 2^62 ns at most"), ("# y\n", "holds no pair"),
+        ):
+            done = self.rebuild(text)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn(why, done.stderr)
+
+    def test_a_clock_of_another_unit(self):
+        self.track("s", "all")
+        for slope, odd in ((0.989, True), (0.991, False), (1.009, False), (1.011, True), (1e9, True)):
+            done = self.rebuild(f"0,0\n1000000,1000000\n2000000,{1000000 + round(slope * 1e6)}\n")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stderr.count("warning: c.csv:3: from the pair before TAI goes on by"), int(odd), slope)
+
+    def test_beyond_the_table(self):
+        times = [json.loads(line)["timestamp_ns"] for line in self.lines]
+        text = "frames lie outside the clock's table"
+        for first, last, beyond in ((times[0], times[-1], 0), (times[0] + 1, times[-1], 1), (times[5], times[-3], 7)):
+            (self.folder / "c.csv").write_text(f"{first},{first + 5}\n{last},{last + 5}\n")
+            state = f"s{beyond}"
+            self.track(state, "all", "--clock", "c.csv")
+            self.assertEqual(self.errors.count(f"warning: {beyond} {text}"), int(beyond > 0), self.errors)
+            self.track(state, "all", grid=())  # all are known
+            self.assertEqual(self.errors, "")
+        (self.folder / "c.csv").write_text("1,2\n")  # a difference has no ends
+        self.track("t", "all", "--clock", "c.csv")
+        self.assertEqual(self.errors, "")
+
+    def test_jumps_behind_bad_lines_and_standstills(self):
+        times = [json.loads(line)["timestamp_ns"] for line in self.lines[:16]]
+        times[4:6] = [0, 1]                 # back, behind two bad lines
+        times[9] = times[10] = times[8]     # stands, and goes on
+        lines = [self.side(k, timestamp_ns=t) for k, t in enumerate(times)]
+        lines[2] = lines[3] = "{}"
+        lines.append(lines[15])  # the same frame again
+        lines.append(self.side(15, frame_id=99, roi_label="other"))  # two regions of one time
+        lines.append(self.side(17))  # two days on, where one is usual
+        self.pair("in/x", lines, [*self.frames[:16], *self.frames[15:18]])
+        out = self.track("s", "in")
+        jumps = {line["input"].split(":")[1]: line["text"] for line in out if line.get("remark") == "clock jump"}
+        self.assertEqual(sorted(jumps), ["10", "5"])
+        self.assertIn("goes back by 86400.0", jumps["5"])
+        self.assertEqual(jumps["10"], f"the clock stands still: {times[8]} ns, as of the frame before")
+        self.assertEqual(self.counts(out)["clock_jumps"], 2)
+
+
+class Followed(Mistakes):
+    def test_files_that_are_replaced(self):
+        def put(name, *ks):
+            self.pair(name, [self.lines[k] for k in ks], self.frames[list(ks)])
+
+        put("in/longer", 10, 11), put("in/shorter", 20, 21, 22), put("in/same", 30, 31)
+        run = self.start("s", "in", "--follow")
+        self.assertEqual({line["frame_id"] for line in self.read(run, 7)}, {10, 11, 20, 21, 22, 30, 31})
+        put("next/longer", 12, 13, 14), put("in/shorter", 23, 24), put("in/same", 32, 33)
+        for suffix in ("_frames.bin", "_meta.jsonl"):
+            (self.folder / f"next/longer{suffix}").rename(self.folder / f"in/longer{suffix}")
+        self.assertEqual({line["frame_id"] for line in self.read(run, 7)}, {12, 13, 14, 23, 24, 32, 33})
+        self.stop(run)
+        self.assertEqual(self.errors.count("warning"), 0, self.errors)
+        self.assertEqual(self.sums("s"), self.clean([*range(10, 15), *range(20, 25), *range(30, 34)]))
+
+    def test_what_is_gone_and_comes_back(self):
+        folder = self.folder / "in"
+        self.pair("in/a", self.lines[:2], self.frames[:2])
+        self.pair("b/b", self.lines[2:4], self.frames[2:4])
+        run = self.start("s", "in/", "b/b_frames.bin", "--follow")
+        self.read(run, 4)
+        folder.rename(self.folder / "away")
+        (self.folder / "b/b_meta.jsonl").unlink()
+        self.assertEqual({(line["remark"], line["input"]) for line in self.read(run, 2, "remark")},
+                         {("unreadable input", "in/"), ("unreadable input", "b/b_frames.bin")})
+        time.sleep(2)
+        (self.folder / "away").rename(folder)
+        self.pair("in/c", self.lines[4:6], self.frames[4:6])
+        self.pair("b/b", self.lines[2:5], self.frames[2:5])
+        remarks = {(line["remark"], line["input"]) for line in self.read(run, 2, "remark")}
+        self.assertEqual(remarks, {("back", "in/"), ("back", "b/b_frames.bin")})
+        while json.loads(run.stdout.readline()).get("frame_id") != 4:
+            pass
+        left = self.stop(run)
+        self.assertEqual(self.errors.count("is gone, and waited for: "), 2, self.errors)
+        self.assertEqual((left or [None])[-1]["unreadable_inputs"], 2)
+
+    def test_the_last_update_after_a_signal(self):
+        self.pair("in/x", [*self.lines[:8], "{}"], self.frames[:9])
+        run = self.start("s", "in", "--follow", "--every", "1000")
+        self.read(run, 9)
+        last = self.counts(self.stop(run))
+        self.assertEqual((last["n"], last["accepted"], last["bad_lines"], last["fit"]), (8, 8, 1, None))
+
+
+class Folders(Mistakes):
+    def test_another_grid_clock_frames_or_scene(self):
+        self.track("s", "all")
+        folder, files = self.folder / "s", ("ledger.tlml", "setup.tlms", "checkpoint.tlmc")
+        before = [(folder / name).read_bytes() for name in files]
+        (self.folder / "c.csv").write_text("0,5\n")
+        command = ("--grid", "0.02:0.001:50", "--epoch", "7", "--clock", "c.csv")
+        self.refuse_track(2, f"`toliman rebuild s {' '.join(command)}`, or give a new folder", grid=command)
+        self.refuse_track(2, "of another grid", "`toliman rebuild s --epoch 7`", grid=("--epoch", "7"))
+        self.refuse_track(2, "of another clock", "`toliman rebuild s --clock c.csv`", grid=("--clock", "c.csv"))
+        frames = "leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a new folder"
+        for options in (("--shape", "70x70"), ("--bin", "2"), ("--crop", "1,1"), ("--bit-depth", "31"), ("--value-limit", "3")):
+            self.refuse_track(2, frames, arguments=(*options, *PAIRS))
+        scene = json.loads(self.scene)
+        for group, change in (("binary", {"separation_arcsec": 8}), ("detector", {"shape": [SIDE, SIDE - 2]})):
+            (self.folder / "scene.json").write_text(json.dumps({**scene, group: {**scene[group], **change}}))
+            self.refuse_track(2, "the weights or the scene are not those that the folder was made with", "a new folder")
+        self.assertEqual([(folder / name).read_bytes() for name in files], before)
+
+    def test_rebuild_takes_what_track_takes(self):
+        other = ("--mission-days", "100", "--epoch", "86400000000000")
+        self.track("s", "all")
+        self.track("other", "all", grid=other)
+        self.assertNotEqual(self.sums("s"), self.sums("other"))
+        self.succeed("rebuild", "s", *other)
+        self.assertEqual(self.sums("s"), self.sums("other"))
+        self.assertEqual(self.counts(self.track("s", "all", grid=other))["repeated"], FRAMES)
+
+    def test_folders_that_cannot_be_opened(self):
+        for command in ("status", "rebuild"):
+            self.refuse(3, "none: No such file or directory", arguments=(command, "none"))
+        os.symlink("loop", self.folder / "loop")
+        self.refuse_track(3, "loop: cannot be opened: Too many levels of symbolic links", state="loop")
+        self.refuse(3, "loop: cannot be opened: Too many levels", arguments=("status", "loop"))
+        if os.geteuid() == 0:  # whom nothing is forbidden
+            return
+        self.track("closed", "all")
+        self.addCleanup((self.folder / "closed").chmod, 0o700)
+        for mode in (0o000, 0o100):
+            (self.folder / "closed").chmod(mode)
+            self.refuse_track(3, "closed: ", "Permission denied", state="closed")
+            self.refuse(3, "closed: ", "Permission denied", arguments=("status", "closed"))
+
+    def test_a_ledger_that_is_gone(self):
+        self.track("s", "all")
+        (self.folder / "s/ledger.tlml").unlink()
+        text = "s: ledger.tlml is gone, though its checkpoint is there", "give all frames again, into a new folder"
+        self.refuse_track(5, *text)
+        for command in (("status", "s"), ("rebuild", "s"), ("merge", "s", "--salvage", "--out", "no")):
+            self.refuse(5, *text, arguments=command)
+
+    def test_a_second_writer(self):
+        run = self.start("s", "all", "--follow")
+        self.read(run, 1)
+        for command in (("track", *TEMPLATE, "--state", "s", *PAIRS), ("rebuild", "s")):
+            self.refuse(6, "s: another process is writing to it", arguments=command)
+        self.stop(run)
+
+    def test_merge(self):
+        self.track("s", "all")
+        self.refuse(3, "toliman: nodir: No such file or directory", arguments=("merge", "s", "nodir", "--out", "no"))
+        ledger = self.folder / "s/ledger.tlml"
+        data = bytearray(ledger.read_bytes())
+        data[128 + 5 * 64] ^= 1
+        ledger.write_bytes(data)
+        shutil.copytree(self.folder / "s", self.folder / "t")
+        self.track("u", "all")
+        for command in (("status", "s"), ("rebuild", "s/"), ("merge", "u", "s", "--out", "no")):
+            self.refuse(5, "`toliman merge s --salvage --out NEW`", arguments=command)
+        self.refuse_track(5, "`toliman merge s --salvage --out NEW`")
+
+    def test_a_full_disk(self):
+        """Here a limit of the files' size. What was printed is in the folder, and the same command goes on."""
+        self.pair("in/a", self.lines, self.frames)
+        self.pair("in/b", [self.side(k, frame_id=100 + k) for k in range(FRAMES)], self.frames)
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+        small = ("--grid", "0.03:0.002:2")
+        run = self.start("s", "in", "--sync", "frame", grid=small, preexec_fn=limit)
+        out, errors = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 6, errors)
+        self.assertIn("toliman: lines that were printed are safe on the disk, and the same command goes on\n", errors)
+        self.assertIn("s/ledger.tlml: File too large", errors)
+        printed = sum("verdict" in json.loads(line) for line in out.splitlines())
+        self.assertEqual(printed, (4000 - 128) // 64)
+        self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], printed)
+        self.assertEqual(self.counts(self.track("s", "in", grid=small))["accepted"], 2 * FRAMES)
+
+
+if __name__ == "__main__":
+    unittest.main()
