@@ -31,6 +31,7 @@ class Words(ProgramTest):
         ):
             self.refuse(2, f"toliman: {text}\n", arguments=words)
         self.refuse(2, "--out is required", arguments=("psf", CHAPTER))
+        self.refuse(2, "--state is required", arguments=("track", "--weights", "w.tlmw", "f.npy"))
 
     def test_help_is_a_command_too(self):
         self.assertEqual(self.succeed("help"), self.succeed("--help"))

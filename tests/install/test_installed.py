@@ -1,65 +1,220 @@
-"""make install, and programs built against the result far from the tree. TOLIMAN_BUILD is the build folder."""
+"""make install, and programs in every language built against the result, where it was put and where it was moved to: each
+finds the power of a pure sine at its frequency, which is 1. TOLIMAN_BUILD is the build folder."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
 import unittest
 
-BUILD = os.environ["TOLIMAN_BUILD"]
-PROGRAM = r"""
+BUILD = pathlib.Path(os.environ["TOLIMAN_BUILD"])
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+VERSION = (BUILD / "toliman.pc").read_text().split("Version: ")[1].split()[0]
+C = r"""
+#include <math.h>
 #include <stdio.h>
 #include <toliman/toliman.h>
 int main(void) {
     toliman_period *period;
-    if (toliman_period_create(0.01, 0.01, 5, NULL, &period) != TOLIMAN_OK)
+    double power[10], gflops = 0;
+    if (toliman_period_create(0.05, 0.01, 10, NULL, &period) != TOLIMAN_OK)
         return 1;
+    for (int i = 0; i < 100; i++)
+        if (toliman_period_push(period, i, sin(2 * acos(-1.0) * i / 10), 1.0) != TOLIMAN_OK)
+            return 2;
+    if (toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 10, power) != TOLIMAN_OK)
+        return 3;
     toliman_period_destroy(period);
-    return puts(toliman_version()) < 0;
+    if (toliman_get_blas_speed(&gflops) != TOLIMAN_OK || !(gflops > 0))
+        return 4;
+    printf("%s %.12f\n", toliman_version(), power[5]);
+    return 0;
 }
 """
+CPP = r"""
+#include <cmath>
+#include <cstdio>
+#include <toliman/toliman.hpp>
+int main() {
+    auto period = toliman::make<toliman::periodogram>(toliman_period_create, 0.05, 0.01, 10, nullptr);
+    for (int i = 0; i < 100; i++)
+        toliman::check(toliman_period_push(period.get(), i, std::sin(2 * std::acos(-1.0) * i / 10), 1.0));
+    double power[10];
+    toliman::check(toliman_period_query_power(period.get(), TOLIMAN_POWER_STANDARD, 0, 10, power));
+    std::printf("%s %.12f\n", toliman_version(), power[5]);
+}
+"""
+PYTHON = """
+import math, toliman
+with toliman.Periodogram(0.05, 0.01, 10) as periodogram:
+    for i in range(100):
+        periodogram.push(i, math.sin(2 * math.pi * i / 10))
+    print(toliman.version(), "%.12f" % periodogram.power()[5])
+"""
+CMAKE = """
+cmake_minimum_required(VERSION 3.25)
+project(mine LANGUAGES {language})
+find_package(toliman {VERSION} REQUIRED {components})
+add_executable(mine {source})
+target_link_libraries(mine PRIVATE {target} m)
+"""
+EXPECTED = f"{VERSION} 1.000000000000\n"
 
 
 class Installed(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.top = pathlib.Path(kept.name)
-        self.run_tool("cmake", "--install", BUILD, "--prefix", self.top / "first")
-        shutil.move(self.top / "first", self.top / "moved")
-        self.lib = self.top / "moved" / "lib"
-        (self.top / "p.c").write_text(PROGRAM)
-        self.version = (pathlib.Path(BUILD) / "toliman.pc").read_text().split("Version: ")[1].split()[0]
+    """In the prefix that was given."""
 
-    def run_tool(self, *command):
-        path = {} if not hasattr(self, "lib") else {"PKG_CONFIG_PATH": str(self.lib / "pkgconfig")}
-        return subprocess.run(command, cwd=self.top, env={**os.environ, **path}, capture_output=True, text=True,
-                              check=True).stdout
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.top = pathlib.Path(kept.name)
+        (cls.top / "p.c").write_text(C)
+        (cls.top / "p.cpp").write_text(CPP)
+        cls.prefix = cls.place(cls.top)
+        cls.lib, cls.share = cls.prefix / "lib", cls.prefix / "share"
+
+    @classmethod
+    def place(cls, top):
+        cls.run_tool("cmake", "--install", BUILD, "--prefix", top / "first")
+        return top / "first"
+
+    @classmethod
+    def run_tool(cls, *command, folder=None, **more):
+        path = {} if not hasattr(cls, "lib") else {"PKG_CONFIG_PATH": str(cls.lib / "pkgconfig")}
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("TOLIMAN")}
+        done = subprocess.run(command, cwd=folder or cls.top, env={**environment, **path, **more}, capture_output=True,
+                              text=True)
+        if done.returncode != 0:
+            raise AssertionError(f"{command}: {done.returncode}\n{done.stdout}{done.stderr}")
+        return done.stdout
 
     def pkg_config(self, *arguments):
         return self.run_tool("pkg-config", *arguments, "toliman").split()
 
-    def test_shared(self):
+    def test_c_shared(self):
         self.run_tool("cc", "-std=c99", "-pedantic", "-Werror", "p.c", "-o", "p", *self.pkg_config("--cflags", "--libs"),
-                      f"-Wl,-rpath,{self.lib}")
-        self.assertEqual(self.run_tool("./p").strip(), self.version)
+                      "-lm", f"-Wl,-rpath,{self.lib}")
+        self.assertEqual(self.run_tool("./p"), EXPECTED)
+        self.assertIn(str(self.lib), self.run_tool("ldd", "p"))
 
-    def test_static(self):
+    def test_c_static(self):
         libraries = self.pkg_config("--static", "--libs")
         libraries[libraries.index("-ltoliman")] = "-l:libtoliman.a"
         self.run_tool("cc", "p.c", "-o", "p", *self.pkg_config("--cflags"), *libraries)
-        self.assertEqual(self.run_tool("./p").strip(), self.version)
+        self.assertEqual(self.run_tool("./p"), EXPECTED)
         self.assertNotIn("libtoliman", self.run_tool("ldd", "p"))
 
-    def test_program_and_manual(self):
-        self.assertIn(self.version, self.run_tool(self.top / "moved" / "bin" / "toliman", "--version"))
-        self.assertIn(str(self.top / "moved"), self.run_tool("ldd", self.top / "moved" / "bin" / "toliman"))
-        self.assertTrue((self.top / "moved" / "share" / "man" / "man1" / "toliman.1").is_file())
+    def test_cpp(self):
+        self.run_tool("c++", "-std=c++17", "p.cpp", "-o", "p", *self.pkg_config("--cflags", "--libs"),
+                      f"-Wl,-rpath,{self.lib}")
+        self.assertEqual(self.run_tool("./p"), EXPECTED)
 
-    @unittest.skipUnless((pathlib.Path(BUILD) / "bin" / "toliman-mpi").is_file(), "built without MPI")
+    def test_fortran(self):
+        """The example's own noisy sine of 365 days."""
+        libraries = self.pkg_config("--static", "--libs")
+        libraries[libraries.index("-ltoliman")] = "-l:libtoliman.a"
+        for how in ([*self.pkg_config("--libs"), f"-Wl,-rpath,{self.lib}"], libraries):
+            self.run_tool("gfortran", self.share / "toliman/fortran/toliman.f90", ROOT / "examples/fortran/period.f90",
+                          "-o", "p", *how)
+            self.assertAlmostEqual(float(self.run_tool("./p").split()[1]), 365, delta=10)
+
+    def test_python(self):
+        """By Debian's Python, without a word where the library is."""
+        packages = self.lib / "python3/dist-packages"
+        self.assertEqual(self.run_tool("/usr/bin/python3", "-c", PYTHON, PYTHONPATH=str(packages)), EXPECTED)
+        found = self.run_tool("/usr/bin/python3", "-c", "import toliman, re; print(toliman.__file__, re.findall("
+                              "r'\\S*libtoliman\\S*', open('/proc/self/maps').read())[0])", PYTHONPATH=str(packages))
+        for path in found.split():
+            self.assertIn(str(self.prefix), path)
+
+    def build_by_cmake(self, language, source, target, components=""):
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
+        (folder / "CMakeLists.txt").write_text(CMAKE.format(VERSION=VERSION, **locals()).replace(source, f"../{source}"))
+        self.run_tool("cmake", "-S", folder, "-B", folder / "b", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        self.run_tool("cmake", "--build", folder / "b")
+        self.assertEqual(self.run_tool(folder / "b" / "mine"), EXPECTED)
+        return self.run_tool("ldd", folder / "b" / "mine")
+
+    def test_cmake(self):
+        self.assertIn(str(self.lib), self.build_by_cmake("C", "p.c", "toliman::toliman"))
+        self.assertIn(str(self.lib), self.build_by_cmake("CXX", "p.cpp", "toliman::toliman"))
+        self.assertNotIn("libtoliman", self.build_by_cmake("C", "p.c", "toliman::toliman_static", "COMPONENTS static"))
+        self.assertNotIn("libtoliman", self.build_by_cmake("CXX", "p.cpp", "toliman::toliman_static"))
+
+    def test_cmake_refuses(self):
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
+        for version, components, text in (("0.0", "", "compatible"), ("9", "", "compatible"), ("", "COMPONENTS nonsense", "FALSE")):
+            (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(mine LANGUAGES C)\n"
+                                                   f"find_package(toliman {version} REQUIRED {components})\n")
+            with self.assertRaisesRegex(AssertionError, text):
+                self.run_tool("cmake", "-S", folder, "-B", folder / "b", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+
+    def test_static_wants_what_it_is_made_of(self):
+        """Without the others' pkg-config files the shared library is found, the static one is not, and why is said."""
+        folder, text = pathlib.Path(tempfile.mkdtemp(dir=self.top)), "find_package(toliman REQUIRED COMPONENTS static)"
+        hidden = {"PKG_CONFIG_LIBDIR": str(folder), "PKG_CONFIG_PATH": str(folder)}
+        for find, refused in ((text.replace(" COMPONENTS static", ""), False), (text, True)):
+            (folder / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.25)\nproject(m LANGUAGES C)\n{find}\n"
+                                                   "if(TARGET toliman::toliman_static)\nmessage(FATAL_ERROR x)\nendif()\n")
+            command = ("cmake", "-S", folder, "-B", folder / "b", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+            if not refused:
+                self.run_tool(*command, **hidden)
+                continue
+            with self.assertRaisesRegex(AssertionError, "toliman_static wants pkg-config"):
+                self.run_tool(*command, **hidden)
+
+    def test_program(self):
+        program = self.prefix / "bin" / "toliman"
+        self.assertIn(VERSION, self.run_tool(program, "--version"))
+        self.assertIn(str(self.prefix), self.run_tool("ldd", program))
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
+        self.run_tool(program, "psf", "chapter.json", "--out", "psf.npy", folder=folder)
+        self.assertEqual((folder / "psf.npy").stat().st_size, 128 + 8 * 256 * 256)
+        self.run_tool(program, "plan", "mission.json", folder=folder)
+
+    def test_files(self):
+        names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if not path.is_dir()}
+        for name in ("share/man/man1/toliman.1.gz", "share/man/man1/toliman-run.1.gz", "share/man/man3/libtoliman.3.gz",
+                     "share/bash-completion/completions/toliman", "share/toliman/scenes/chapter.json",
+                     "share/toliman/scenes/g2v.csv", "share/toliman/schema/toliman-scene-1.schema.json"):
+            self.assertIn(name, names)
+        headers = {f"include/toliman/{path.name}" for path in (ROOT / "include/toliman").glob("*.h*")}
+        headers = {name.replace("version.h.in", "version.h") for name in headers}
+        self.assertEqual({name for name in names if name.startswith("include/")}, headers)
+        unasked = [name for name in names if re.search(r"__pycache__|\.md$|\.in$|share/doc", name)]
+        self.assertEqual(unasked, [])
+
+    def test_nothing_names_the_tree(self):
+        for path in (self.lib / "cmake/toliman").iterdir():
+            self.assertNotIn(str(BUILD), path.read_text())
+            self.assertNotRegex(path.read_text(), r'"/[a-z]+/[^"]*lib')
+
+    @unittest.skipUnless((BUILD / "bin" / "toliman-mpi").is_file(), "built without MPI")
     def test_mpi(self):
-        self.assertIn(str(self.top / "moved"), self.run_tool("ldd", self.top / "moved" / "bin" / "toliman-mpi"))
-        self.assertTrue((self.top / "moved" / "share" / "man" / "man1" / "toliman-mpi.1").is_file())
+        self.assertIn(str(self.prefix), self.run_tool("ldd", self.prefix / "bin" / "toliman-mpi"))
+        self.assertTrue((self.share / "man/man1/toliman-mpi.1.gz").is_file())
+
+
+class Moved(Installed):
+    """The same after the folder was moved."""
+
+    @classmethod
+    def place(cls, top):
+        shutil.move(super().place(top), top / "moved")
+        return top / "moved"
+
+
+class Staged(unittest.TestCase):
+    def test_destdir(self):
+        """By DESTDIR, as packagers do: all of it below, nothing beside."""
+        with tempfile.TemporaryDirectory() as top:
+            subprocess.run(["cmake", "--install", BUILD, "--prefix", "/opt/toliman"], check=True, capture_output=True,
+                           env={**os.environ, "DESTDIR": top})
+            self.assertEqual(os.listdir(top), ["opt"])
+            done = subprocess.run([f"{top}/opt/toliman/bin/toliman", "--version"], capture_output=True, text=True)
+            self.assertIn(VERSION, done.stdout)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,13 @@ struct Context {
     }
 };
 
+// The whole program: its description, options and subcommands.
+void add_commands(CLI::App &app, Context &context);
+// All options of a command, those of its groups too; positionals are options without names.
+std::vector<const CLI::Option *> options_of(const CLI::App &command);
+// SCENE, which many commands take.
+void add_scene(CLI::App &command, std::string &name);
+
 void add_run(CLI::App &app, Context &context);
 void add_experiment(CLI::App &app, Context &context);
 void add_psf(CLI::App &app, Context &context);

@@ -137,7 +137,7 @@ void add_experiment(CLI::App &app, Context &context) {
         asked.methods.emplace_back(kind.name);
     auto amplitudes = std::make_shared<std::vector<std::string>>();
     auto quick = std::make_shared<bool>(false);
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->folder, "folder for the results")->required();
     CLI::Option *ladder = command->add_option("--amplitudes", *amplitudes, "of the signal in px, default 1e-2 to 1e-6")
                               ->delimiter(',')
@@ -146,7 +146,7 @@ void add_experiment(CLI::App &app, Context &context) {
     CLI::Option *methods = command->add_option("--methods", asked.methods, "default all")
                                ->delimiter(',')
                                ->allow_extra_args(false)
-                               ->type_name("NAME,...");
+                               ->type_name("NAME,...:{" + CLI::detail::join(asked.methods, ",") + "}");
     CLI::Option *tables = command->add_option("--tables", asked.tables, "default real,equal,robust")
                               ->delimiter(',')
                               ->allow_extra_args(false)

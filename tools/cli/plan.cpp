@@ -6,6 +6,7 @@
 #include "failure.hpp"
 #include "json.hpp"
 #include "output.hpp"
+#include "scene.hpp"
 
 namespace cli {
 
@@ -115,7 +116,7 @@ void plan(const Options &options, Progress &progress) {
                                             : TOLIMAN_ENGINE_AUTOMATIC;
     toliman_sim_plan_info found = {};
     found.struct_size = sizeof found;
-    toliman::check(toliman_sim_plan(options.scene.c_str(), &how, &found));
+    toliman::check(toliman_sim_plan(found_scene(options.scene, how).c_str(), &how, &found));
     if (options.as_json)
         print_stdout(as_json(found, options.scene));
     else
@@ -127,7 +128,7 @@ void plan(const Options &options, Progress &progress) {
 void add_plan(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("plan", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--engine", options->engine, "auto (default), mdft or fft, the chapter's baseline")
         ->check(CLI::IsMember({"auto", "mdft", "fft"}));
     command->add_flag("--json", options->as_json, "as JSON");

@@ -105,7 +105,7 @@ void pupil(const Options &options, Progress &progress) {
     if (!options.out.empty())
         out.emplace(options.out);
     const Scene whole(options.scene, progress);
-    const MaskedScene scene(options.scene, whole.sim.get());
+    const MaskedScene scene(whole.path, whole.sim.get());
     const Score before = score_of(whole.sim.get());
     if (!std::isfinite(before.crb_px))
         throw Failure(kExitUsage, options.scene + ": no mask can be judged: the separation has no bound");
@@ -126,7 +126,7 @@ void pupil(const Options &options, Progress &progress) {
 void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("pupil", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->out, "the scene with the new mask; - is standard output");
     CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes, "stop after so many minutes");
     CLI::Option *count =

@@ -153,7 +153,7 @@ void run(const Options &options, Progress &progress) {
 void add_run(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("run", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->folder,
                         "folder for the results, default ./<scene name>.run, scene.run without a name");
     CLI::Option *seed = add_seed(*command, options->seed, "seed of noise and weights, default the scene's");

@@ -1,8 +1,10 @@
 #include "scene.hpp"
 
 #include <charconv>
+#include <filesystem>
 
 #include "failure.hpp"
+#include "input.hpp"
 #include "scene_json.hpp"
 
 namespace cli {
@@ -35,13 +37,32 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
     return value;
 }
 
+// share/toliman/scenes beside the folder of the program, wherever both were moved.
+std::string shipped_folder() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    return (program.parent_path().parent_path() / "share/toliman/scenes").string();
+}
+
 } // namespace
+
+std::string found_scene(const std::string &name, const toliman_sim_options &options) {
+    if (exists(name) || name.find('/') != std::string::npos)
+        return name;
+    const std::string folder = shipped_folder();
+    std::string shipped = folder + "/" + name;
+    if (!exists(shipped))
+        malformed(name, "No such file, neither here nor in " + folder);
+    if (options.log != nullptr)
+        options.log(TOLIMAN_LOG_INFO, ("scene " + shipped).c_str(), options.log_data);
+    return shipped;
+}
 
 Scene::Scene(const std::string &file, Progress &progress) : Scene(file, shown_by(progress)) {}
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
-    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create, file.c_str(), &options)),
-      info(info_of(sim)) {}
+    : path(found_scene(file, options)),
+      sim(toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options)), info(info_of(sim)) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
     : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),

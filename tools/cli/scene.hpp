@@ -9,6 +9,10 @@
 
 namespace cli {
 
+// The file that a scene's name stands for: that file or, where there is none, the shipped scene of that name, which is
+// told to the log of `options`. A Failure where neither is there.
+std::string found_scene(const std::string &name, const toliman_sim_options &options);
+
 struct Scene {
     Scene(const std::string &file, Progress &progress);
     Scene(const std::string &file, const toliman_sim_options &options);

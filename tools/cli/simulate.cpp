@@ -130,7 +130,7 @@ std::string session_complaint(const std::string &name) {
 void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("psf", kPsfDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->out, "the .npy or .fits file to write; - is .npy on standard output")
         ->required();
     command->add_option("--star", options->star, "A, B or both (default)")->check(CLI::IsMember({"A", "B", "both"}));
@@ -145,7 +145,7 @@ void add_psf(CLI::App &app, Context &context) {
 void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command
         ->add_option("--out", options->out,
                      "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")

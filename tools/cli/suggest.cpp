@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "command.hpp"
+
 namespace cli {
 
 namespace {
@@ -24,7 +26,7 @@ size_t distance(const std::string &a, const std::string &b) {
 }
 
 void add_options(const CLI::App &app, std::vector<std::string> &names) {
-    for (const CLI::Option *option : app.get_options())
+    for (const CLI::Option *option : options_of(app))
         for (const std::string &name : option->get_lnames())
             names.push_back("--" + name);
 }

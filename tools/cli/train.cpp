@@ -184,7 +184,7 @@ void train(const Options &options, Progress &progress) {
 void add_train(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("train", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(*command, options->scene);
     command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
     CLI::Option *resume =
         command->add_option("--resume", options->resume, "go on with the training in this weights file");

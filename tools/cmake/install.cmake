@@ -1,12 +1,39 @@
-# make install: program, both libraries, headers, pkg-config file and man page below one prefix that may be moved.
-install(TARGETS toliman toliman_static toliman_cli RUNTIME DESTINATION bin LIBRARY DESTINATION lib
-        ARCHIVE DESTINATION lib)
-if(TARGET toliman_mpi)
-  install(TARGETS toliman_mpi RUNTIME DESTINATION bin)
-  install(FILES ${PROJECT_SOURCE_DIR}/tools/man/toliman-mpi.1 DESTINATION share/man/man1)
-endif()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/toliman DESTINATION include FILES_MATCHING PATTERN *.h PATTERN *.hpp)
-install(FILES ${PROJECT_BINARY_DIR}/include/toliman/version.h DESTINATION include/toliman)
-install(FILES ${PROJECT_SOURCE_DIR}/tools/man/toliman.1 DESTINATION share/man/man1)
+# make install: everything below one prefix that may be moved. The components are the Debian packages of package.cmake.
+include(CMakePackageConfigHelpers)
+
+install(TARGETS toliman EXPORT toliman-shared
+        LIBRARY DESTINATION lib COMPONENT runtime NAMELINK_COMPONENT development)
+install(TARGETS toliman_static EXPORT toliman-static ARCHIVE DESTINATION lib COMPONENT development)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/toliman DESTINATION include COMPONENT development
+        FILES_MATCHING PATTERN *.h PATTERN *.hpp)
+install(FILES ${PROJECT_BINARY_DIR}/include/toliman/version.h DESTINATION include/toliman COMPONENT development)
+install(FILES ${PROJECT_SOURCE_DIR}/bindings/fortran/toliman.f90 DESTINATION share/toliman/fortran COMPONENT development)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man3 DESTINATION share/man COMPONENT development)
+
+# pkg-config and find_package, both by paths relative to their own.
 configure_file(${PROJECT_SOURCE_DIR}/tools/cmake/toliman.pc.in ${PROJECT_BINARY_DIR}/toliman.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/toliman.pc DESTINATION lib/pkgconfig)
+install(FILES ${PROJECT_BINARY_DIR}/toliman.pc DESTINATION lib/pkgconfig COMPONENT development)
+set(package lib/cmake/toliman)
+install(EXPORT toliman-shared NAMESPACE toliman:: DESTINATION ${package} COMPONENT development)
+install(EXPORT toliman-static NAMESPACE toliman:: DESTINATION ${package} COMPONENT development)
+configure_package_config_file(${PROJECT_SOURCE_DIR}/tools/cmake/toliman-config.cmake.in
+                              ${PROJECT_BINARY_DIR}/toliman-config.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/toliman-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/toliman-config.cmake ${PROJECT_BINARY_DIR}/toliman-config-version.cmake
+        DESTINATION ${package} COMPONENT development)
+
+install(TARGETS toliman_cli RUNTIME DESTINATION bin COMPONENT program)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/scenes DESTINATION share/toliman COMPONENT program)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/schema DESTINATION share/toliman COMPONENT program
+        FILES_MATCHING PATTERN *.json)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/bash-completion DESTINATION share COMPONENT program)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man1 DESTINATION share/man COMPONENT program
+        PATTERN toliman-mpi.1.gz EXCLUDE)
+if(TARGET toliman_mpi)
+  install(TARGETS toliman_mpi RUNTIME DESTINATION bin COMPONENT mpi)
+  install(FILES ${PROJECT_BINARY_DIR}/share/man/man1/toliman-mpi.1.gz DESTINATION share/man/man1 COMPONENT mpi)
+endif()
+
+# Debian's Python looks here below /usr; elsewhere PYTHONPATH has to.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/python3/dist-packages COMPONENT python
+        FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)

@@ -14,8 +14,8 @@ target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction
                        $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
 
 add_library(toliman_objects OBJECT ${sources})
-target_link_libraries(toliman_objects PUBLIC toliman_settings ${FFTW3_THREADS} PkgConfig::FFTW3 PkgConfig::OPENBLAS
-                      PkgConfig::CJSON PkgConfig::ZLIB Threads::Threads)
+set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
+target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})
 
 set(toliman_isas baseline)
 set(toliman_isa_flags_baseline "")
@@ -39,14 +39,16 @@ set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/kernels/conv.isa.cpp
                             ${PROJECT_SOURCE_DIR}/lib/kernels/elu.isa.cpp
                             ${PROJECT_SOURCE_DIR}/lib/kernels/same_conv.isa.cpp PROPERTIES COMPILE_OPTIONS -ffp-contract=fast)
 
+set(toliman_includes $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+                     $<INSTALL_INTERFACE:include>)
 add_library(toliman SHARED $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
-target_link_libraries(toliman PRIVATE toliman_objects)
+target_link_libraries(toliman PRIVATE ${toliman_needs})
 target_link_options(toliman PRIVATE -Wl,-z,defs -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
 set_target_properties(toliman PROPERTIES VERSION 0.${PROJECT_VERSION_MINOR} SOVERSION 0.${PROJECT_VERSION_MINOR}
                       LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
-target_include_directories(toliman INTERFACE ${PROJECT_SOURCE_DIR}/include ${PROJECT_BINARY_DIR}/include)
+target_include_directories(toliman INTERFACE ${toliman_includes})
 
 add_library(toliman_static STATIC $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
-target_link_libraries(toliman_static PRIVATE toliman_objects)
-target_include_directories(toliman_static INTERFACE ${PROJECT_SOURCE_DIR}/include ${PROJECT_BINARY_DIR}/include)
+target_link_libraries(toliman_static PRIVATE ${toliman_needs})
+target_include_directories(toliman_static INTERFACE ${toliman_includes})
 set_target_properties(toliman_static PROPERTIES OUTPUT_NAME toliman)

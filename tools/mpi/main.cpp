@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "command.hpp"
 #include "fast_blas.hpp"
 #include "json.hpp"
 #include "network.hpp"
@@ -40,7 +41,7 @@ struct Options {
 bool parse(int argc, char **argv, bool first, Options &options) {
     CLI::App app(kDescription, "toliman-mpi");
     app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
-    app.add_option("SCENE", options.scene, "scene file (JSON, schema toliman-scene/1)")->required();
+    add_scene(app, options.scene);
     CLI::Option *seed = add_seed(app, options.seed, "seed of the noise, default the scene's");
     CLI::Option *campaign = app.add_option("--campaign", options.campaign, "series, with as many seeds from the first");
     campaign->check(CLI::Range(1, 1000000));

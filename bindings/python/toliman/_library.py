@@ -19,6 +19,7 @@ def _candidates():
         yield os.environ["TOLIMAN_LIBRARY"]
         return
     here = pathlib.Path(__file__).resolve()
+    yield str(here.parents[3] / "libtoliman.so.0.1")  # installed: lib/python3/dist-packages/toliman
     for folder in (here.parent, here.parents[3] / "build" / "lib"):
         yield str(folder / "libtoliman.so")
     yield "libtoliman.so.0.1"

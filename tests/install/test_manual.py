@@ -1,0 +1,153 @@
+"""Man pages against --help and the headers, and bash completion as bash gives it. TOLIMAN_BUILD is the build folder."""
+import functools
+import gzip
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+BUILD = pathlib.Path(os.environ["TOLIMAN_BUILD"])
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM, SHARE = BUILD / "bin" / "toliman", BUILD / "share"
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*")
+
+
+@functools.lru_cache(None)
+def told(*words):
+    return subprocess.run([PROGRAM, *words, "--help"], capture_output=True, text=True, check=True).stdout
+
+
+def commands():
+    """Names of the subcommands, by the overview of --help."""
+    return re.findall(r"^  (\w+) {2,}", told().split("Subcommands:\n")[1], re.M)
+
+
+def listed(text):
+    """Options of the lists in --help."""
+    return set(re.findall(r"^ +(?:-\w,)?(--[a-z][a-z0-9-]*)", text[text.index("\nOptions:"):], re.M))
+
+
+def roff(page):
+    with gzip.open(SHARE / "man" / f"man{page[-1]}" / f"{page}.gz", "rt", encoding="utf-8") as stream:
+        return stream.read()
+
+
+def section(page, name):
+    return roff(page).split(f".SH {name}\n")[1].split("\n.SH ")[0].replace("\\-", "-").replace("\\e", "\\")
+
+
+class Pages(unittest.TestCase):
+    def test_every_command_has_a_page(self):
+        self.assertGreater(len(commands()), 14)
+        pages = {f"toliman-{name}.1.gz" for name in commands()} | {"toliman.1.gz"}
+        if (BUILD / "bin" / "toliman-mpi").is_file():
+            pages.add("toliman-mpi.1.gz")
+        self.assertEqual({path.name for path in (SHARE / "man" / "man1").iterdir()}, pages)
+        for name in commands():
+            self.assertIn(f"toliman-{name}", section("toliman.1", "COMMANDS"))
+
+    def test_options_are_those_of_help(self):
+        for name in ([], *([name] for name in commands())):
+            page = "-".join(["toliman", *name]) + ".1"
+            heads = [line for line in section(page, "OPTIONS").splitlines() if line.startswith("\\fB-")]
+            self.assertEqual({re.search(OPTION, head.replace("\\fB", " ")).group() for head in heads}, listed(told(*name)), page)
+            for tail in (ROOT / "tools" / "man").glob(f"{page[:-2]}.tail"):
+                named = set(OPTION.findall(re.sub(r"\\(?=-)", "", tail.read_text())))
+                self.assertLessEqual(named, listed(told(*name)) | {"--strict", "--clock"}, tail)
+
+    def test_examples_and_texts_are_those_of_help(self):
+        for name in commands():
+            page, text = f"toliman-{name}.1", told(name)
+            for line in re.findall(r"^  (toliman .*)", text.split("\nUsage:")[0], re.M):
+                self.assertIn(line, roff(page).replace("\\-", "-"))
+            words = text.split("\nUsage:")[0].partition("\n")[2].replace("`", "").split()
+            body = re.sub(r"\\f.|\\&", "", roff(page).replace("\\-", "-").replace("\\e", "\\")).split()
+            missing = [word for word in words if word not in body and not word.startswith("Example")]
+            self.assertEqual(missing, [], page)
+
+    @unittest.skipUnless((BUILD / "bin" / "toliman-mpi").is_file(), "built without MPI")
+    def test_page_of_mpi(self):
+        done = subprocess.run([BUILD / "bin" / "toliman-mpi", "--help"], capture_output=True, text=True, check=True,
+                              env={**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
+        heads = OPTION.findall(section("toliman-mpi.1", "OPTIONS"))
+        self.assertEqual(set(heads), listed(done.stdout) - {"--help", "--version"})
+
+    @unittest.skipUnless(shutil.which("man"), "no man")
+    def test_man_has_nothing_to_complain_of(self):
+        for path in (SHARE / "man").glob("man?/*.gz"):
+            done = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", path], capture_output=True, text=True,
+                                  env={**os.environ, "LC_ALL": "C.UTF-8", "MANWIDTH": "200", "MANROFFSEQ": ""})
+            self.assertEqual((done.returncode, done.stderr), (0, ""), path)
+            self.assertIn("NAME", done.stdout)
+
+
+class Library(unittest.TestCase):
+    def test_names_are_those_of_the_headers(self):
+        page, symbols = roff("libtoliman.3").replace("\\-", "-"), (ROOT / "lib/api/toliman.sym").read_text()
+        headers = {path.name for path in (ROOT / "include/toliman").glob("*.h*")} - {"export.h", "version.h.in"}
+        self.assertEqual(set(re.findall(r"toliman/(\w+\.hp*)\b", page)), headers)
+        creates = set(re.findall(r"(toliman_\w+_create\w*);", symbols)) - {"toliman_sim_create_json"}
+        named = set(re.findall(r"\.BR (toliman_\w+)", page)) - {"toliman_status"}
+        self.assertLessEqual(creates, named)
+        self.assertLessEqual(named, set(re.findall(r"(toliman_\w+);", symbols)))
+
+    def test_example_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / "example.c"
+            source.write_text(section("libtoliman.3", "EXAMPLE").split(".nf\n")[1].split(".fi")[0])
+            subprocess.run(["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", source, "-o", source.with_suffix(""),
+                            f"-I{ROOT}/include", f"-I{BUILD}/include", f"-L{BUILD}/lib", "-ltoliman",
+                            f"-Wl,-rpath,{BUILD}/lib"], check=True)
+            done = subprocess.run([source.with_suffix("")], capture_output=True, text=True, check=True)
+            self.assertAlmostEqual(float(done.stdout.split()[1]), 10, delta=0.05)  # a square wave of period 10
+
+
+class Completion(unittest.TestCase):
+    def complete(self, *words):
+        """What bash offers for the last of these words, with completion as it is after Tab; = and , are parts of words."""
+        typed = [part for word in words for part in (re.split("(=)", word) if "=" in word else [word])]
+        while "" in typed[:-1]:
+            typed.remove("")
+        script = ('. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); eval "$(complete -p toliman | '
+                  'sed \'s/.*-F \\([^ ]*\\).*/\\1/\')"; printf "%s\\n" "${COMPREPLY[@]}"')
+        done = subprocess.run(["bash", "--norc", "-euc", script, "bash", SHARE / "bash-completion/completions/toliman",
+                               *typed], capture_output=True, text=True, check=True)
+        self.assertEqual(done.stderr, "")
+        return sorted(done.stdout.split())
+
+    def test_subcommands(self):
+        self.assertLessEqual({*commands(), "help", "--version", "--progress"}, set(self.complete("toliman", "")))
+        self.assertEqual(self.complete("toliman", "p"), sorted(name for name in commands() if name.startswith("p")))
+        self.assertEqual(self.complete("toliman", "--progress=json", "pe"), ["period"])
+        self.assertEqual(self.complete("toliman", "help", "tra"), ["track", "train"])
+
+    def test_options_of_every_command(self):
+        for name in commands():
+            self.assertEqual(set(OPTION.findall(" ".join(self.complete("toliman", name, "--")))),
+                             listed(told(name)) | {"--progress"}, name)
+        self.assertEqual(self.complete("toliman", "run", "chapter.json", "--se"), ["--seed"])
+
+    def test_fixed_values(self):
+        for name in commands():
+            for option, values in re.findall(r"(--[a-z-]+) [^ \n{]*:\{([^}]*)\}", told(name)):
+                self.assertEqual(self.complete("toliman", name, option, ""), sorted(values.split(",")), (name, option))
+        self.assertEqual(self.complete("toliman", "period", "--fap", "ba"), ["baluev"])
+        self.assertEqual(self.complete("toliman", "train", "--mode="), ["tied", "unsupervised"])
+        self.assertEqual(self.complete("toliman", "train", "--mode=u"), ["unsupervised"])
+        self.assertEqual(self.complete("toliman", "experiment", "--tables", "real,r"), ["real,real", "real,robust"])
+        self.assertIn("cae,pca-white", self.complete("toliman", "experiment", "--methods", "cae,pca"))
+        self.assertEqual(self.complete("toliman", "--progress", ""), ["auto", "json", "none"])
+
+    def test_files_are_left_to_bash(self):
+        for words in (("run", ""), ("run", "cha"), ("run", "--out", ""), ("encode", "--weights=")):
+            self.assertEqual(self.complete("toliman", *words), [])
+        shown = subprocess.run(["bash", "--norc", "-c", '. "$1"; complete -p toliman', "bash",
+                                SHARE / "bash-completion/completions/toliman"], capture_output=True, text=True, check=True)
+        self.assertIn("-o default", shown.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
