@@ -74,7 +74,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     void *bytes = malloc(size);
     MUST(toliman_cae_save(made, NULL, bytes, size, &size));
     show("bytes", (double)size);
-    MUST(toliman_cae_load(bytes, size, &cae));
+    MUST(toliman_cae_load(bytes, size, NULL, &cae));
     MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent));
     show("latent", latent);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
@@ -91,7 +91,7 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
     toliman_linear *linear;
     toliman_linear_components *components;
     double value, sigma, values[FRAMES], share, *image = malloc((size_t)(rows * cols) * sizeof *image);
-    MUST(toliman_linear_create(sim, &linear));
+    MUST(toliman_linear_create(sim, NULL, &linear));
     MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value));
     MUST(toliman_linear_get_sigma(linear, &sigma));
     show("estimate", value);
@@ -141,7 +141,7 @@ static void search(void) {
     MUST(toliman_period_save(period, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_period_save(period, bytes, size, &size));
-    MUST(toliman_period_load(bytes, size, &loaded));
+    MUST(toliman_period_load(bytes, size, NULL, &loaded));
     show("count", (double)toliman_period_count(loaded));
     free(bytes);
     toliman_period_destroy(loaded);
@@ -159,7 +159,7 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     toliman_outcome outcome = {.struct_size = sizeof outcome};
     size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
-    MUST(toliman_linear_create(sim, &linear));
+    MUST(toliman_linear_create(sim, NULL, &linear));
     toliman_track_options_init(&options);
     options.linear = linear;
     options.nf = 5461;

@@ -127,7 +127,7 @@ class Python:
 
     def track(self, sim, image, rows, cols):
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
-        self.must(library.toliman_linear_create(sim, ctypes.byref(linear)))
+        self.must(library.toliman_linear_create(sim, None, ctypes.byref(linear)))
         options, info, outcome = _raw.toliman_track_options(), _raw.toliman_track_info(), _raw.toliman_outcome()
         library.toliman_track_options_init(ctypes.byref(options))
         options.linear, options.nf, options.f0, options.df = linear, 5461, 1.5 / N, 0.1 / N
