@@ -46,7 +46,7 @@ contains
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call sim%get_spectrum(weight_a=five, weight_b=five(:4), stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
-        call cae%load_file('no/such/weights', stat, errmsg)
+        call cae%load_file('no/such/weights', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call cae%encode(image, latent, stat, errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
