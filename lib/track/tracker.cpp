@@ -1,6 +1,7 @@
 #include "track/tracker.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -315,15 +316,16 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
     check_writable();
     if (!estimate_)
         fail(Status::state, "made without an estimator: frames come by merging only");
-    const auto look = [&](unsigned worker, unsigned workers) noexcept {
-        for (size_t i = worker; i < count; i += workers)
-            look_at(frames[i], jobs_[i], worker);
+    std::atomic<size_t> next{0}; // a worker that is slower takes fewer frames
+    const auto look = [&](size_t worker) noexcept {
+        for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;)
+            look_at(frames[i], jobs_[i], static_cast<unsigned>(worker));
     };
     const auto workers = static_cast<unsigned>(std::min<size_t>(plan_.workers, count));
     if (workers > 1)
-        run_jobs(workers, workers, [&](size_t worker) { look(static_cast<unsigned>(worker), workers); });
+        run_jobs(workers, workers, look);
     else
-        look(0, 1);
+        look(0);
     for (; done < count; done++) {
         if (lines() == committed())
             oldest_ = std::chrono::steady_clock::now();
