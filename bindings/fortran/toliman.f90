@@ -833,6 +833,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Bytes of a public struct ("toliman_machine") in the library that is running; 0 for a name it does not know.
+        function toliman_get_struct_size(name) bind(C) result(answer)
+            import
+            character(kind=c_char), intent(in) :: name(*)
+            integer(c_size_t) :: answer
+        end function
+
         ! Fills *out; out->struct_size must be set.
         function toliman_get_machine(out) bind(C) result(answer)
             import
@@ -847,9 +854,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_sim_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_sim_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_sim_options), intent(inout) :: options
         end subroutine
 
@@ -1026,9 +1034,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_cae_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_cae_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_cae_options), intent(inout) :: options
         end subroutine
 
@@ -1049,9 +1058,10 @@ module toliman
             type(c_ptr), value :: cae
         end subroutine
 
-        ! Fills *options with the defaults.
-        subroutine toliman_cae_train_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_cae_train_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_cae_train_options), intent(inout) :: options
         end subroutine
 
@@ -1143,9 +1153,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults: float32.
-        subroutine toliman_cae_save_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults: float32.
+        subroutine toliman_cae_save_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_cae_save_options), intent(inout) :: options
         end subroutine
 
@@ -1221,9 +1232,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_linear_components_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_linear_components_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_linear_components_options), intent(inout) :: options
         end subroutine
 
@@ -1258,9 +1270,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_linear_train_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_linear_train_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_linear_train_options), intent(inout) :: options
         end subroutine
 
@@ -1291,9 +1304,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_period_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_period_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_period_options), intent(inout) :: options
         end subroutine
 
@@ -1501,9 +1515,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_period_bootstrap_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_period_bootstrap_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_period_bootstrap_options), intent(inout) :: options
         end subroutine
 
@@ -1568,9 +1583,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_period_batch_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_period_batch_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_period_batch_options), intent(inout) :: options
         end subroutine
 
@@ -1595,9 +1611,10 @@ module toliman
             type(c_ptr) :: answer
         end function
 
-        ! Fills *options with the defaults.
-        subroutine toliman_track_options_init(options) bind(C)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_track_options_init(options, size) bind(C)
             import
+            integer(c_size_t), value :: size
             type(toliman_track_options), intent(inout) :: options
         end subroutine
 
@@ -1728,6 +1745,7 @@ module toliman
     public :: toliman_version
     public :: toliman_version_number
     public :: toliman_abi_version
+    public :: toliman_get_struct_size
     public :: toliman_get_machine
     public :: toliman_get_blas_speed
     public :: toliman_sim_options_init

@@ -78,7 +78,7 @@ int main(int argc, char **argv) {
     toliman_cae *network = NULL;
     check(toliman_cae_load_file(argv[1], &allocator, &network));
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.allocator = &allocator;
     options.cae = network;
     options.capacity = 2000;

@@ -6,8 +6,8 @@
  *   - After a failure toliman_last_error() tells, on the same thread, which argument or file field was wrong, its value
  *     and what is allowed. A success leaves the last message alone.
  *   - Objects are opaque: toliman_X_create(..., &x) makes one, toliman_X_destroy(x) ends it and takes NULL.
- *   - Options are structs whose first member is struct_size. Set them up with the matching _init function; then zero
- *     or the default stands in every member. New members are only ever appended.
+ *   - Options are structs whose first member is struct_size. Set them up with the matching _init function and their
+ *     sizeof; then zero or the default stands in every member. New members are only ever appended.
  *   - Arrays are the caller's memory in C order, images as [row][column] with an explicit row stride in elements.
  *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
  *     same object from several threads at once; others may not.
@@ -90,6 +90,10 @@ TOLIMAN_API int32_t toliman_version_number(void) TOLIMAN_NOEXCEPT;
 /* Number of the binary interface; it changes only when an old caller would break. Equals TOLIMAN_ABI_VERSION of the
  * header when the two fit. Since 0.1. */
 TOLIMAN_API int32_t toliman_abi_version(void) TOLIMAN_NOEXCEPT;
+
+/* Bytes of a public struct ("toliman_machine") in the library that is running; 0 for a name it does not know. For
+ * bindings: a struct of theirs that is larger needs a newer library. Since 0.1. */
+TOLIMAN_API size_t toliman_get_struct_size(const char *name) TOLIMAN_NOEXCEPT;
 
 /* What the library found on this machine; the texts are static. Since 0.1. */
 typedef struct toliman_machine {

@@ -38,8 +38,8 @@ typedef struct toliman_cae_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_cae_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options may be
  * NULL. With FLIGHT and WHITENED, the defaults, its latent is scaled to pixels along the scene's signal, so that it may
@@ -87,8 +87,8 @@ typedef struct toliman_cae_train_options {
     uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
 } toliman_cae_train_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 typedef struct toliman_cae_training {
     uint32_t struct_size;   /* in: sizeof(toliman_cae_training) */
@@ -197,8 +197,8 @@ typedef struct toliman_cae_save_options {
     uint32_t training;        /* 1: also where the last training stands, for toliman_cae_train to go on with */
 } toliman_cae_save_options;
 
-/* Fills *options with the defaults: float32. Since 0.1. */
-TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1. */
+TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Weights blob; options NULL = the defaults. With bytes NULL only *needed is set; otherwise capacity must be at least
  * that (TOLIMAN_E_CAPACITY). The same network gives the same bytes, and so does the network loaded from them.

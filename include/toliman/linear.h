@@ -44,8 +44,9 @@ typedef struct toliman_linear_components_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_linear_components_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_linear_components_options_init(toliman_linear_components_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_linear_components_options_init(toliman_linear_components_options *options,
+                                                        size_t size) TOLIMAN_NOEXCEPT;
 
 /* Empty collection for frames of a scene; options may be NULL, sim is not kept. Takes all memory of the frames here, 4
  * bytes a (binned) pixel and frame: residuals are held as float32, wrong by 6e-8 of themselves at most. The caller
@@ -84,8 +85,8 @@ typedef struct toliman_linear_train_options {
     void *progress_data;
 } toliman_linear_train_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_linear_train_options_init(toliman_linear_train_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_linear_train_options_init(toliman_linear_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 typedef struct toliman_linear_training {
     uint32_t struct_size; /* in: sizeof(toliman_linear_training) */

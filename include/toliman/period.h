@@ -52,8 +52,8 @@ typedef struct toliman_period_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_period_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_period_options_init(toliman_period_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is
  * taken here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
@@ -258,8 +258,9 @@ typedef struct toliman_period_bootstrap_options {
     void *progress_data;
 } toliman_period_bootstrap_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options,
+                                                       size_t size) TOLIMAN_NOEXCEPT;
 
 /* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
  * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
@@ -327,8 +328,8 @@ typedef struct toliman_period_batch_options {
     void *progress_data;
 } toliman_period_batch_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of a
  * streaming periodogram, there is no state. sigma and options may be NULL; n may be 0. Every power is within the

@@ -75,8 +75,8 @@ typedef struct toliman_sim_options {
 #define TOLIMAN_ENGINE_MATRIX_DFT 1
 #define TOLIMAN_ENGINE_PADDED_FFT 2 /* no mask, amplitude or OPD files */
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
  * options may be NULL. The caller destroys *out. TOLIMAN_E_NOT_FOUND or _FORMAT for this or a named file, _SCENE for

@@ -146,8 +146,8 @@ typedef struct toliman_track_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_track_options;
 
-/* Fills *options with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_track_options_init(toliman_track_options *options) TOLIMAN_NOEXCEPT;
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
  * pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there are; nf = 0 if

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "api/guard.hpp"
+#include "api/struct_sizes.hpp"
 #include "backend/blas.hpp"
 #include "backend/fft.hpp"
 #include "kernels/isa.hpp"
@@ -105,6 +106,14 @@ int32_t toliman_version_number(void) noexcept {
 
 int32_t toliman_abi_version(void) noexcept {
     return TOLIMAN_ABI_VERSION;
+}
+
+size_t toliman_get_struct_size(const char *name) noexcept {
+    if (name != nullptr)
+        for (const api::StructSize &entry : api::kStructSizes)
+            if (std::strcmp(entry.name, name) == 0)
+                return entry.size;
+    return 0;
 }
 
 toliman_status toliman_get_machine(toliman_machine *out) noexcept {

@@ -28,18 +28,6 @@ constexpr size_t kOldestSaveOptions = sizeof(toliman_cae_save_options);
 constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
 constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
 
-toliman_cae_options default_options() noexcept {
-    toliman_cae_options options = {};
-    options.struct_size = sizeof options;
-    return options;
-}
-
-toliman_cae_train_options default_train_options() noexcept {
-    toliman_cae_train_options options = {};
-    options.struct_size = sizeof options;
-    return options;
-}
-
 template <class T> T or_default(T value, T otherwise) noexcept {
     return value != 0 ? value : otherwise;
 }
@@ -58,7 +46,8 @@ cae::Input input_of(uint32_t input) {
 }
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
-    const toliman_cae_train_options options = accept(given, default_train_options(), "options", kOldestTrainOptions);
+    const toliman_cae_train_options options =
+        accept(given, toliman_cae_train_options{}, "options", kOldestTrainOptions);
     if (options.mode > TOLIMAN_CAE_UNSUPERVISED)
         fail(Status::argument, "options->mode = %u: must be TOLIMAN_CAE_TIED or TOLIMAN_CAE_UNSUPERVISED",
              options.mode);
@@ -161,15 +150,9 @@ cae::Encoding known_encoding(int32_t code, const char *name) {
     return static_cast<cae::Encoding>(code);
 }
 
-toliman_cae_save_options default_save_options() noexcept {
-    toliman_cae_save_options options = {};
-    options.struct_size = sizeof options;
-    return options;
-}
-
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
     const cae::Network &network = required(cae, "cae").network;
-    const toliman_cae_save_options options = accept(given, default_save_options(), "options", kOldestSaveOptions);
+    const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options", kOldestSaveOptions);
     if (options.training > 1)
         fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
     return cae::to_blob(network,
@@ -196,16 +179,15 @@ void give(cae::Blob &&blob, toliman_cae **out) {
 
 extern "C" {
 
-void toliman_cae_options_init(toliman_cae_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_options();
+void toliman_cae_options_init(toliman_cae_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_cae_options{}, options, size);
 }
 
 toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const toliman_cae_options *options,
                                   toliman_cae **out) noexcept {
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
-        const toliman_cae_options known = accept(options, default_options(), "options", kOldestOptions);
+        const toliman_cae_options known = accept(options, toliman_cae_options{}, "options", kOldestOptions);
         const cae::Layout &layout = layout_of(known.layout);
         if (known.reserved != 0)
             fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
@@ -222,9 +204,8 @@ void toliman_cae_destroy(toliman_cae *cae) noexcept {
     delete cae;
 }
 
-void toliman_cae_train_options_init(toliman_cae_train_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_train_options();
+void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_cae_train_options{}, options, size);
 }
 
 toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_options *options,
@@ -340,9 +321,8 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
     });
 }
 
-void toliman_cae_save_options_init(toliman_cae_save_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_save_options();
+void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_cae_save_options{}, options, size);
 }
 
 toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_options *options, void *bytes,

@@ -29,12 +29,6 @@ constexpr uint32_t kMostFrames = 16384; // their products fill 2 GiB
 constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
 
-template <class Options> Options default_options() noexcept {
-    Options options = {};
-    options.struct_size = sizeof options;
-    return options;
-}
-
 linear::Preparation preparation_of(const toliman_linear_components_options &options, int64_t cadence) {
     if (options.raw > 1)
         fail(Status::argument, "options->raw = %u: must be 0 or 1", options.raw);
@@ -47,7 +41,7 @@ linear::Preparation preparation_of(const toliman_linear_components_options &opti
 }
 
 toliman_linear_train_options known_options(const toliman_linear_train_options *given) {
-    auto options = accept(given, default_options<toliman_linear_train_options>(), "options", kOldestTrainOptions);
+    auto options = accept(given, toliman_linear_train_options{}, "options", kOldestTrainOptions);
     if (options.method != TOLIMAN_LINEAR_PCA && options.method != TOLIMAN_LINEAR_DICTIONARY)
         fail(Status::argument, "options->method = %d: must be %d (PCA) or %d (dictionary)", options.method,
              TOLIMAN_LINEAR_PCA, TOLIMAN_LINEAR_DICTIONARY);
@@ -75,14 +69,12 @@ linear::DictionaryOptions dictionary_of(const toliman_linear_train_options &opti
 
 extern "C" {
 
-void toliman_linear_components_options_init(toliman_linear_components_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_options<toliman_linear_components_options>();
+void toliman_linear_components_options_init(toliman_linear_components_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_linear_components_options{}, options, size);
 }
 
-void toliman_linear_train_options_init(toliman_linear_train_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_options<toliman_linear_train_options>();
+void toliman_linear_train_options_init(toliman_linear_train_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_linear_train_options{}, options, size);
 }
 
 toliman_status toliman_linear_create_components(const toliman_sim *sim,
@@ -91,8 +83,7 @@ toliman_status toliman_linear_create_components(const toliman_sim *sim,
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
         toliman_linear_components *&made = required(out, "out");
-        const auto known =
-            accept(options, default_options<toliman_linear_components_options>(), "options", kOldestOptions);
+        const auto known = accept(options, toliman_linear_components_options{}, "options", kOldestOptions);
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
         made = new toliman_linear_components{linear::Residuals(simulator.frame_model(), preparation)};

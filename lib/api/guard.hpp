@@ -67,6 +67,15 @@ template <class T> void deliver(const T &result, T *out, const char *name, size_
     __builtin_memcpy(out, &whole, size);
 }
 
+// The defaults to a caller who may know fewer members, or more: those become 0.
+template <class T> void deliver_defaults(const T &defaults, T *options, size_t size) noexcept {
+    if (options == nullptr || size < sizeof defaults.struct_size)
+        return;
+    __builtin_memset(static_cast<void *>(options), 0, size);
+    __builtin_memcpy(static_cast<void *>(options), &defaults, size < sizeof defaults ? size : sizeof defaults);
+    options->struct_size = static_cast<uint32_t>(size);
+}
+
 // The caller's options over the defaults; NULL gives the defaults.
 template <class T> T accept(const T *options, const T &defaults, const char *name, size_t oldest) {
     T known = defaults;

@@ -25,6 +25,15 @@ using namespace toliman::api;
 
 namespace {
 
+toliman_period_options default_options() noexcept {
+    const period::Grid grid;
+    toliman_period_options options = {};
+    options.value_bound = grid.value_bound;
+    options.sigma_floor = grid.sigma_floor;
+    options.unit_ns = grid.unit_ns;
+    return options;
+}
+
 period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
     period::Grid grid;
     grid.f0 = f0;
@@ -107,24 +116,15 @@ std::function<double(double)> normaliser(uint32_t normalisation, const period::P
 
 extern "C" {
 
-void toliman_period_options_init(toliman_period_options *options) noexcept {
-    if (options == nullptr)
-        return;
-    const period::Grid defaults;
-    *options = {};
-    options->struct_size = sizeof *options;
-    options->value_bound = defaults.value_bound;
-    options->sigma_floor = defaults.sigma_floor;
-    options->unit_ns = defaults.unit_ns;
+void toliman_period_options_init(toliman_period_options *options, size_t size) noexcept {
+    deliver_defaults(default_options(), options, size);
 }
 
 toliman_status toliman_period_create(double f0, double df, int64_t nf, const toliman_period_options *options,
                                      toliman_period **out) noexcept {
     return guard([&] {
         required(out, "out");
-        toliman_period_options defaults;
-        toliman_period_options_init(&defaults);
-        const toliman_period_options known = accept(options, defaults, "options", sizeof defaults);
+        const toliman_period_options known = accept(options, default_options(), "options", sizeof *options);
         const MemoryScope scope(memory_of(known.allocator));
         *out = new toliman_period{period::Stream(grid_of(f0, df, nf, known))};
     });
@@ -353,11 +353,8 @@ toliman_status toliman_period_query_level(const toliman_period *period, int32_t 
     });
 }
 
-void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options) noexcept {
-    if (options == nullptr)
-        return;
-    *options = {};
-    options->struct_size = sizeof *options;
+void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_period_bootstrap_options{}, options, size);
 }
 
 toliman_status toliman_period_query_bootstrap(const toliman_period *period, const double *t, const double *y,
@@ -367,9 +364,7 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
-        toliman_period_bootstrap_options defaults;
-        toliman_period_bootstrap_options_init(&defaults);
-        const toliman_period_bootstrap_options known = accept(options, defaults, "options", sizeof defaults);
+        const auto known = accept(options, toliman_period_bootstrap_options{}, "options", sizeof *options);
         required(log10_residuals, "log10_residuals");
         check_meaningful(stream);
         std::vector<double> peaks(count);

@@ -32,14 +32,8 @@ static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
               static_cast<int>(optics::Unit::electron) == TOLIMAN_UNIT_ELECTRON &&
               static_cast<int>(optics::Unit::dn) == TOLIMAN_UNIT_DN);
 
-toliman_sim_options default_options() noexcept {
-    toliman_sim_options options = {};
-    options.struct_size = sizeof options;
-    return options;
-}
-
 toliman_sim_options known_options(const toliman_sim_options *options) {
-    return api::accept(options, default_options(), "options", kOldestOptions);
+    return api::accept(options, toliman_sim_options{}, "options", kOldestOptions);
 }
 
 optics::Settings settings_of(const toliman_sim_options &known) {
@@ -216,9 +210,8 @@ void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t firs
 
 } // namespace
 
-void toliman_sim_options_init(toliman_sim_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_options();
+void toliman_sim_options_init(toliman_sim_options *options, size_t size) noexcept {
+    api::deliver_defaults(toliman_sim_options{}, options, size);
 }
 
 toliman_status toliman_sim_create(const char *path, const toliman_sim_options *options, toliman_sim **out) noexcept {

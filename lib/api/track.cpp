@@ -39,7 +39,6 @@ constexpr double kSigmasToLimit = 1e4;
 
 toliman_track_options default_options() noexcept {
     toliman_track_options options = {};
-    options.struct_size = sizeof options;
     options.capacity = 1 << 20;
     options.hole_bytes = 4096;
     options.unit_ns = 86400e9;
@@ -412,9 +411,8 @@ const char *toliman_track_reason_name(int32_t reason) noexcept {
     return reason >= 0 && reason < TOLIMAN_REASONS ? names[reason] : "?";
 }
 
-void toliman_track_options_init(toliman_track_options *options) noexcept {
-    if (options != nullptr)
-        *options = default_options();
+void toliman_track_options_init(toliman_track_options *options, size_t size) noexcept {
+    deliver_defaults(default_options(), options, size);
 }
 
 toliman_status toliman_track_load_options(const char *folder, toliman_track_options *options) noexcept {

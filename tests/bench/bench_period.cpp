@@ -121,7 +121,7 @@ Reference reference_of(const Series &series, const std::vector<double> &power) {
 
 std::vector<double> batch(const Series &series, double tolerance, int64_t nf) {
     toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options);
+    toliman_period_batch_options_init(&options, sizeof options);
     options.tolerance = tolerance;
     options.threads = 1;
     std::vector<double> power(static_cast<size_t>(nf));
@@ -151,7 +151,7 @@ void measure_batch(const Series &series) {
     // All samples into exact sums and one query; the time is proportional to the samples.
     const auto pushed = std::min(series.n(), static_cast<size_t>(kMost / static_cast<double>(series.nf)));
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.sigma_floor = *std::min_element(series.sigma.begin(), series.sigma.end());
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
@@ -169,7 +169,7 @@ void measure_batch(const Series &series) {
 // One frame more and the power of every frequency.
 void measure_frame(const Series &series, bool wide) {
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.sigma_floor = 0.1;
     options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
     toliman_period *period = nullptr;

@@ -45,7 +45,7 @@ static char *with_number(char *text, const char *key, const char *old, double va
 
 static toliman_sim *one_core(char *text, int32_t engine) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.threads = 1;
     options.engine = engine;
     toliman_sim *sim = NULL;

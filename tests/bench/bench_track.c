@@ -100,7 +100,7 @@ static void soak(const char *name, toliman_track_options options, const source *
 
 static toliman_track_options default_options(void) {
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     return options;
 }
 

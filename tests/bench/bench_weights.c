@@ -26,7 +26,7 @@ static toliman_sim *scene(void) {
 static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes) {
     char path[4096];
     toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options);
+    toliman_cae_save_options_init(&options, sizeof options);
     options.weights_encoding = weights;
     options.planes_encoding = planes;
     snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights], names[planes]);

@@ -63,7 +63,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     size_t size;
     double latent, mmse, *image = malloc(256 * 256 * sizeof *image);
     MUST(toliman_cae_create(sim, 5, NULL, &made));
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 3;
     options.progress = count_calls;
     options.progress_data = &calls;
@@ -160,7 +160,7 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, NULL, &linear));
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.linear = linear;
     options.nf = 5461;
     options.f0 = 1.5 / N;

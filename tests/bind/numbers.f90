@@ -86,7 +86,7 @@ contains
         real(c_double), allocatable :: image(:, :)
         real(c_double) :: latent, mmse
         call made%create(sim, 5_c_int64_t)
-        call toliman_cae_train_options_init(options)
+        call toliman_cae_train_options_init(options, c_sizeof(options))
         options%steps = 3
         options%progress = c_funloc(count_calls)
         options%progress_data = c_loc(calls)
@@ -177,7 +177,7 @@ contains
         integer(c_int64_t) :: clock(2, 2), k
         integer(c_size_t) :: many
         call linear%create(sim)
-        call toliman_track_options_init(options)
+        call toliman_track_options_init(options, c_sizeof(options))
         options%nf = 5461
         options%f0 = 1.5d0/n
         options%df = 0.1d0/n

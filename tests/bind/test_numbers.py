@@ -116,7 +116,7 @@ class Python:
     def encode(self, sim, image, cols):
         cae, options, report = ctypes.POINTER(_raw.toliman_cae)(), _raw.toliman_cae_train_options(), _raw.toliman_cae_training()
         self.must(library.toliman_cae_create(sim, 5, None, ctypes.byref(cae)))
-        library.toliman_cae_train_options_init(ctypes.byref(options))
+        library.toliman_cae_train_options_init(ctypes.byref(options), ctypes.sizeof(options))
         calls, latent = [], ctypes.c_double()
         options.steps = 3
         options.progress = _raw.toliman_progress_fn(lambda stage, fraction, data: calls.append(stage) or 0)
@@ -129,7 +129,7 @@ class Python:
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
         self.must(library.toliman_linear_create(sim, None, ctypes.byref(linear)))
         options, info, outcome = _raw.toliman_track_options(), _raw.toliman_track_info(), _raw.toliman_outcome()
-        library.toliman_track_options_init(ctypes.byref(options))
+        library.toliman_track_options_init(ctypes.byref(options), ctypes.sizeof(options))
         options.linear, options.nf, options.f0, options.df = linear, 5461, 1.5 / N, 0.1 / N
         self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
         for k in range(FRAMES):

@@ -49,7 +49,7 @@ static inline toliman_cae *make_cae(const toliman_sim *sim, uint64_t seed, uint3
     toliman_cae *cae = NULL;
     toliman_cae_train_options options;
     assert_ok(toliman_cae_create(sim, seed, NULL, &cae));
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = steps;
     if (steps != 0)
         assert_ok(toliman_cae_train(cae, &options, report));
@@ -82,7 +82,7 @@ static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_optio
 
 static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
     toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options);
+    toliman_cae_save_options_init(&options, sizeof options);
     options.weights_encoding = weights;
     options.planes_encoding = planes;
     return saved_with(cae, options, size);
@@ -90,7 +90,7 @@ static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t
 
 static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size) {
     toliman_cae_save_options options;
-    toliman_cae_save_options_init(&options);
+    toliman_cae_save_options_init(&options, sizeof options);
     options.training = 1;
     return saved_with(cae, options, size);
 }

@@ -74,7 +74,7 @@ static inline double value_of_frame(const small_frame *frame) {
 /* 12-bit frames; half a frame of zeros is a hole. */
 static inline toliman_track_options small_options(const char *folder) {
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.folder = folder;
     options.capacity = 5000;
     options.estimate = small_estimate;
@@ -119,7 +119,7 @@ static inline toliman_track_info info_of(const toliman_track *track) {
 /* The periodogram of no frame, made by hand on the grid that a tracker with these options must have. */
 static inline toliman_period *clean_period(const toliman_track_options *options) {
     toliman_period_options made;
-    toliman_period_options_init(&made);
+    toliman_period_options_init(&made, sizeof made);
     made.flags = options->period_flags;
     made.time_offset_ns = options->time_offset_ns;
     made.unit_ns = options->unit_ns;

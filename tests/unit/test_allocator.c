@@ -50,7 +50,7 @@ static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.threads = 1;
     options.allocator = allocator;
     return toliman_sim_create_json(json, size, NULL, &options, (toliman_sim **)out);
@@ -58,7 +58,7 @@ static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
 
 static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
     toliman_cae_options options;
-    toliman_cae_options_init(&options);
+    toliman_cae_options_init(&options, sizeof options);
     options.allocator = allocator;
     return toliman_cae_create(scene, 3, &options, (toliman_cae **)out);
 }
@@ -77,7 +77,7 @@ static toliman_status linear_in(const toliman_allocator *allocator, void **out) 
 
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
     toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options);
+    toliman_linear_components_options_init(&options, sizeof options);
     options.capacity = COLLECTED;
     options.allocator = allocator;
     return toliman_linear_create_components(scene, &options, (toliman_linear_components **)out);
@@ -85,7 +85,7 @@ static toliman_status components_in(const toliman_allocator *allocator, void **o
 
 static toliman_status period_in(const toliman_allocator *allocator, void **out) {
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.allocator = allocator;
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
 }
@@ -100,7 +100,7 @@ static toliman_status period_file_in(const toliman_allocator *allocator, void **
 
 static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.allocator = allocator;
     options.linear = estimator;
     options.folder = place;

@@ -143,7 +143,7 @@ static void test_no_rate_diverges(void **unused) {
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
     toliman_cae_train_options options;
     toliman_cae_training report = {.struct_size = sizeof report};
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 300;
     options.learning_rate = 1;
     assert_ok(toliman_cae_train(cae, &options, &report));
@@ -196,7 +196,7 @@ static void test_training_is_deterministic(void **unused) {
     size_t size, size_again;
     toliman_cae *again = make_cae(sim, 7, 30, NULL);
     toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 100; /* from the seed again, whatever was trained before */
     assert_ok(toliman_cae_train(again, &options, NULL));
     uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
@@ -218,7 +218,7 @@ static void test_cancelled_training_changes_nothing(void **unused) {
     int calls = 0;
     uint8_t *before = saved(trained, &size);
     toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 8;
     options.progress = stop_half_way;
     options.progress_data = &calls;
@@ -241,7 +241,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     (void)unused;
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
     toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     int calls = 0;
     options.steps = 100;
     options.progress = stop_half_way;
@@ -413,7 +413,7 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_get_target(NULL, image, kSide), TOLIMAN_E_ARGUMENT, "cae is NULL");
     assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
     assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.learning_rate = NAN;
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
     toliman_cae_training report = {.struct_size = 1};

@@ -69,7 +69,7 @@ static void test_training_goes_on_after_loading(void **unused) {
     assert_ok(toliman_cae_load(bytes, size, NULL, &loaded));
     free(bytes);
     toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 15;
     assert_ok(toliman_cae_train(loaded, &options, NULL));
     bytes = saved(loaded, &size);

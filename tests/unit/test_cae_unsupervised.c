@@ -46,7 +46,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
 
 static toliman_cae_train_options options_for(Source *source, uint64_t frames, uint32_t epochs) {
     toliman_cae_train_options options;
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.mode = TOLIMAN_CAE_UNSUPERVISED;
     options.epochs = epochs;
     options.frames = give_frames;
@@ -59,7 +59,7 @@ static toliman_cae_train_options options_for(Source *source, uint64_t frames, ui
 static toliman_cae *make_network(uint32_t layout, uint32_t input) {
     toliman_cae_options options;
     toliman_cae *cae = NULL;
-    toliman_cae_options_init(&options);
+    toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     options.input = input;
     assert_ok(toliman_cae_create(sim, 3, &options, &cae));
@@ -241,7 +241,7 @@ static void test_tied_after_unsupervised(void **unused) {
     toliman_cae *used = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
     toliman_cae_train_options options = options_for(&source, 4, 1);
     assert_ok(toliman_cae_train(used, &options, NULL));
-    toliman_cae_train_options_init(&options);
+    toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 20;
     assert_ok(toliman_cae_train(used, &options, NULL));
     assert_ok(toliman_cae_train(fresh, &options, NULL));
@@ -312,7 +312,7 @@ static void test_refusals(void **unused) {
     first_latent(cae);
 
     toliman_cae_options how;
-    toliman_cae_options_init(&how);
+    toliman_cae_options_init(&how, sizeof how);
     how.layout = 2;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 2");
     how.layout = 0;

@@ -137,7 +137,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     toliman_period *const period = filled(100);
     double alone[COUNT], three[COUNT], longer[2 * COUNT];
     toliman_period_bootstrap_options options;
-    toliman_period_bootstrap_options_init(&options);
+    toliman_period_bootstrap_options_init(&options, sizeof options);
     options.seed = 5;
     options.threads = 1;
     options.progress = see;

@@ -18,7 +18,7 @@ int make_one_of_each() {
     const auto components = make<component_set>(toliman_linear_create_components, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.linear = linear.get();
     options.df = 0.1;
     options.nf = 3;
@@ -31,7 +31,7 @@ int make_one_of_each() {
 int a_failure_is_an_exception() {
     try {
         toliman_track_options options;
-        toliman_track_options_init(&options);
+        toliman_track_options_init(&options, sizeof options);
         options.rows = -5;
         toliman::make<toliman::tracker>(toliman_track_create, &options);
     } catch (const toliman::error &error) {

@@ -9,7 +9,7 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
 static toliman_linear_components *collection(const toliman_sim *sim, uint32_t raw, uint32_t bin) {
     toliman_linear_components *components = NULL;
     toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options);
+    toliman_linear_components_options_init(&options, sizeof options);
     options.raw = raw;
     options.bin = bin;
     assert_ok(toliman_linear_create_components(sim, &options, &components));
@@ -34,7 +34,7 @@ static toliman_linear_components_info facts_of(const toliman_linear_components *
 
 static void train(toliman_linear_components *components, int32_t method, uint32_t count, uint32_t threads) {
     toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options);
+    toliman_linear_train_options_init(&options, sizeof options);
     options.method = method;
     options.components = count;
     options.threads = threads;
@@ -183,7 +183,7 @@ static void a_push_forgets_and_a_cancelled_training_does_not(void **state) {
     train(components, TOLIMAN_LINEAR_PCA, 2, 0);
     assert_ok(toliman_linear_get_series(components, 1, before, NULL));
     toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options);
+    toliman_linear_train_options_init(&options, sizeof options);
     options.method = TOLIMAN_LINEAR_DICTIONARY;
     options.progress = stop_at;
     options.progress_data = "dictionary";
@@ -219,7 +219,7 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_linear_components *components = NULL;
     toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options);
+    toliman_linear_components_options_init(&options, sizeof options);
     assert_fails(toliman_linear_create_components(NULL, NULL, &components), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_linear_create_components(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     options.bin = 3;
@@ -248,7 +248,7 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     image[5] = 0;
 
     toliman_linear_train_options training;
-    toliman_linear_train_options_init(&training);
+    toliman_linear_train_options_init(&training, sizeof training);
     assert_ok(toliman_linear_push_frame(components, image, SIDE));
     assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_STATE,
                  "1 frames are in: 1 components need at least 2");

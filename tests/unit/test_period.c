@@ -32,7 +32,7 @@ static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 static void long_streams_survive_saving(void **unused) {
     (void)unused;
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.sigma_ceiling = 1e6;
     toliman_period *whole = make(0.01, 0.001, 70, &options), *part = make(0.01, 0.001, 70, &options);
     size_t size_a, size_b;
@@ -106,7 +106,7 @@ static void fit_recovers_parameters(void **unused) {
         values[i] = 5 + 1e-2 * sin(2 * M_PI * (double)i / 365 + 0.4) + 1e-3 * noise(&state);
     }
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.time_offset = times[0];
     options.value_offset = 5;
     toliman_period *period = make(1.5 / 1095, 1.0 / 10950, 5000, &options);
@@ -139,7 +139,7 @@ static void nu_ophiuchi(void **unused) {
     fclose(file);
     assert_int_equal(n, 150);
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.time_offset = times[0];
     options.sigma_floor = floor;
     toliman_period *period = make(1e-4, 2e-5, 2500, &options);
@@ -203,10 +203,10 @@ static void refusals_name_what_is_wrong(void **unused) {
     assert_fails(toliman_period_create(0, 1, 0, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = 0");
     assert_fails(toliman_period_create(0, 1, INT64_MAX, NULL, &period), TOLIMAN_E_ARGUMENT, "nf = ");
     assert_fails(toliman_period_create(0, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.struct_size = 3;
     assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "struct_size = 3");
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.flags = 64;
     assert_fails(toliman_period_create(0, 1, 1, &options, &period), TOLIMAN_E_ARGUMENT, "flags = 0x40");
     assert_null(period);

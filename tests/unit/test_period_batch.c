@@ -102,7 +102,7 @@ static quad_samples fill(const hard_case *hard) {
 
 static toliman_period_batch_options options_of(double tolerance, uint32_t flags) {
     toliman_period_batch_options options;
-    toliman_period_batch_options_init(&options);
+    toliman_period_batch_options_init(&options, sizeof options);
     options.tolerance = tolerance;
     options.flags = flags;
     return options;
@@ -165,7 +165,7 @@ static void small_archives_are_as_streamed(void **unused) {
                 for (int i = 0; i < N && constant; i++)
                     values[i] = 0.1;
                 toliman_period_options stream_options;
-                toliman_period_options_init(&stream_options);
+                toliman_period_options_init(&stream_options, sizeof stream_options);
                 stream_options.flags = flags;
                 stream_options.sigma_floor = 0.1;
                 toliman_period *period = NULL;
@@ -201,7 +201,7 @@ static void archive_is_as_streamed_on_any_threads(void **unused) {
     double streamed[WIDE], power[WIDE], first[WIDE];
     many(t, y, sigma);
     toliman_period_options stream_options;
-    toliman_period_options_init(&stream_options);
+    toliman_period_options_init(&stream_options, sizeof stream_options);
     stream_options.time_offset = 2.45e6;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(5e-4, 1e-4, WIDE, &stream_options, &period));

@@ -60,7 +60,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
                 uint64_t state = 8;
                 fill_sine(0.3, 1);
                 toliman_period_options options;
-                toliman_period_options_init(&options);
+                toliman_period_options_init(&options, sizeof options);
                 options.flags = flags;
                 options.sigma_floor = 1e-3;
                 options.sigma_ceiling = 1e-3 * ratios[r];
@@ -83,7 +83,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
 static void sigmas_beyond_the_promise_are_refused(void **unused) {
     (void)unused;
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     toliman_period *period = make(&options), *none = NULL;
     assert_ok(toliman_period_push(period, 1, 1, 32));
     assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE, "sigma = 32.1: above sigma_ceiling = 32");
@@ -111,7 +111,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         fill_sine(0, cases[i].scale);
         toliman_period_options options;
-        toliman_period_options_init(&options);
+        toliman_period_options_init(&options, sizeof options);
         options.value_bound = cases[i].bound;
         options.sigma_ceiling = cases[i].ceiling;
         if (!cases[i].refused) {
@@ -146,7 +146,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
                     mean += values[i] / N;
                 }
                 toliman_period_options options;
-                toliman_period_options_init(&options);
+                toliman_period_options_init(&options, sizeof options);
                 options.flags = flags;
                 toliman_period *period = NULL; /* the last frequency is 0.5, or the grid goes on past it */
                 assert_ok(toliman_period_create(0.4, 0.0005, past ? 350 : 201, &options, &period));
@@ -181,7 +181,7 @@ static void perfect_fit_has_a_probability(void **unused) {
     (void)unused;
     for (uint32_t flags = 0; flags < 2; flags++) {
         toliman_period_options options;
-        toliman_period_options_init(&options);
+        toliman_period_options_init(&options, sizeof options);
         options.flags = flags;
         toliman_period *period = NULL;
         assert_ok(toliman_period_create(0.1, 0.1, 5, &options, &period));
@@ -348,7 +348,7 @@ static void memory_is_taken_at_creation(void **unused) {
     enum { MANY = 1 << 20 };
     for (int wide = 0; wide < 2; wide++) {
         toliman_period_options options;
-        toliman_period_options_init(&options);
+        toliman_period_options_init(&options, sizeof options);
         options.sigma_ceiling = wide ? 1e8 : 0;
         toliman_period *period = NULL;
         const size_t before = taken();

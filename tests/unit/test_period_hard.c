@@ -57,7 +57,7 @@ static toliman_period *make(const hard_case *c, const toliman_period_options *op
 static toliman_period_options fill(const hard_case *c, int fixed_mean) {
     uint64_t state = 20u + (uint64_t)c->n;
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.flags = c->flags | (fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0);
     options.time_offset = c->t0;
     options.value_offset = c->value_offset;
@@ -219,7 +219,7 @@ static void power_is_as_exact_as_promised(void **unused) {
         const double expected = (double)(1 - quad_residual(&samples, f, 0)), loss = loss_of(n, f);
         for (uint32_t wide = 0; wide < 2; wide++) {
             toliman_period_options options;
-            toliman_period_options_init(&options);
+            toliman_period_options_init(&options, sizeof options);
             options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
             toliman_period *period = NULL;
             toliman_period_sampling sampling = {.struct_size = sizeof sampling};

@@ -15,7 +15,7 @@ static uint64_t state = 3;
 
 static toliman_period *make(double f0, double df, int64_t nf, uint32_t flags, int n) {
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.flags = flags;
     options.time_offset = 51000;
     options.value_offset = 2;

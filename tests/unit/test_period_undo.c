@@ -15,7 +15,7 @@ static uint64_t state = 11;
 
 static toliman_period_options options_for(int wide) {
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.time_offset = 2451000.5;
     options.value_bound = 64;
     options.sigma_floor = 0.1;
@@ -278,7 +278,7 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     enum { kCount = 300 };
     fill(0);
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     options.unit_ns = 86400e9;
     options.time_offset_ns = 1700000000123456789;
     options.value_bound = 64;

@@ -31,7 +31,7 @@ static void remember(int32_t level, const char *text, void *user_data) {
 
 static toliman_sim *make(const char *stages, const char *noise) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.log = remember;
     heard[0] = '\0';
     char *const text = text_with(stages, noise);

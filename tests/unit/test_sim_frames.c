@@ -101,7 +101,7 @@ static void images_do_not_depend_on_threads(void **state) {
         if (set_blas_threads != NULL)
             set_blas_threads((int)threads);
         toliman_sim_options options;
-        toliman_sim_options_init(&options);
+        toliman_sim_options_init(&options, sizeof options);
         options.threads = threads;
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
@@ -182,7 +182,7 @@ static void progress_may_cancel(void **state) {
     (void)state;
     int calls = 0;
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.progress = count_and_stop;
     options.progress_data = &calls;
     toliman_sim *sim = NULL;
@@ -217,7 +217,7 @@ static void odd_scenes_are_reported(void **state) {
     (void)state;
     char heard[512] = "";
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.log = remember;
     options.log_data = heard;
     toliman_sim *sim = NULL;

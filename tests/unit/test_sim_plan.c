@@ -140,7 +140,7 @@ static void stages_cost_what_they_are(void **state) {
 static void memory_is_that_of_all_workers(void **state) {
     (void)state;
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     toliman_sim_plan_info plans[3];
     const uint32_t threads[] = {1, 8, 9};
     for (int i = 0; i < 3; i++) {
@@ -192,7 +192,7 @@ static void pixels_integrate(void **state) {
 
 static toliman_sim *padded(const char *json) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.engine = TOLIMAN_ENGINE_PADDED_FFT;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(json, strlen(json), NULL, &options, &sim));
@@ -328,7 +328,7 @@ static void far_signals_are_exact(void **state) {
 static void bad_plans_are_refused(void **state) {
     (void)state;
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const chapter = "examples/scenes/chapter.json";
     assert_ok(toliman_sim_plan(chapter, &options, &plan));
@@ -364,7 +364,7 @@ static void odd_detectors_are_planned(void **state) {
     free(exact);
     free(text);
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.engine = TOLIMAN_ENGINE_PADDED_FFT;
     toliman_sim *none = NULL;
     char *const coarse = replaced(kSingleScene, "0.2}}", "1.5}}");

@@ -35,7 +35,7 @@ static void remember(int32_t level, const char *text, void *user_data) {
 
 static toliman_sim *made(char *text) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.log = remember;
     heard[0] = '\0';
     toliman_sim *sim = NULL;

@@ -10,7 +10,7 @@
 
 static toliman_track_options options_of(const toliman_cae *cae, const toliman_linear *linear) {
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.capacity = 1000;
     options.cae = cae;
     options.linear = linear;

@@ -36,7 +36,7 @@ static void one_writer_and_many_readers(void **unused) {
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "writing to it");
     push_range(writer, 1, 64);
     push_range(writer, 65, 70); /* wait */
-    toliman_track_options_init(&looking);
+    toliman_track_options_init(&looking, sizeof looking);
     assert_ok(toliman_track_load_options(folder, &looking));
     assert_true(looking.sigma == SIGMA && looking.value_limit == VALUE_LIMIT && looking.estimator_id == 77);
     assert_true(looking.rows == SIDE && looking.image_cols == SIDE && looking.bin == 1 && looking.bit_depth == 12);

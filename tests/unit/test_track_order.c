@@ -176,7 +176,7 @@ static void merge_shards(const struct pass *pass, int shards) {
     }
     snprintf(path, sizeof path, "%s/out", above);
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     assert_ok(toliman_track_load_options(paths[0], &options));
     options.folder = path; /* needs no estimator */
     toliman_track *track = make_track(&options);

@@ -21,7 +21,7 @@ const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_FAP_BALUEV},
 std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
                              Progress &progress) {
     toliman_period_bootstrap_options how;
-    toliman_period_bootstrap_options_init(&how);
+    toliman_period_bootstrap_options_init(&how, sizeof how);
     how.seed = options.seed;
     how.progress = Progress::callback;
     how.progress_data = &progress;

@@ -79,7 +79,7 @@ JsonTree MaskedScene::with(const Terms &terms) const {
 Score MaskedScene::judge(const Terms &terms) const {
     const std::string text = text_of(with(terms));
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.threads = 1;
     const toliman::simulator sim =
         toliman::make<toliman::simulator>(toliman_sim_create_json, text.data(), text.size(), folder_.c_str(), &options);

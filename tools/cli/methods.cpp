@@ -54,7 +54,7 @@ class NetworkMethod : public FrameByFrame {
 
     void train() {
         toliman_cae_train_options options;
-        toliman_cae_train_options_init(&options);
+        toliman_cae_train_options_init(&options, sizeof options);
         options.progress = stop_asked;
         check(toliman_cae_train(cae_.get(), &options, nullptr));
     }

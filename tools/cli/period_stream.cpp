@@ -80,7 +80,7 @@ class Stream {
 // References from the first sample, bounds from the options.
 void Stream::begin(const Sample &first, bool weighted) {
     toliman_period_options how;
-    toliman_period_options_init(&how);
+    toliman_period_options_init(&how, sizeof how);
     how.flags = flags_of(options_.sums);
     how.time_offset = first.t;
     how.value_offset = first.y;

@@ -103,7 +103,7 @@ std::string refusal(const toliman::periodogram &periodogram, double y, double si
 Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
     using namespace toliman;
     toliman_period_options options;
-    toliman_period_options_init(&options);
+    toliman_period_options_init(&options, sizeof options);
     const auto [least, greatest] = std::minmax_element(series.y.begin(), series.y.end());
     const double spread = *greatest - *least;
     options.flags = flags_of(sums);

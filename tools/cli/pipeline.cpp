@@ -28,7 +28,7 @@ class Bench {
     void train(Pipeline &result) {
         const Stopwatch watch(result.timings.train);
         toliman_cae_train_options options;
-        toliman_cae_train_options_init(&options);
+        toliman_cae_train_options_init(&options, sizeof options);
         options.progress = Progress::callback;
         options.progress_data = &progress_;
         result.training.struct_size = sizeof result.training;

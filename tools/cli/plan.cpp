@@ -108,7 +108,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
 
 void plan(const Options &options, Progress &progress) {
     toliman_sim_options how;
-    toliman_sim_options_init(&how);
+    toliman_sim_options_init(&how, sizeof how);
     how.log = Progress::log;
     how.log_data = &progress;
     how.engine = options.engine == "fft"    ? TOLIMAN_ENGINE_PADDED_FFT

@@ -13,7 +13,7 @@ namespace {
 
 toliman_sim_options shown_by(Progress &progress) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.progress = Progress::callback;
     options.log = Progress::log;
     options.progress_data = options.log_data = &progress;

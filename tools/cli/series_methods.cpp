@@ -20,12 +20,12 @@ class ComponentMethod : public Method {
         if (which == Component::blocks)
             block_ = std::max<size_t>(1, frames / kBlocks);
         toliman_linear_components_options options;
-        toliman_linear_components_options_init(&options);
+        toliman_linear_components_options_init(&options, sizeof options);
         options.raw = which == Component::raw ? 1 : 0;
         options.capacity = static_cast<uint32_t>(frames / block_);
         components_ =
             toliman::make<toliman::component_set>(toliman_linear_create_components, scene.sim.get(), &options);
-        toliman_linear_train_options_init(&training_);
+        toliman_linear_train_options_init(&training_, sizeof training_);
         training_.method = which == Component::dictionary ? TOLIMAN_LINEAR_DICTIONARY : TOLIMAN_LINEAR_PCA;
         training_.seed = seed;
         training_.progress = stop_asked;
@@ -89,7 +89,7 @@ class UnsupervisedMethod : public Method {
         const toliman_cae_options network = chapter_network();
         const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene_.sim.get(), seed_, &network);
         toliman_cae_train_options options;
-        toliman_cae_train_options_init(&options);
+        toliman_cae_train_options_init(&options, sizeof options);
         options.mode = TOLIMAN_CAE_UNSUPERVISED;
         options.epochs = kChapterEpochs;
         options.frames = give;
@@ -127,7 +127,7 @@ std::unique_ptr<Method> make_component(const Scene &scene, Component which, uint
 
 toliman_cae_options chapter_network() {
     toliman_cae_options options;
-    toliman_cae_options_init(&options);
+    toliman_cae_options_init(&options, sizeof options);
     options.layout = TOLIMAN_CAE_PAPER;
     options.input = TOLIMAN_CAE_RAW;
     return options;

@@ -143,7 +143,7 @@ void check_crop(const Options &options, const Estimator &estimator, const tolima
 toliman_track_options track_options(Options &options, const Estimator &estimator,
                                     const std::optional<toliman_track_options> &made, Progress &progress) {
     toliman_track_options how;
-    toliman_track_options_init(&how);
+    toliman_track_options_init(&how, sizeof how);
     if (made)
         how = *made;
     if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))

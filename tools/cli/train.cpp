@@ -59,12 +59,12 @@ struct Training {
 
 Training new_training(const Scene &scene, const Options &options) {
     toliman_cae_options how;
-    toliman_cae_options_init(&how);
+    toliman_cae_options_init(&how, sizeof how);
     how.layout = place_in(kLayouts, options.layout);
     how.input = place_in(kInputs, options.input);
     Training training = {
         toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how), {}, options.seed};
-    toliman_cae_train_options_init(&training.how);
+    toliman_cae_train_options_init(&training.how, sizeof training.how);
     training.how.mode = place_in(kModes, options.mode);
     training.how.steps = options.steps;
     training.how.epochs = options.epochs;
@@ -74,7 +74,7 @@ Training new_training(const Scene &scene, const Options &options) {
 
 // The training that a network can go on with, if there is one.
 bool get_how(const toliman_cae *cae, toliman_cae_train_options &how) {
-    toliman_cae_train_options_init(&how);
+    toliman_cae_train_options_init(&how, sizeof how);
     return toliman_cae_get_train_options(cae, &how) == TOLIMAN_OK;
 }
 
@@ -119,7 +119,7 @@ struct Frames {
 
 void write(const toliman::autoencoder &cae, const std::string &payload, bool with_training, OutputFile &out) {
     toliman_cae_save_options how;
-    toliman_cae_save_options_init(&how);
+    toliman_cae_save_options_init(&how, sizeof how);
     how.weights_encoding = how.planes_encoding = static_cast<int32_t>(place_in(kPayloads, payload));
     how.training = with_training ? 1 : 0;
     size_t size = 0;

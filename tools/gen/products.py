@@ -5,6 +5,7 @@ import fortran_layer
 import model
 import python_raw
 import shapes
+import struct_sizes
 
 
 def products(top):
@@ -15,5 +16,6 @@ def products(top):
         template = stream.read()
     return {
         "bindings/python/toliman/_raw.py": python_raw.write(table),
+        "lib/api/struct_sizes.hpp": struct_sizes.write(table),
         "bindings/fortran/toliman.f90": fortran_layer.write(table, template),
     }

@@ -65,7 +65,7 @@ bool parse(int argc, char **argv, bool first, Options &options) {
 // One thread a rank; one rank alone speaks.
 toliman_sim_options quiet_but(bool speaks, Progress &progress) {
     toliman_sim_options options;
-    toliman_sim_options_init(&options);
+    toliman_sim_options_init(&options, sizeof options);
     options.threads = 1;
     if (speaks)
         options.log = Progress::log;
@@ -96,7 +96,7 @@ class Job {
     // Without samples. Its options do not depend on the values, for no rank knows them all.
     toliman::periodogram empty() const {
         toliman_period_options options;
-        toliman_period_options_init(&options);
+        toliman_period_options_init(&options, sizeof options);
         options.flags = flags_of({});
         options.time_offset = times_.front();
         return make_periodogram(grid_, options);

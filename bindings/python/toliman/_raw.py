@@ -1104,6 +1104,11 @@ TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1.""",
         """Number of the binary interface; it changes only when an old caller would break. Equals TOLIMAN_ABI_VERSION of the
 header when the two fit. Since 0.1.""",
     ),
+    "toliman_get_struct_size": (
+        c_size_t, (("name", c_char_p),),
+        """Bytes of a public struct ("toliman_machine") in the library that is running; 0 for a name it does not know. For
+bindings: a struct of theirs that is larger needs a newer library. Since 0.1.""",
+    ),
     "toliman_get_machine": (
         c_int32, (("out", POINTER(toliman_machine)),),
         """Fills *out; out->struct_size must be set. TOLIMAN_E_ARGUMENT if out is NULL or its size unknown. Since 0.1.""",
@@ -1113,8 +1118,8 @@ header when the two fit. Since 0.1.""",
         """Speed of OpenBLAS in double precision: best of a few 512 x 512 x 512 products, about 50 ms in all. Since 0.1.""",
     ),
     "toliman_sim_options_init": (
-        None, (("options", POINTER(toliman_sim_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_sim_create": (
         c_int32, (
@@ -1271,8 +1276,8 @@ outside it; with displacements[count] they may have any numbers from 0. Errors a
 without memory, images may hold some of them. Since 0.1.""",
     ),
     "toliman_cae_options_init": (
-        None, (("options", POINTER(toliman_cae_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_cae_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_cae_create": (
         c_int32, (
@@ -1292,8 +1297,8 @@ nuisances leave nothing of the signal's derivative. The caller destroys *out. Si
         """Ends a network; NULL is allowed. Since 0.1.""",
     ),
     "toliman_cae_train_options_init": (
-        None, (("options", POINTER(toliman_cae_train_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_cae_train_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_cae_train": (
         c_int32, (
@@ -1381,8 +1386,8 @@ any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_ca
 counts so far from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1.""",
     ),
     "toliman_cae_save_options_init": (
-        None, (("options", POINTER(toliman_cae_save_options)),),
-        """Fills *options with the defaults: float32. Since 0.1.""",
+        None, (("options", POINTER(toliman_cae_save_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1.""",
     ),
     "toliman_cae_save": (
         c_int32, (
@@ -1451,8 +1456,8 @@ count, with its row and column. Source: Gauss-Markov; equals maximum likelihood 
         """Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free. Since 0.1.""",
     ),
     "toliman_linear_components_options_init": (
-        None, (("options", POINTER(toliman_linear_components_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_linear_components_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_linear_create_components": (
         c_int32, (
@@ -1483,8 +1488,8 @@ Since 0.1.""",
         """Forgets every frame; options and memory stay. Since 0.1.""",
     ),
     "toliman_linear_train_options_init": (
-        None, (("options", POINTER(toliman_linear_train_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_linear_train_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_linear_train_components": (
         c_int32, (
@@ -1522,8 +1527,8 @@ TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
         """Fills *out; out->struct_size must be set. Since 0.1.""",
     ),
     "toliman_period_options_init": (
-        None, (("options", POINTER(toliman_period_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -1727,8 +1732,8 @@ for P > 0 with fewer than five samples or constant values. Since 0.1.""",
 that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1.""",
     ),
     "toliman_period_bootstrap_options_init": (
-        None, (("options", POINTER(toliman_period_bootstrap_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_period_query_bootstrap": (
         c_int32, (
@@ -1797,8 +1802,8 @@ reads the header first, and no more of a file that has not the size it tells. Si
 reads the header first, and no more of a file that has not the size it tells. Since 0.1.""",
     ),
     "toliman_period_batch_options_init": (
-        None, (("options", POINTER(toliman_period_batch_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_period_batch_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_period_batch": (
         c_int32, (
@@ -1831,8 +1836,8 @@ TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all
         """A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1.""",
     ),
     "toliman_track_options_init": (
-        None, (("options", POINTER(toliman_track_options)),),
-        """Fills *options with the defaults. Since 0.1.""",
+        None, (("options", POINTER(toliman_track_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),

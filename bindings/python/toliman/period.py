@@ -89,7 +89,7 @@ def _declare(name, *argtypes, restype=c_int32):
     return function
 
 
-_options_init = _declare("options_init", POINTER(_Options), restype=None)
+_options_init = _declare("options_init", POINTER(_Options), c_size_t, restype=None)
 _create = _declare("create", c_double, c_double, c_int64, POINTER(_Options), POINTER(c_void_p))
 _destroy = _declare("destroy", c_void_p, restype=None)
 _push = _declare("push", c_void_p, c_double, c_double, c_double)
@@ -150,7 +150,7 @@ class Periodogram:
         self._handle = c_void_p()
         self.nf = operator.index(int(nf) if float(nf).is_integer() else nf)
         options = _Options()
-        _options_init(byref(options))
+        _options_init(byref(options), ctypes.sizeof(options))
         options.flags = (0 if fit_mean else _FIXED_MEAN) | (_WIDE if wide else 0)
         options.time_offset, options.value_offset = time_offset, value_offset
         options.value_bound = value_bound
