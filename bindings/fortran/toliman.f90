@@ -907,6 +907,17 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it.
+        function toliman_sim_plan_json(json, size, folder, options, out) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: size
+            character(kind=c_char), intent(in) :: json(*)
+            character(kind=c_char), intent(in), optional :: folder(*)
+            type(toliman_sim_options), intent(in), optional :: options
+            type(toliman_sim_plan_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
         ! Name of a stage, "photon noise"; NULL for stages that are not there.
         function toliman_sim_get_stage_name(stage) bind(C) result(answer)
             import
@@ -1754,6 +1765,7 @@ module toliman
     public :: toliman_sim_destroy
     public :: toliman_sim_get_info
     public :: toliman_sim_plan
+    public :: toliman_sim_plan_json
     public :: toliman_sim_get_stage_name
     public :: toliman_sim_get_plan
     public :: toliman_sim_get_name
@@ -1855,6 +1867,7 @@ module toliman
         procedure :: create_json => simulator_create_json
         procedure :: get_info => simulator_get_info
         procedure, nopass :: plan => simulator_plan
+        procedure, nopass :: plan_json => simulator_plan_json
         procedure, nopass :: get_stage_name => simulator_get_stage_name
         procedure :: get_plan => simulator_get_plan
         procedure :: get_name => simulator_get_name
@@ -2289,6 +2302,23 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_sim_plan(c_string(path), options, out), stat, errmsg)
+    end subroutine
+
+    ! The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it.
+    subroutine simulator_plan_json(json, out, folder, options, stat, errmsg)
+        character(len=*), intent(in) :: json
+        character(len=*), intent(in), optional :: folder
+        type(toliman_sim_options), intent(in), optional :: options
+        type(toliman_sim_plan_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_size
+        character(kind=c_char), allocatable :: folder_of_c(:)
+        integer(c_int32_t) :: status
+        of_size = len(json, c_size_t)
+        if (present(folder)) allocate (folder_of_c, source=c_string(folder))
+        status = toliman_sim_plan_json(json, of_size, folder_of_c, options, out)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Name of a stage, "photon noise"; NULL for stages that are not there.

@@ -170,6 +170,11 @@ typedef struct toliman_sim_plan_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
                                                                toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
+/* The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *folder,
+                                                                    const toliman_sim_options *options,
+                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
+
 /* Name of a stage, "photon noise"; NULL for stages that are not there. Since 0.1. */
 TOLIMAN_API const char *toliman_sim_get_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
 

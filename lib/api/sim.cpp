@@ -208,6 +208,18 @@ void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t firs
     });
 }
 
+optics::Outline outline_of_text(const char *json, size_t size, const char *folder, const optics::Settings &settings) {
+    if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
+        fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
+    const bool here = folder == nullptr || *folder == '\0';
+    return optics::outline_of(std::string(json, size), "scene", here ? "." : folder, settings);
+}
+
+void deliver_plan(const optics::Outline &outline, const optics::Settings &settings, toliman_sim_plan_info *out) {
+    optics::remark_beforehand(outline, settings);
+    api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
+}
+
 } // namespace
 
 void toliman_sim_options_init(toliman_sim_options *options, size_t size) noexcept {
@@ -230,14 +242,10 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
     return api::guard([&] {
         api::required(json, "json");
         api::required(out, "out");
-        if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
-            fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
-        const bool here = folder == nullptr || *folder == '\0';
         const toliman_sim_options known = known_options(options);
         const optics::Settings settings = settings_of(known);
         const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        *out = new toliman_sim{optics::Simulator(
-            optics::outline_of(std::string(json, size), "scene", here ? "." : folder, settings), settings)};
+        *out = new toliman_sim{optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
     });
 }
 
@@ -257,9 +265,19 @@ toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *opt
         const toliman_sim_options known = known_options(options);
         const optics::Settings settings = settings_of(known);
         const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        const optics::Outline outline = optics::outline_of(path, settings);
-        optics::remark_beforehand(outline, settings);
-        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
+        deliver_plan(optics::outline_of(path, settings), settings, out);
+    });
+}
+
+toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *folder,
+                                     const toliman_sim_options *options, toliman_sim_plan_info *out) noexcept {
+    return api::guard([&] {
+        api::required(json, "json");
+        api::required(out, "out");
+        const toliman_sim_options known = known_options(options);
+        const optics::Settings settings = settings_of(known);
+        const toliman::MemoryScope scope(api::memory_of(known.allocator));
+        deliver_plan(outline_of_text(json, size, folder, settings), settings, out);
     });
 }
 

@@ -49,7 +49,7 @@ class Arguments(unittest.TestCase):
                 periodogram.log10_fap(-1, "davies")
         with self.assertRaises(TypeError):
             Periodogram(0.01, 0.001, 400.5)
-        self.assertEqual(Periodogram(0.01, 0.001, 400.0).nf, 400)
+        self.assertEqual(Periodogram(0.01, 0.001, 400.0).info.nf, 400)
 
     def test_one_sigma_for_all(self):
         powers = []
@@ -116,7 +116,7 @@ class Handle(unittest.TestCase):
             path = pathlib.Path(folder) / "state.tlmp"
             first.save(path)
             with Periodogram.load(path) as second:
-                self.assertEqual((len(second), second.nf), (200, 400))
+                self.assertEqual((len(second), second.info.nf), (200, 400))
                 self.assertTrue((second.power() == first.power()).all())
                 first.push(200.0, 0.0)
                 second.push(200.0, 0.0)

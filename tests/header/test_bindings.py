@@ -10,13 +10,15 @@ TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))
 SYM, BASE, LINEAR, TRACK, PERIOD = ("lib/api/toliman.sym", "include/toliman/base.h", "include/toliman/linear.h",
                                     "include/toliman/track.h", "include/toliman/period.h")
 FORTRAN, PYTHON = "bindings/fortran/toliman.f90", "bindings/python/toliman/_raw.py"
+RESULTS, SIZES = "bindings/python/toliman/_results.py", "lib/api/struct_sizes.hpp"
 
 
 class Bindings(unittest.TestCase):
     def setUp(self):
         self.top = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.top)
-        for name in ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", FORTRAN, PYTHON):
+        for name in ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", FORTRAN, PYTHON, RESULTS,
+                     SIZES):
             os.makedirs(os.path.dirname(os.path.join(self.top, name)), exist_ok=True)
             shutil.copy(os.path.join(TOP, name), os.path.join(self.top, name))
         shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))

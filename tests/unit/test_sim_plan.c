@@ -325,6 +325,26 @@ static void far_signals_are_exact(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* The text of a file is planned as the file is. */
+static void plan_of_a_text(void **state) {
+    (void)state;
+    const char *const chapter = "examples/scenes/chapter.json";
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan}, same = plan;
+    char text[4096];
+    FILE *const file = fopen(chapter, "rb");
+    assert_non_null(file);
+    const size_t size = fread(text, 1, sizeof text, file);
+    fclose(file);
+    assert_ok(toliman_sim_plan(chapter, NULL, &plan));
+    assert_ok(toliman_sim_plan_json(text, size, "examples/scenes", NULL, &same));
+    plan.setup_s = same.setup_s; /* measured */
+    plan.frame_s = same.frame_s;
+    assert_memory_equal(&same, &plan, sizeof plan);
+    assert_fails(toliman_sim_plan_json(text, size, NULL, NULL, &same), TOLIMAN_E_NOT_FOUND, "g2v.csv");
+    assert_fails(toliman_sim_plan_json(NULL, size, NULL, NULL, &same), TOLIMAN_E_ARGUMENT, "json is NULL");
+    assert_fails(toliman_sim_plan_json(text, size, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+}
+
 static void bad_plans_are_refused(void **state) {
     (void)state;
     toliman_sim_options options;
@@ -411,6 +431,7 @@ int main(void) {
         cmocka_unit_test(padded_fft_is_off_as_planned),
         cmocka_unit_test(far_signals_are_exact),
         cmocka_unit_test(wavelengths_suffice_for_far_signals),
+        cmocka_unit_test(plan_of_a_text),
         cmocka_unit_test(bad_plans_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,6 +4,7 @@ import os
 import fortran_layer
 import model
 import python_raw
+import python_results
 import shapes
 import struct_sizes
 
@@ -16,6 +17,7 @@ def products(top):
         template = stream.read()
     return {
         "bindings/python/toliman/_raw.py": python_raw.write(table),
+        "bindings/python/toliman/_results.py": python_results.write(table),
         "lib/api/struct_sizes.hpp": struct_sizes.write(table),
         "bindings/fortran/toliman.f90": fortran_layer.write(table, template),
     }

@@ -1,15 +1,35 @@
-"""libtoliman for Python: the streaming Lomb-Scargle periodogram over ctypes.
+"""libtoliman for Python: scene -> frames -> latent -> period, over ctypes and numpy.
 
-    from toliman import Periodogram
-    with Periodogram(f0=1.5 / 1095, df=0.1 / 1095, nf=5461) as periodogram:
-        for t, y in samples:
-            periodogram.push(t, y)
-        print(periodogram.peak().period)
+    from toliman import CAE, Periodogram, Simulator
 
-Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the power is astropy's "standard", between 0
-and 1, never NaN. A failed call raises toliman.Error with the library's message.
+    simulator = Simulator("chapter.json", progress=True)       # or a dict, or a file of your own
+    network = CAE(simulator)
+    network.train()
+    times, _ = simulator.series()
+    T = times[-1] - times[0]
+    with Periodogram(f0=1.5 / T, df=0.1 / T, nf=5461) as periodogram:
+        for k, t in enumerate(times):
+            periodogram.push(t, network.encode(simulator.frame(k)))
+        print(periodogram.peak())
+
+Images are numpy arrays [row][column] of float64; results are frozen dataclasses, which print and notebooks show as
+tables. Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the power is astropy's "standard",
+between 0 and 1, never NaN. A failed call raises toliman.Error with the library's message; InputError is also a
+ValueError, NotFoundError a FileNotFoundError, and so on. Ctrl-C and `progress` stop long work, which stays usable.
+Remarks of the library go to Python's logging under the name "toliman". Objects free themselves, or by `with`.
+
+toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.
 """
-from ._library import Error, abi_version, version
-from .period import Peak, Periodogram, Sampling
+from ._library import (Cancelled, Error, InputError, NoMemoryError, NotFoundError, UnsupportedError, WriteError,
+                       abi_version, library_path, version)
+from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PeriodogramInfo, Plan,
+                       Sampling, SceneInfo, Stream, TrackInfo, Training)
+from .cae import CAE, Reconstruction
+from .linear import Components, Template
+from .machine import blas_speed, machine
+from .period import Peak, Periodogram, batch
+from .sim import Simulator, Spectrum, plan, shipped_scenes
+from .track import REASONS, VERDICTS, Frame, Tracker
 
-__all__ = ["Error", "Peak", "Periodogram", "Sampling", "abi_version", "version"]
+__version__ = version()
+__all__ = [name for name in dir() if not name.startswith("_")]

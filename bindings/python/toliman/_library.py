@@ -1,58 +1,132 @@
-"""Finds and loads libtoliman.so, once."""
+"""Finds libtoliman.so, once, and turns its failures into exceptions."""
+from __future__ import annotations
+
 import ctypes
 import os
 import pathlib
+import sys
+import typing
 
 from . import _raw
 
+SONAME = f"libtoliman.so.{_raw.TOLIMAN_VERSION_MAJOR}.{_raw.TOLIMAN_VERSION_MINOR}"
+
 
 class Error(Exception):
-    """A failed library call; `status` is its code."""
+    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C."""
 
-    def __init__(self, status, message):
+    def __init__(self, status: int, message: str):
         super().__init__(message)
         self.status = status
+        self.name = library.toliman_status_name(status).decode()
+
+    def __reduce__(self):
+        return type(self), (self.status, str(self))
 
 
-def _candidates():
+class InputError(Error, ValueError):
+    """An argument, scene or file that says something impossible, or two that do not belong together."""
+
+
+class NotFoundError(Error, FileNotFoundError):
+    """A file that is missing or cannot be read."""
+
+
+class WriteError(Error, OSError):
+    """A file that cannot be written."""
+
+
+class NoMemoryError(Error, MemoryError):
+    """Out of memory."""
+
+
+class UnsupportedError(Error, NotImplementedError):
+    """Valid, but this version cannot do it."""
+
+
+class Cancelled(Error):
+    """The progress callback asked to stop."""
+
+
+_KINDS: dict[int, type[Error]] = {
+    _raw.TOLIMAN_E_ARGUMENT: InputError,
+    _raw.TOLIMAN_E_MEMORY: NoMemoryError,
+    _raw.TOLIMAN_E_NOT_FOUND: NotFoundError,
+    _raw.TOLIMAN_E_FORMAT: InputError,
+    _raw.TOLIMAN_E_SCENE: InputError,
+    _raw.TOLIMAN_E_UNSUPPORTED: UnsupportedError,
+    _raw.TOLIMAN_E_WRITE: WriteError,
+    _raw.TOLIMAN_E_CANCELLED: Cancelled,
+    _raw.TOLIMAN_E_RANGE: InputError,
+    _raw.TOLIMAN_E_MISMATCH: InputError,
+}
+
+
+def check(status: int) -> None:
+    """Raises the Error of a call that failed."""
+    if status != _raw.TOLIMAN_OK:
+        raise _KINDS.get(status, Error)(status, library.toliman_last_error().decode(errors="replace"))
+
+
+def _candidates() -> typing.Iterator[str]:
+    """Where the library may be: as it was told, beside these files, in their prefix or source tree, in Python's prefix,
+    and wherever the system looks."""
     if "TOLIMAN_LIBRARY" in os.environ:
         yield os.environ["TOLIMAN_LIBRARY"]
         return
     here = pathlib.Path(__file__).resolve()
-    yield str(here.parents[3] / "libtoliman.so.0.1")  # installed: lib/python3/dist-packages/toliman
-    for folder in (here.parent, here.parents[3] / "build" / "lib"):
-        yield str(folder / "libtoliman.so")
-    yield "libtoliman.so.0.1"
+    yield str(here.parent / SONAME)
+    yield str(here.parents[3] / SONAME)  # installed: lib/python3/dist-packages/toliman
+    yield str(here.parents[3] / "build" / "lib" / SONAME)  # the source tree
+    yield str(pathlib.Path(sys.prefix) / "lib" / SONAME)
+    yield SONAME
 
 
-def _load():
+def _load() -> ctypes.CDLL:
     tried = []
     for path in _candidates():
         try:
             return ctypes.CDLL(path)
         except OSError as error:
-            tried.append(f"{path}: {error}")
-    raise ImportError("libtoliman.so was not found; set TOLIMAN_LIBRARY to its path. Tried:\n  " + "\n  ".join(tried))
+            tried.append(str(error) if path in str(error) else f"{path}: {error}")
+    raise ImportError(f"{SONAME} was not found: build it, install it, or set TOLIMAN_LIBRARY to its path. Tried:\n  "
+                      + "\n  ".join(tried))
 
 
-library = _load()
-if library.toliman_abi_version() != _raw.TOLIMAN_ABI_VERSION:
-    raise ImportError(f"libtoliman has ABI {library.toliman_abi_version()}, these bindings need "
-                      f"{_raw.TOLIMAN_ABI_VERSION}")
-_raw.declare(library)
+def _refuse(found: ctypes.CDLL, why: str) -> typing.NoReturn:
+    raise ImportError(f"{found._name} does not fit these bindings, which are of version {_raw.TOLIMAN_VERSION}: {why}. "
+                      "Set TOLIMAN_LIBRARY to the path of one that does")
 
 
-def check(status):
-    """Raises Error unless the call succeeded."""
-    if status != 0:
-        raise Error(status, library.toliman_last_error().decode())
+def _fit(found: ctypes.CDLL) -> ctypes.CDLL:
+    """The library with the types of its functions, or ImportError if it is not of this table."""
+    try:
+        _raw.declare(found)
+    except AttributeError as error:
+        _refuse(found, str(error))
+    if found.toliman_abi_version() != _raw.TOLIMAN_ABI_VERSION:
+        _refuse(found, f"its ABI is {found.toliman_abi_version()}, theirs {_raw.TOLIMAN_ABI_VERSION}")
+    for name, kind in vars(_raw).items():
+        if isinstance(kind, type) and issubclass(kind, ctypes.Structure) and getattr(kind, "_fields_", None):
+            size = found.toliman_get_struct_size(name.encode())
+            if name != "Sized" and size < ctypes.sizeof(kind):
+                _refuse(found, f"its {name} has {size} bytes, theirs {ctypes.sizeof(kind)}")
+    return found
 
 
-def version():
+library = _fit(_load())
+
+
+def version() -> str:
     """Version of the library, such as "0.1.0"."""
     return library.toliman_version().decode()
 
 
-def abi_version():
+def abi_version() -> int:
     """Number of the binary interface."""
     return library.toliman_abi_version()
+
+
+def library_path() -> str:
+    """Where the library was found; a bare name is one that the system found."""
+    return library._name

@@ -1160,6 +1160,16 @@ one). Since 0.1.""",
 toliman_sim_get_plan. The log hears what it would of toliman_sim_create; pixels that meet the full well or the bit
 depth are counted on a rough image. Since 0.1.""",
     ),
+    "toliman_sim_plan_json": (
+        c_int32, (
+            ("json", c_char_p),
+            ("size", c_size_t),
+            ("folder", c_char_p),
+            ("options", POINTER(toliman_sim_options)),
+            ("out", POINTER(toliman_sim_plan_info)),
+        ),
+        """The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1.""",
+    ),
     "toliman_sim_get_stage_name": (
         c_char_p, (("stage", c_int32),),
         """Name of a stage, "photon noise"; NULL for stages that are not there. Since 0.1.""",

@@ -1,253 +1,265 @@
-"""Streaming periodogram; include/toliman/period.h is the manual."""
+"""Periodograms: samples -> period; include/toliman/period.h is the manual."""
+from __future__ import annotations
+
 import ctypes
+import functools
 import math
 import operator
 import os
-from ctypes import POINTER, byref, c_double, c_int32, c_char_p, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+import typing
 
 import numpy
+from numpy.typing import ArrayLike
 
+from . import _raw, _results
 from ._library import check, library
+from ._objects import Doubles, Handle, options_of, plain, pointer, saved, whole
+from ._progress import Progress, Watch
+from ._results import Model, PeriodogramInfo, Sampling
+from ._shown import result
+from ._words import number
 
 
-class _Options(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
-        (name, c_double) for name in ("time_offset", "value_offset", "value_bound", "sigma_floor", "sigma_ceiling")
-    ] + [("time_offset_ns", c_int64), ("unit_ns", c_double), ("allocator", c_void_p)]
+@result
+class Peak(_results.Peak):
+    __doc__ = (_results.Peak.__doc__ or "").split("\n\n")[0]
 
-
-class Peak(ctypes.Structure):
-    """A peak: frequency, period, power, widths, errors, amplitude, phase, offset and log10_fap as floats.
-
-    period_error, frequency_error and amplitude_error are standard errors of least squares, scaled by the residuals; NaN
-    of peak(), which sees no samples. half_width_error is the width of the peak instead, as the chapter prints it.
-    y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase). at_edge: the peak stands at the grid's first or
-    last frequency, and the period may lie outside.
-    """
-
-    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
-        (name, c_double)
-        for name in (
-            "frequency period power log10_residual fwhm fwhm_error half_width_error frequency_error "
-            "amplitude amplitude_error phase offset log10_fap period_error"
-        ).split()
-    ]
-
-    @property
-    def at_edge(self):
-        return bool(self.flags & _AT_EDGE)
-
-    def __repr__(self):
+    def __repr__(self) -> str:
         error = "" if math.isnan(self.period_error) else f" +- {self.period_error:.2g}"
         return f"Peak(period={self.period:.6g}{error}, power={self.power:.6g}, log10_fap={self.log10_fap:.4g})"
 
 
-class _Info(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32), ("nf", c_int64)] + [
-        (name, c_double) for name in ("f0", "df", "time_offset", "value_offset", "value_bound", "sigma_floor")
-    ] + [("count", c_int64), ("digest", c_uint64), ("sigma_ceiling", c_double)] + [
-        ("time_offset_ns", c_int64), ("unit_ns", c_double), ("weighted", c_int32), ("reserved", c_int32)
-    ]
-
-
-class Sampling(ctypes.Structure):
-    """baseline, coarsest_df, ceiling and independent of the samples' times as floats; coarse, past_ceiling: the grid's df
-    is above coarsest_df, its last frequency above the ceiling; narrow: at some frequency the sums
-    give the power to less than 1e-9, for which they should be wide."""
-
-    _fields_ = [("struct_size", c_uint32), ("flags", c_uint32)] + [
-        (name, c_double) for name in ("baseline", "coarsest_df", "ceiling", "independent")
-    ]
-
-    @property
-    def coarse(self):
-        return bool(self.flags & _COARSE)
-
-    @property
-    def past_ceiling(self):
-        return bool(self.flags & _PAST_CEILING)
-
-    @property
-    def narrow(self):
-        return bool(self.flags & _NARROW)
-
-
-class _Bootstrap(ctypes.Structure):
-    _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("seed", c_uint64), ("progress", c_void_p),
-                ("progress_data", c_void_p)]
-
-
-_FIXED_MEAN, _WIDE, _AT_EDGE, _COARSE, _PAST_CEILING, _NARROW = 1, 2, 1, 1, 2, 4
-_NORMALISATIONS = {"standard": 0, "model": 1, "log": 2, "psd": 3}
-_FAPS = {"baluev": 0, "naive": 1, "single": 2, "sequential": 3}
-_doubles = POINTER(c_double)
-
-
-def _declare(name, *argtypes, restype=c_int32):
-    function = getattr(library, "toliman_period_" + name)
-    function.argtypes, function.restype = argtypes, restype
-    return function
-
-
-_options_init = _declare("options_init", POINTER(_Options), c_size_t, restype=None)
-_create = _declare("create", c_double, c_double, c_int64, POINTER(_Options), POINTER(c_void_p))
-_destroy = _declare("destroy", c_void_p, restype=None)
-_push = _declare("push", c_void_p, c_double, c_double, c_double)
-_push_many = _declare("push_many", c_void_p, _doubles, _doubles, _doubles, c_size_t)
-_count = _declare("count", c_void_p, restype=c_int64)
-_query_power = _declare("query_power", c_void_p, c_uint32, c_int64, c_size_t, _doubles)
-_query_peak = _declare("query_peak", c_void_p, POINTER(Peak))
-_query_fit = _declare("query_fit", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(Peak))
-_query_fap = _declare("query_fap", c_void_p, c_int32, c_double, _doubles)
-_query_level = _declare("query_level", c_void_p, c_int32, c_double, _doubles)
-_query_bootstrap = _declare("query_bootstrap", c_void_p, _doubles, _doubles, _doubles, c_size_t, POINTER(_Bootstrap),
-                            c_size_t, _doubles)
-_query_sampling = _declare("query_sampling", c_void_p, _doubles, c_size_t, POINTER(Sampling))
-_get_info = _declare("get_info", c_void_p, POINTER(_Info))
-_save_file = _declare("save_file", c_void_p, c_char_p)
-_load_file = _declare("load_file", c_char_p, c_void_p, POINTER(c_void_p))
-
-
-def _plain(name, values):
-    """Float64 array; what would lose its mask or its unit on the way is refused."""
-    if numpy.ma.is_masked(values):
-        raise ValueError(f"{name} has masked values: leave them out, e.g. by {name}.compressed()")
-    if getattr(values, "unit", None) is not None:
-        raise TypeError(f"{name} is in {values.unit}: give plain numbers, e.g. {name}.to_value(...)")
-    return numpy.ascontiguousarray(values, dtype=numpy.float64)
-
-
-def _number_of(kind, names, name):
-    """The number that the library has for a name."""
-    if name not in names:
-        raise ValueError(f"{kind} = {name!r}: must be one of {', '.join(names)}")
-    return names[name]
-
-
-def _series(t, y, sigma):
-    """Equal-length float64 arrays and their pointers; the arrays must outlive the pointers."""
-    if numpy.ndim(sigma) == 0 and sigma is not None:
-        sigma = numpy.full(numpy.shape(t), float(sigma))
-    arrays = [None if a is None else _plain(name, a) for name, a in (("t", t), ("y", y), ("sigma", sigma))]
-    shapes = {a.shape for a in arrays if a is not None}
-    if len(shapes) != 1 or arrays[0].ndim != 1:
+def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Doubles, Doubles, Doubles | None]:
+    """Arrays of equal length; one sigma stands for all."""
+    if sigma is not None and numpy.ndim(sigma) == 0:
+        sigma = numpy.full(numpy.shape(t), float(sigma))  # type: ignore[arg-type]
+    times, values = plain("t", t), plain("y", y)
+    sigmas = None if sigma is None else plain("sigma", sigma)
+    shapes = {array.shape for array in (times, values, sigmas) if array is not None}
+    if len(shapes) != 1 or times.ndim != 1:
         raise ValueError(f"t, y and sigma must be one-dimensional and of equal length, not {sorted(shapes)}")
-    return arrays, [None if a is None else a.ctypes.data_as(_doubles) for a in arrays]
+    return times, values, sigmas
 
 
-class Periodogram:
+def _whole_float(name: str, value: float) -> int:
+    """A whole number that may come as a float, as of a formula."""
+    return whole(name, operator.index(int(value) if float(value).is_integer() else value))  # type: ignore[arg-type]
+
+
+def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
+          fit_mean: bool = True, tolerance: float = 1e-9, threads: int = 0,
+          progress: Progress | bool | None = None) -> Doubles:
+    """Power of a whole archive at f0 + k df, k < nf, each within the tolerance of the exact one; much quicker than a
+    Periodogram, but without a state."""
+    times, values, sigmas = _series(t, y, sigma)
+    power = numpy.empty(_whole_float("nf", nf))
+    with Watch(progress) as watch:
+        options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
+                             flags=0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN, tolerance=tolerance,
+                             threads=whole("threads", threads, 2**32), progress=watch.callback)
+        watch.check(library.toliman_period_batch(f0, df, len(power), pointer(times), pointer(values), pointer(sigmas),
+                                                 len(times), ctypes.byref(options), pointer(power)))
+    return power
+
+
+class View(Handle):
+    """What can be asked of a periodogram; that of a Tracker can only be asked."""
+
+    _kind = _raw.toliman_period
+
+    @property
+    def info(self) -> PeriodogramInfo:
+        """Grid, options and number of samples."""
+        return self._read(library.toliman_period_get_info, _raw.toliman_period_info, PeriodogramInfo)
+
+    @property
+    def frequency(self) -> Doubles:
+        """The grid, f0 + k df, cycles per unit of time."""
+        info = self.info
+        return info.f0 + info.df * numpy.arange(info.nf)
+
+    def power(self, normalisation: str = "standard", *, first: int = 0, count: int | None = None) -> Doubles:
+        """Power at every frequency, or at `count` of them from number `first` on: standard, model, log or psd, as astropy
+        names them. Never NaN."""
+        first = whole("first", first)
+        power = numpy.empty(whole("count", max(self.info.nf - first, 0) if count is None else count))
+        kind = number("normalisation", normalisation, "TOLIMAN_POWER_STANDARD")
+        check(library.toliman_period_query_power(self._c, kind, first, len(power), pointer(power)))
+        return power
+
+    def peak(self) -> Peak:
+        """Highest peak: frequency refined by a parabola, power and FAP of the highest grid point."""
+        return self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
+
+    def peaks(self, most: int = 10) -> list[Peak]:
+        """The highest peaks, at most 64, highest first; `alias` tells of those that the sampling could make of higher
+        ones. Each is judged as if it were the only one."""
+        found, count = (_raw.toliman_period_peak * max(whole("most", most, 65), 1))(), ctypes.c_size_t()
+        for peak in found:
+            peak.struct_size = ctypes.sizeof(peak)
+        check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
+        return [Peak._of(peak) for peak in found[:count.value]]
+
+    def model(self, k: int) -> Model:
+        """Least squares at frequency f0 + k df, from the sums: amplitude, phase and offset with their errors."""
+        found = _raw.toliman_period_model()
+        check(library.toliman_period_query_model(self._c, whole("k", k), ctypes.byref(found)))
+        return Model._of(found)
+
+    def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> Peak:
+        """Highest peak refined by least squares on the samples that were pushed."""
+        times, values, sigmas = _series(t, y, sigma)
+        peak = _raw.toliman_period_peak()
+        check(library.toliman_period_query_fit(self._c, pointer(times), pointer(values), pointer(sigmas), len(times),
+                                               ctypes.byref(peak)))
+        return Peak._of(peak)
+
+    def log10_fap(self, log10_residual: float, method: str = "baluev") -> float:
+        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid.
+
+        method: baluev, naive, single, or sequential for looking again and again while samples come in.
+        """
+        fap = ctypes.c_double()
+        check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"), log10_residual,
+                                               ctypes.byref(fap)))
+        return fap.value
+
+    def level(self, log10_fap: float, method: str = "baluev") -> float:
+        """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
+        residual = ctypes.c_double()
+        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"), log10_fap,
+                                                 ctypes.byref(residual)))
+        return residual.value
+
+    def bootstrap(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, count: int = 1000, seed: int = 0,
+                  threads: int = 0, progress: Progress | bool | None = None) -> Doubles:
+        """log10(1 - P) of the highest peaks of `count` resamplings of the samples that were pushed, strongest first."""
+        times, values, sigmas = _series(t, y, sigma)
+        peaks = numpy.empty(whole("count", count))
+        with Watch(progress) as watch:
+            options = options_of(_raw.toliman_period_bootstrap_options, library.toliman_period_bootstrap_options_init,
+                                 threads=whole("threads", threads, 2**32), seed=whole("seed", seed, 2**64),
+                                 progress=watch.callback)
+            watch.check(library.toliman_period_query_bootstrap(
+                self._c, pointer(times), pointer(values), pointer(sigmas), len(times), ctypes.byref(options), count,
+                pointer(peaks)))
+        return peaks
+
+    def sampling(self, t: ArrayLike | None = None) -> Sampling:
+        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if they are given."""
+        times, found = None if t is None else plain("t", t), _raw.toliman_period_sampling()
+        check(library.toliman_period_query_sampling(self._c, pointer(times), 0 if times is None else times.size,
+                                                    ctypes.byref(found)))
+        return Sampling._of(found)
+
+    def to_bytes(self) -> bytes:
+        """All sums as bytes; the same samples give the same bytes, whatever their order."""
+        return saved(functools.partial(library.toliman_period_save, self._c))
+
+    def copy(self) -> Periodogram:
+        """A periodogram of its own with the same grid, options and samples."""
+        made = Periodogram._new()
+        check(library.toliman_period_copy(self._c, ctypes.byref(made)))
+        return Periodogram._adopt(made)
+
+    def __len__(self) -> int:
+        return library.toliman_period_count(self._c)
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_()
+
+
+class Periodogram(View):
     """Lomb-Scargle periodogram on the grid f0 + k df, k < nf, that takes one sample at a time.
 
     time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
     between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
     order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
     wide=True keeps all digits where sampling().narrow says that they are lost, as over small parts of a cycle.
+    Whole nanoseconds, for push_ns, count from time_offset_ns and have unit_ns in a unit of t.
     A grid that suits data of time span T and median step dt: f0 = 1.5/T, df = 0.1/T, nf = (0.5/dt - f0)/df.
     """
 
-    def __init__(self, f0, df, nf, *, fit_mean=True, time_offset=0.0, value_offset=0.0, value_bound=2.0**20,
-                 sigma_floor=1.0, sigma_ceiling=0.0, wide=False):
-        self._handle = c_void_p()
-        self.nf = operator.index(int(nf) if float(nf).is_integer() else nf)
-        options = _Options()
-        _options_init(byref(options), ctypes.sizeof(options))
-        options.flags = (0 if fit_mean else _FIXED_MEAN) | (_WIDE if wide else 0)
-        options.time_offset, options.value_offset = time_offset, value_offset
-        options.value_bound = value_bound
-        options.sigma_floor, options.sigma_ceiling = sigma_floor, sigma_ceiling
-        self._sigma = sigma_floor
-        check(_create(f0, df, self.nf, byref(options), byref(self._handle)))
+    _end = "toliman_period_destroy"
 
-    def push(self, t, y, sigma=None):
+    def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: float = 0.0,
+                 value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
+                 sigma_ceiling: float = 0.0, wide: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
+        made = self._new()
+        options = options_of(
+            _raw.toliman_period_options, library.toliman_period_options_init, time_offset=time_offset,
+            value_offset=value_offset, value_bound=value_bound, sigma_floor=sigma_floor, sigma_ceiling=sigma_ceiling,
+            time_offset_ns=operator.index(time_offset_ns), unit_ns=unit_ns,
+            flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0))
+        check(library.toliman_period_create(f0, df, _whole_float("nf", nf), ctypes.byref(options), ctypes.byref(made)))
+        super().__init__(made)
+
+    @functools.cached_property
+    def _unweighted(self) -> float:
+        return self.info.sigma_floor
+
+    def _sigma(self, sigma: float | None) -> float:
+        return self._unweighted if sigma is None else sigma
+
+    def push(self, t: float, y: float, sigma: float | None = None) -> None:
         """Adds one sample; without sigma it is unweighted."""
-        check(_push(self._handle, t, y, self._sigma if sigma is None else sigma))
+        check(library.toliman_period_push(self._c, t, y, self._sigma(sigma)))
 
-    def push_many(self, t, y, sigma=None):
+    def push_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
+        """Adds one sample whose time is whole nanoseconds."""
+        check(library.toliman_period_push_ns(self._c, operator.index(t_ns), y, self._sigma(sigma)))
+
+    def push_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
+        """Adds one sample whose time is t + t_low, as astropy's Time.jd1 and jd2."""
+        check(library.toliman_period_push_pair(self._c, t, t_low, y, self._sigma(sigma)))
+
+    def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Adds arrays of samples, all or none; sigma may be one number. Without it they are unweighted."""
-        arrays, pointers = _series(t, y, sigma)
-        check(_push_many(self._handle, *pointers, len(arrays[0])))
+        times, values, sigmas = _series(t, y, sigma)
+        check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
 
-    def power(self, normalisation="standard"):
-        """Power at every frequency, float64 array of length nf; normalised as standard, model, log or psd."""
-        power = numpy.empty(self.nf)
-        check(_query_power(self._handle, _number_of("normalisation", _NORMALISATIONS, normalisation), 0, self.nf,
-                           power.ctypes.data_as(_doubles)))
-        return power
+    def retract(self, t: float, y: float, sigma: float | None = None) -> None:
+        """Takes back a sample that was pushed, given by the same numbers."""
+        check(library.toliman_period_retract(self._c, t, y, self._sigma(sigma)))
 
-    def peak(self):
-        """Highest peak: frequency refined by a parabola, power and FAP of the highest grid point."""
-        peak = Peak(struct_size=ctypes.sizeof(Peak))
-        check(_query_peak(self._handle, byref(peak)))
-        return peak
+    def retract_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
+        """The same of push_ns."""
+        check(library.toliman_period_retract_ns(self._c, operator.index(t_ns), y, self._sigma(sigma)))
 
-    def fit(self, t, y, sigma=None):
-        """Highest peak refined by least squares on the samples that were pushed."""
-        peak = Peak(struct_size=ctypes.sizeof(Peak))
-        arrays, pointers = _series(t, y, sigma)
-        check(_query_fit(self._handle, *pointers, len(arrays[0]), byref(peak)))
-        return peak
+    def retract_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
+        """The same of push_pair."""
+        check(library.toliman_period_retract_pair(self._c, t, t_low, y, self._sigma(sigma)))
 
-    def log10_fap(self, log10_residual, method="baluev"):
-        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid.
+    def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
+        """Takes back arrays of samples, all or none."""
+        times, values, sigmas = _series(t, y, sigma)
+        check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
 
-        method: baluev, naive, single, or sequential for looking again and again while samples come in.
-        """
-        result = c_double()
-        check(_query_fap(self._handle, _number_of("method", _FAPS, method), log10_residual, byref(result)))
-        return result.value
+    def merge(self, other: View) -> None:
+        """Adds all samples of another periodogram, which stays as it is: a shard of the same grid."""
+        check(library.toliman_period_merge(self._c, other._c))
 
-    def level(self, log10_fap, method="baluev"):
-        """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
-        result = c_double()
-        check(_query_level(self._handle, _number_of("method", _FAPS, method), log10_fap, byref(result)))
-        return result.value
+    def reset(self) -> None:
+        """Forgets every sample."""
+        check(library.toliman_period_reset(self._c))
 
-    def bootstrap(self, t, y, sigma=None, *, count=1000, seed=0, threads=0):
-        """log10(1 - P) of the highest peaks of `count` resamplings of the samples that were pushed, strongest first."""
-        peaks = numpy.empty(count)
-        options = _Bootstrap(struct_size=ctypes.sizeof(_Bootstrap), threads=threads, seed=seed)
-        arrays, pointers = _series(t, y, sigma)
-        check(_query_bootstrap(self._handle, *pointers, len(arrays[0]), byref(options), count,
-                               peaks.ctypes.data_as(_doubles)))
-        return peaks
-
-    def sampling(self, t=None):
-        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if they are given."""
-        result = Sampling(struct_size=ctypes.sizeof(Sampling))
-        times = None if t is None else _plain("t", t)
-        pointer = None if times is None else times.ctypes.data_as(_doubles)
-        check(_query_sampling(self._handle, pointer, 0 if times is None else times.size, byref(result)))
-        return result
-
-    def save(self, path):
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Writes all sums to a file, as a whole or not at all."""
-        check(_save_file(self._handle, os.fsencode(path)))
+        check(library.toliman_period_save_file(self._c, os.fsencode(path)))
 
     @classmethod
-    def load(cls, path):
+    def load(cls, path: str | os.PathLike[str]) -> Periodogram:
         """A periodogram from such a file; it goes on where the other stood."""
-        self = cls.__new__(cls)
-        self._handle = c_void_p()
-        check(_load_file(os.fsencode(path), None, byref(self._handle)))
-        info = _Info(struct_size=ctypes.sizeof(_Info))
-        check(_get_info(self._handle, byref(info)))
-        self.nf, self._sigma = info.nf, info.sigma_floor
-        return self
+        made = cls._new()
+        check(library.toliman_period_load_file(os.fsencode(path), None, ctypes.byref(made)))
+        return cls._adopt(made)
 
-    def __len__(self):
-        return _count(self._handle)
+    @classmethod
+    def from_bytes(cls, content: bytes) -> Periodogram:
+        """The same from bytes."""
+        made = cls._new()
+        check(library.toliman_period_load(content, len(content), None, ctypes.byref(made)))
+        return cls._adopt(made)
 
-    def close(self):
-        """Frees the memory; the object is of no use afterwards."""
-        _destroy(self._handle)
-        self._handle = c_void_p()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def __del__(self):
-        if getattr(self, "_handle", None):
-            self.close()
+    def __reduce__(self):
+        return Periodogram.from_bytes, (self.to_bytes(),)

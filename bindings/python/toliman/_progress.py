@@ -1,0 +1,115 @@
+"""Progress of long calls, and the way out of them."""
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+import typing
+
+from . import _raw
+from ._library import Cancelled, check
+
+# Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; whatever is true of its answer stops.
+Progress = typing.Callable[[str, float], typing.Any]
+
+
+class Bar:
+    """One line on stderr, or a bar in a notebook; progress=True makes one."""
+
+    def __init__(self) -> None:
+        self._shown, self._stage, self._next, self._html = "", "", 0.0, None
+        try:
+            from IPython import get_ipython  # type: ignore[import]
+            from IPython.display import HTML, display  # type: ignore[import]
+            shell = get_ipython()
+            if shell is not None and shell.has_trait("kernel"):
+                self._html, self._display = HTML, display(HTML(""), display_id=True)
+        except ImportError:
+            pass
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        now, self._stage = time.monotonic(), stage
+        if now >= self._next or fraction >= 1:
+            self._next = now + 0.1
+            self._show(stage, fraction)
+
+    def _show(self, stage: str, fraction: float) -> None:
+        if self._html is not None:
+            self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {stage}"))
+            return
+        text = f"{100 * fraction:3.0f} % {stage}"
+        print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
+        self._shown = text
+
+    def close(self, succeeded: bool) -> None:
+        if succeeded and self._stage:
+            self._show(self._stage, 1)
+        if self._shown:
+            print(file=sys.stderr)
+
+
+class Watch:
+    """Shows the progress of the calls made within it and lets what its callbacks raise, as KeyboardInterrupt, through.
+
+    with Watch(progress) as watch:
+        options.progress = watch.callback
+        watch.check(library.toliman_...)
+    """
+
+    def __init__(self, progress: Progress | bool | None):
+        self._bar = Bar() if progress is True else None
+        self._progress = self._bar if progress is True else progress or None
+        self._raised: BaseException | None = None
+        self._before: typing.Any = None  # the handler of Ctrl-C
+        self.callback = _raw.toliman_progress_fn(self._call)
+
+    def _call(self, stage: bytes, fraction: float, _: object) -> int:
+        try:
+            if self._progress and self._progress(stage.decode(errors="replace"), fraction):
+                return 1
+        except BaseException as raised:  # C cannot carry it; check() raises it again
+            self._raised = raised
+        return int(self._raised is not None)
+
+    def guard(self, work: typing.Callable[..., int]) -> typing.Callable[..., int]:
+        """A callback of C whose exceptions are kept likewise: it then answers 1."""
+        def guarded(*arguments: typing.Any) -> int:
+            try:
+                return work(*arguments)
+            except BaseException as raised:
+                self._raised = self._raised or raised
+                return _raw.TOLIMAN_E_CANCELLED
+        return guarded
+
+    def step(self, stage: str, fraction: float) -> None:
+        """Progress of work that is done in parts by Python."""
+        self.check(_raw.TOLIMAN_OK)
+        if self._progress and self._progress(stage, fraction):
+            raise Cancelled(_raw.TOLIMAN_E_CANCELLED, f"{stage}: cancelled")
+
+    def check(self, status: int) -> None:
+        """Raises what a callback raised, or the Error of a call that failed."""
+        raised, self._raised = self._raised, None
+        if raised is not None:
+            raise raised
+        check(status)
+
+    def _interrupt(self, *_: object) -> None:
+        self._raised = KeyboardInterrupt()
+
+    def __enter__(self) -> Watch:
+        # Python would raise it in front of the callback's first statement, where nothing can catch it.
+        if threading.current_thread() is threading.main_thread():
+            if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+                self._before = signal.signal(signal.SIGINT, self._interrupt)
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+            self._before = None
+        if self._bar is not None:
+            self._bar.close(kind is None)
+        if kind is None:
+            self.check(_raw.TOLIMAN_OK)

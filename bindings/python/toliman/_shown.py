@@ -1,0 +1,64 @@
+"""Results as frozen dataclasses that are made of C's structs and shown as tables."""
+from __future__ import annotations
+
+import dataclasses
+import html
+import typing
+
+from ._words import words as words_of
+
+
+def told(doc: str, *, words: str = "", flag: int = 0) -> typing.Any:
+    """A member with its comment; `words`: the first constant of its words; `flag`: its bit of the struct's flags."""
+    if words:
+        doc = doc.replace("...", ", ".join(words_of(words)))
+    return dataclasses.field(metadata={"doc": doc, "words": words, "flag": flag})
+
+
+def result(kind: type) -> type:
+    """Makes a class of members a frozen dataclass whose docstring tells of each."""
+    kind = dataclasses.dataclass(frozen=True, repr=False)(kind)
+    lines = [f"    {field.name} ({field.type}): {field.metadata.get('doc', '')}".rstrip(": ")
+             for field in dataclasses.fields(kind)]
+    kind.__doc__ = f"{kind.__doc__}\n\n" + "\n".join(lines)
+    return kind
+
+
+def _text(value: typing.Any) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+class Result:
+    """Something the library told."""
+
+    @classmethod
+    def _of(cls, struct: typing.Any):
+        """Made of a struct of the same members."""
+        return cls(*(cls._member(field, struct) for field in dataclasses.fields(cls)))
+
+    @staticmethod
+    def _member(field: dataclasses.Field, struct: typing.Any) -> typing.Any:
+        if field.metadata.get("flag"):
+            return bool(struct.flags & field.metadata["flag"])
+        value = getattr(struct, field.name)
+        if field.metadata.get("words"):
+            return words_of(field.metadata["words"])[value]
+        if field.type == "bool":
+            return bool(value)
+        if field.type == "str":
+            return value.decode()
+        return value if field.type in ("int", "float") else tuple(value)
+
+    def __repr__(self) -> str:
+        members = (f"{field.name}={getattr(self, field.name)!r}" for field in dataclasses.fields(self))
+        return f"{type(self).__name__}({', '.join(members)})"
+
+    def __str__(self) -> str:
+        width = max(len(field.name) for field in dataclasses.fields(self))
+        return "\n".join(f"{field.name:<{width}}  {_text(getattr(self, field.name))}" for field in dataclasses.fields(self))
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th style='text-align:left'>{field.name}</th><td>{html.escape(_text(getattr(self, field.name)))}"
+                       f"</td><td style='text-align:left'>{html.escape(field.metadata.get('doc', ''))}</td></tr>"
+                       for field in dataclasses.fields(self))
+        return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"

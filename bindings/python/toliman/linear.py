@@ -1,0 +1,104 @@
+"""Linear estimators: the template, which reaches the Cramer-Rao bound, and components; include/toliman/linear.h."""
+from __future__ import annotations
+
+import ctypes
+import typing
+
+import numpy
+from numpy.typing import ArrayLike
+
+from . import _raw
+from ._library import check, library
+from ._objects import Doubles, Handle, encode, options_of, pointer, shaped, whole
+from ._progress import Progress, Watch
+from ._results import ComponentsInfo, ComponentsTraining
+from ._words import number
+from .sim import Simulator
+
+
+class Template(Handle):
+    """Weighted least-squares estimate of the separation: the reference for the network.
+
+        template = Template(simulator)
+        value = template.encode(frame)             # px; its standard deviation is template.sigma
+    """
+
+    _kind, _end = _raw.toliman_linear, "toliman_linear_destroy"
+
+    def __init__(self, simulator: Simulator):
+        made = self._new()
+        check(library.toliman_linear_create(simulator._c, None, ctypes.byref(made)))
+        super().__init__(made)
+        self.shape = simulator.shape
+
+    def encode(self, frames: ArrayLike) -> typing.Any:
+        """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array."""
+        return encode(self, library.toliman_linear_encode, frames, *self.shape)
+
+    @property
+    def sigma(self) -> float:
+        """Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free."""
+        sigma = ctypes.c_double()
+        check(library.toliman_linear_get_sigma(self._c, ctypes.byref(sigma)))
+        return sigma.value
+
+
+class Components(Handle):
+    """Frames of a scene, collected to find their principal components or a sparse dictionary.
+
+    raw: counts instead of whitened residuals. bin: pixels a side that are summed first. capacity: frames at most, those
+    of the scene's cadence by default; all memory is taken at once, 4 bytes a pixel and frame.
+    """
+
+    _kind, _end = _raw.toliman_linear_components, "toliman_linear_destroy_components"
+
+    def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
+        made = self._new()
+        options = options_of(_raw.toliman_linear_components_options, library.toliman_linear_components_options_init,
+                             raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
+        check(library.toliman_linear_create_components(simulator._c, ctypes.byref(options), ctypes.byref(made)))
+        super().__init__(made)
+        self.shape = simulator.shape
+
+    @property
+    def info(self) -> ComponentsInfo:
+        """Facts of the collection; threshold_px: the amplitude below which principal components see nothing."""
+        return self._read(library.toliman_linear_get_components_info, _raw.toliman_linear_components_info,
+                          ComponentsInfo)
+
+    def push(self, frames: ArrayLike) -> None:
+        """Adds a frame [row][column], or frames [frame][row][column], and forgets what was trained."""
+        images = shaped("frames", frames, self.shape if numpy.ndim(frames) == 2 else (-1, *self.shape))
+        for image in images.reshape(-1, *self.shape):
+            check(library.toliman_linear_push_frame(self._c, pointer(image), self.shape[1]))
+
+    def reset(self) -> None:
+        """Forgets every frame."""
+        check(library.toliman_linear_reset_components(self._c))
+
+    def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
+              seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:
+        """Finds components of the frames: pca, or dictionary with at most so many iterations (200) and the weight
+        `sparsity` (1 rms pixel) of the codes' L1 norm; 0 is the default."""
+        with Watch(progress) as watch:
+            options = options_of(
+                _raw.toliman_linear_train_options, library.toliman_linear_train_options_init,
+                method=number("method", method, "TOLIMAN_LINEAR_PCA"), components=whole("components", components, 2**32),
+                iterations=whole("iterations", iterations, 2**32), seed=whole("seed", seed, 2**64),
+                threads=whole("threads", threads, 2**32), progress=watch.callback, **{"lambda": sparsity})
+            report = _raw.toliman_linear_training()
+            watch.check(library.toliman_linear_train_components(self._c, ctypes.byref(options), ctypes.byref(report)))
+        return ComponentsTraining._of(report)
+
+    def series(self, component: int = 0) -> tuple[Doubles, float]:
+        """One number a frame, in the order of the pushes, and the component's share of the frames' sum of squares."""
+        values, share = numpy.empty(self.info.frames), ctypes.c_double()
+        check(library.toliman_linear_get_series(self._c, whole("component", component, 2**32), pointer(values),
+                                                ctypes.byref(share)))
+        return values, share.value
+
+    def __len__(self) -> int:
+        return self.info.frames
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_()

@@ -1,0 +1,258 @@
+"""Tracker: frames off the downlink -> the period, losing nothing; include/toliman/track.h is the manual."""
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import operator
+import os
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._library import Error, check, library
+from ._objects import Handle, options_of, whole
+from ._progress import Progress, Watch
+from ._results import Outcome, Stream, TrackInfo
+from ._words import number, words
+from .cae import CAE
+from .linear import Template
+from .period import Peak, View
+
+# What makes a number of an image [row][column]: a network, a template, or a function.
+Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
+
+VERDICTS = words("TOLIMAN_TRACK_ACCEPTED")
+REASONS = words("TOLIMAN_REASON_NONE")
+
+_PIXELS = {kind: place for place, kind in enumerate(("u1", "u2", "u4", "i2", "i4", "f4", "f8"))}
+_FRAMES_AT_A_TIME = 64  # between two looks at progress and Ctrl-C
+
+
+@dataclasses.dataclass
+class Frame:
+    """A frame as it arrived. pixels: [row][column] of 8, 16 or 32 bits without sign, 16 or 32 with, float32 or float64,
+    read where they lie if rows are contiguous. A frame is known by session, frame_id and roi. camera_ns: the camera's
+    clock. dropped: frames that the camera dropped before this one. sigma: of this frame's value; 0 is the tracker's."""
+
+    pixels: NDArray
+    frame_id: int
+    camera_ns: int
+    session: str = "session"
+    roi: str = "full"
+    dropped: int = 0
+    sigma: float = 0.0
+
+
+class Tracker(Handle):
+    """Takes frames in any order, twice or damaged, and keeps the periodogram of all that are good.
+
+        with Tracker(template, f0, df, nf, folder="mission") as tracker:
+            outcome = tracker.push(Frame(pixels, frame_id=3, camera_ns=259200000000000))
+            print(outcome.verdict, tracker.period.peak())
+            tracker.save()
+
+    estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number that
+    tells it from others, and `sigma`, the standard deviation of its values; None where nothing is pushed. Frequencies
+    are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the ledger,
+    made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
+    of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
+    lines), frame or none. threads work on the frames of one push_many. One thread at a time.
+    """
+
+    _kind, _end = _raw.toliman_track, "toliman_track_destroy"
+
+    def __init__(self, estimator: Estimator | None, f0: float = 0.0, df: float = 0.0, nf: int = 0, *,
+                 folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
+                 estimator_id: int = 0, value_limit: float = 0.0, rows: int = 0, cols: int = 0,
+                 crop: tuple[int, int] = (0, 0), bin: int = 1, image_shape: tuple[int, int] = (0, 0),
+                 bit_depth: int = 0, hole_bytes: int = 4096, time_offset_ns: int = 0, unit_ns: float = 86400e9,
+                 fit_mean: bool = True, wide: bool = False, threads: int = 1, clock: ArrayLike | None = None,
+                 sync: str = "group", group: int = 64, read_only: bool = False, rebuild: bool = False):
+        options = options_of(
+            _raw.toliman_track_options, library.toliman_track_options_init,
+            f0=f0, df=df, nf=whole("nf", nf), capacity=whole("capacity", capacity), sigma=sigma,
+            estimator_id=whole("estimator_id", estimator_id, 2**64), value_limit=value_limit,
+            rows=whole("rows", rows), cols=whole("cols", cols), crop_row=whole("crop", crop[0]),
+            crop_col=whole("crop", crop[1]), bin=whole("bin", bin), image_rows=whole("image_shape", image_shape[0]),
+            image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
+            hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=operator.index(time_offset_ns),
+            unit_ns=unit_ns, threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
+            sync=number("sync", sync, "TOLIMAN_SYNC_GROUP"),
+            period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
+            flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0))
+        if folder is not None:
+            options.folder = os.fsencode(folder)
+        if clock is not None:
+            options.clock, options.clock_points = _clock_of(clock)
+        self._watch = Watch(None)
+        kept = _set_estimator(options, estimator, self._watch)
+        super().__init__(_created(options), keep=(options, estimator, kept))
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str]) -> Tracker:
+        """A folder as it stands, to be asked, beside its writer if need be."""
+        options = _raw.toliman_track_options()
+        check(library.toliman_track_load_options(os.fsencode(folder), ctypes.byref(options)))
+        options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
+        self = cls.__new__(cls)
+        self._watch = Watch(None)
+        Handle.__init__(self, _created(options), keep=options)
+        return self
+
+    def push(self, frame: Frame) -> Outcome:
+        """Takes one frame and says what became of it; a rejected frame is no error."""
+        return self.push_many([frame])[0]
+
+    def push_many(self, frames: typing.Iterable[Frame], *, progress: Progress | bool | None = None) -> list[Outcome]:
+        """Takes frames, many at once, which several threads need. After an Error its `outcomes` are those of the frames
+        that are in. What an estimator raises goes through, after the frame is rejected."""
+        frames, outcomes = list(frames), []
+        try:
+            with Watch(progress) as watch, self._watch:
+                for start in range(0, len(frames), _FRAMES_AT_A_TIME):
+                    part = frames[start:start + _FRAMES_AT_A_TIME]
+                    outcomes += self._push(part)
+                    watch.step("frames", (start + len(part)) / len(frames))
+        except Error as error:
+            error.outcomes = outcomes + getattr(error, "outcomes", [])  # type: ignore[attr-defined]
+            raise
+        return outcomes
+
+    def _push(self, frames: list[Frame]) -> list[Outcome]:
+        pixels = [_pixels_of(frame) for frame in frames]
+        given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels))
+        outcomes, done = (_raw.toliman_outcome * len(frames))(), ctypes.c_size_t()
+        for outcome in outcomes:
+            outcome.struct_size = ctypes.sizeof(outcome)
+        status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
+        found = [Outcome._of(outcome) for outcome in outcomes[:done.value if status else len(frames)]]
+        try:
+            self._watch.check(status)
+        except Error as error:
+            error.outcomes = found  # type: ignore[attr-defined]
+            raise
+        return found
+
+    def commit(self) -> None:
+        """Brings every line to the disk: all frames that were pushed are then safe."""
+        check(library.toliman_track_commit(self._c))
+
+    def save(self) -> None:
+        """The same and a checkpoint, so that taking up is quick."""
+        check(library.toliman_track_save(self._c))
+
+    def merge(self, folder: str | os.PathLike[str], *, salvage: bool = False) -> int:
+        """Takes the lines of another folder, as if its frames had been pushed here. salvage: leave out what is damaged;
+        how many lines that were is returned."""
+        lost, flags = ctypes.c_int64(), _raw.TOLIMAN_TRACK_SALVAGE if salvage else 0
+        check(library.toliman_track_merge(self._c, os.fsencode(folder), flags, ctypes.byref(lost)))
+        return lost.value
+
+    @property
+    def info(self) -> TrackInfo:
+        """Counts; those of rejected_by stand in the order of REASONS."""
+        return self._read(library.toliman_track_get_info, _raw.toliman_track_info, TrackInfo)
+
+    @property
+    def period(self) -> View:
+        """The periodogram, which follows every push."""
+        found = View._new()
+        check(library.toliman_track_get_period(self._c, ctypes.byref(found)))
+        view = View._adopt(found)
+        view._keep = self
+        return view
+
+    def fit(self) -> Peak:
+        """The highest peak refined by least squares on the values in the periodogram."""
+        return self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
+
+    def lines(self, first: int = 0, count: int | None = None) -> NDArray:
+        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line;
+        verdict and reason are numbers, VERDICTS and REASONS their words."""
+        first = whole("first", first)
+        count = whole("count", max(self.info.lines - first, 0) if count is None else count)
+        found, done = (_raw.toliman_track_line * max(count, 1))(), ctypes.c_size_t()
+        found[0].struct_size = ctypes.sizeof(_raw.toliman_track_line)
+        check(library.toliman_track_get_lines(self._c, first, count, found, ctypes.byref(done)))
+        names = [name for name, _ in _raw.toliman_track_line._fields_ if name != "struct_size"]
+        return numpy.ctypeslib.as_array(found)[:done.value][names]
+
+    def streams(self) -> list[Stream]:
+        """Sessions and regions, sorted by name, with the frame ids from first to last and how many are missing."""
+        count = ctypes.c_size_t()
+        check(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
+        found = (_raw.toliman_track_stream * max(count.value, 1))()
+        found[0].struct_size = ctypes.sizeof(_raw.toliman_track_stream)
+        check(library.toliman_track_get_streams(self._c, found, count, ctypes.byref(count)))
+        return [Stream._of(stream) for stream in found[:count.value]]
+
+    def clock(self) -> NDArray[numpy.int64]:
+        """Pairs [n][2] of camera and TAI nanoseconds; none where the camera's time is TAI."""
+        points = ctypes.c_size_t()
+        check(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
+        pairs = numpy.empty((points.value, 2), numpy.int64)
+        if len(pairs) > 0:
+            check(library.toliman_track_get_clock(self._c, pairs.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+                                                  len(pairs), ctypes.byref(points)))
+        return pairs
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_()
+
+
+def _created(options: typing.Any) -> typing.Any:
+    made = Tracker._new()
+    check(library.toliman_track_create(ctypes.byref(options), ctypes.byref(made)))
+    return made
+
+
+def _set_estimator(options: typing.Any, estimator: Estimator | None, watch: Watch) -> typing.Any:
+    """Puts the estimator into the options; returns what must be kept."""
+    if isinstance(estimator, CAE):
+        options.cae = estimator._c
+    elif isinstance(estimator, Template):
+        options.linear = estimator._c
+    elif callable(estimator):
+        function = estimator
+
+        def estimate(image: typing.Any, rows: int, cols: int, value: typing.Any, _: object) -> int:
+            value[0] = float(function(numpy.ctypeslib.as_array(image, (rows, cols))))
+            return 0
+        options.estimate = _raw.toliman_estimate_fn(watch.guard(estimate))
+    elif estimator is not None:
+        raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a function or None")
+    return options.estimate
+
+
+def _clock_of(clock: ArrayLike) -> tuple[typing.Any, int]:
+    pairs = numpy.asarray(clock)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
+        raise ValueError(f"clock has the shape {pairs.shape} and type {pairs.dtype}: must be whole numbers (any, 2)")
+    return (ctypes.c_int64 * pairs.size)(*map(int, pairs.flat)), len(pairs)
+
+
+def _pixels_of(frame: Frame) -> NDArray:
+    """The pixels in the machine's byte order, with contiguous rows."""
+    pixels = numpy.asanyarray(frame.pixels)
+    if numpy.ma.is_masked(pixels):
+        raise ValueError("pixels has masked values: they must be plain")
+    pixels = numpy.asarray(pixels)
+    kind = pixels.dtype.newbyteorder("=")
+    if pixels.ndim != 2 or kind.str[1:] not in _PIXELS:
+        raise TypeError(f"pixels has the shape {pixels.shape} and type {pixels.dtype}: must be (rows, columns) of "
+                        f"{', '.join(_PIXELS)}")
+    pixels = pixels.astype(kind, copy=False)
+    rows_apart, apart = pixels.strides
+    if apart != kind.itemsize or rows_apart < pixels.shape[1] * apart or rows_apart % apart or not pixels.flags.aligned:
+        pixels = numpy.ascontiguousarray(pixels)
+    return pixels
+
+
+def _struct_of(frame: Frame, pixels: NDArray) -> typing.Any:
+    return _raw.toliman_frame(
+        pixel=_PIXELS[pixels.dtype.str[1:]], session=frame.session.encode(), roi=frame.roi.encode(),
+        frame_id=operator.index(frame.frame_id), camera_ns=operator.index(frame.camera_ns),
+        dropped=operator.index(frame.dropped), pixels=pixels.ctypes.data, rows=pixels.shape[0], cols=pixels.shape[1],
+        stride=pixels.strides[0] // pixels.itemsize, sigma=frame.sigma)
