@@ -328,14 +328,14 @@ static void far_signals_are_exact(void **state) {
 /* The text of a file is planned as the file is. */
 static void plan_of_a_text(void **state) {
     (void)state;
-    const char *const chapter = "examples/scenes/chapter.json";
+    const char *const mission = "examples/scenes/mission.json";
     toliman_sim_plan_info plan = {.struct_size = sizeof plan}, same = plan;
     char text[4096];
-    FILE *const file = fopen(chapter, "rb");
+    FILE *const file = fopen(mission, "rb");
     assert_non_null(file);
     const size_t size = fread(text, 1, sizeof text, file);
     fclose(file);
-    assert_ok(toliman_sim_plan(chapter, NULL, &plan));
+    assert_ok(toliman_sim_plan(mission, NULL, &plan));
     assert_ok(toliman_sim_plan_json(text, size, "examples/scenes", NULL, &same));
     plan.setup_s = same.setup_s; /* measured */
     plan.frame_s = same.frame_s;

@@ -37,3 +37,9 @@ endif()
 # Debian's Python looks here below /usr; elsewhere PYTHONPATH has to.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
+# What pip and importlib.metadata know it by.
+file(WRITE ${PROJECT_BINARY_DIR}/python/METADATA
+     "Metadata-Version: 2.1\nName: toliman\nVersion: ${PROJECT_VERSION}\nSummary: ${PROJECT_DESCRIPTION}\n"
+     "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n")
+install(FILES ${PROJECT_BINARY_DIR}/python/METADATA COMPONENT python
+        DESTINATION lib/python3/dist-packages/toliman-${PROJECT_VERSION}.dist-info)

@@ -48,6 +48,9 @@ class Cancelled(Error):
     """The progress callback asked to stop."""
 
 
+for _kind in (Error, InputError, NotFoundError, WriteError, NoMemoryError, UnsupportedError, Cancelled):
+    _kind.__module__ = "toliman"  # as who catches them writes it
+
 _KINDS: dict[int, type[Error]] = {
     _raw.TOLIMAN_E_ARGUMENT: InputError,
     _raw.TOLIMAN_E_MEMORY: NoMemoryError,

@@ -68,6 +68,12 @@ class View(Handle):
     _kind = _raw.toliman_period
 
     @property
+    def _c(self) -> typing.Any:
+        if self._keep is not None:
+            self._keep._c  # the tracker that it ends with: not closed
+        return super()._c
+
+    @property
     def info(self) -> PeriodogramInfo:
         """Grid, options and number of samples."""
         return self._read(library.toliman_period_get_info, _raw.toliman_period_info, PeriodogramInfo)

@@ -5,6 +5,7 @@ import ctypes
 import functools
 import json
 import logging
+import math
 import os
 import pathlib
 import typing
@@ -58,22 +59,28 @@ def _path_of(scene: str | os.PathLike[str]) -> bytes:
     return os.fsencode(path)
 
 
-def _text_of(scene: dict[str, typing.Any]) -> bytes:
-    """A dict as JSON; numpy's numbers and arrays, and paths, are taken for what they are."""
-    def known(value: typing.Any) -> typing.Any:
-        if isinstance(value, (numpy.generic, numpy.ndarray)):
-            return value.tolist()
-        if isinstance(value, os.PathLike):
-            return os.fspath(value)
-        raise TypeError(f"a scene cannot have a {type(value).__name__}: {value!r}")
-    return json.dumps(scene, default=known).encode()
+def _json_of(value: typing.Any, place: str) -> typing.Any:
+    """A part of a scene as JSON has it: numpy's numbers and arrays, and paths, are taken for what they are."""
+    if isinstance(value, (numpy.generic, numpy.ndarray)):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {name: _json_of(member, f"{place}.{name}") for name, member in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_json_of(item, f"{place}[{number}]") for number, item in enumerate(value)]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"{place} = {value}: must be finite")
+    if value is not None and not isinstance(value, (str, int, float, bool)):
+        raise TypeError(f"{place} is a {type(value).__name__}, which a scene cannot have")
+    return value
 
 
 def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: typing.Any, of_text: typing.Any,
                 *rest: typing.Any) -> int:
     """Calls the function for a path or the one for a text."""
     if isinstance(scene, dict):
-        text = _text_of(scene)
+        text = json.dumps(_json_of(scene, "scene")).encode()
         return of_text(text, len(text), None if folder is None else os.fsencode(folder), *rest)
     if folder is not None:
         raise ValueError("folder is for a scene that is a dict: a file's names start at the file's own folder")

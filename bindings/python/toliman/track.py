@@ -93,8 +93,9 @@ class Tracker(Handle):
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
         """A folder as it stands, to be asked, beside its writer if need be."""
-        options = _raw.toliman_track_options()
-        check(library.toliman_track_load_options(os.fsencode(folder), ctypes.byref(options)))
+        options, name = _raw.toliman_track_options(), os.fsencode(folder)
+        check(library.toliman_track_load_options(name, ctypes.byref(options)))
+        options.folder = name
         options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
         self = cls.__new__(cls)
         self._watch = Watch(None)

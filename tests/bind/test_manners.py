@@ -1,0 +1,254 @@
+"""Manners of the Python package: what it covers, how it says things, how it stops, and that it refuses what does not fit."""
+import ctypes
+import dataclasses
+import inspect
+import io
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import typing
+import unittest
+from contextlib import redirect_stderr
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "bindings" / "python"
+sys.path.insert(0, str(PACKAGE))
+import toliman  # noqa: E402
+from toliman import _library, _raw  # noqa: E402
+from toliman._words import words  # noqa: E402
+
+# What Python has in another way.
+NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_track_reason_name",
+              "toliman_cae_get_train_options"}
+
+
+class Coverage(unittest.TestCase):
+    def test_the_classes_can_do_what_c_can(self):
+        text = "".join(path.read_text() for path in (PACKAGE / "toliman").glob("*.py") if path.name != "_raw.py")
+        used = set(re.findall(r"library\.(toliman_\w+)|\"(toliman_\w+_destroy\w*)\"|found\.(toliman_\w+)", text))
+        used = {name for names in used for name in names}
+        self.assertEqual(set(_raw.FUNCTIONS) - used, NOT_NEEDED)
+
+    def test_every_public_thing_is_told_of_and_typed(self):
+        for name in toliman.__all__:
+            thing = getattr(toliman, name)
+            if inspect.ismodule(thing) or isinstance(thing, tuple):
+                continue
+            self.assertTrue(thing.__doc__, name)
+            members = vars(thing).items() if inspect.isclass(thing) else ((name, thing),)
+            for member, value in members:
+                value = value.__func__ if isinstance(value, (classmethod, staticmethod)) else value
+                if inspect.isfunction(value) and not member.startswith("_"):
+                    self.assertTrue(value.__doc__, f"{name}.{member}")
+                    self.assertIn("return", typing.get_type_hints(value), f"{name}.{member}")
+
+    def test_words_are_the_header_s(self):
+        self.assertEqual(words("TOLIMAN_UNIT_PHOTON"), ("photon", "electron", "dn"))
+        self.assertEqual(words("TOLIMAN_TRACK_ACCEPTED")[-1], "merged")
+        self.assertEqual(len(toliman.REASONS), _raw.TOLIMAN_REASONS)
+        for number, word in enumerate(toliman.REASONS[1:], 1):
+            told = _library.library.toliman_track_reason_name(number).decode()
+            self.assertEqual(word.replace("_", " "), told)
+
+
+class Results(unittest.TestCase):
+    def test_tables(self):
+        machine = toliman.machine()
+        self.assertRegex(str(machine), rf"(?m)^processors +{machine.processors}$")
+        self.assertIn(f"<td>{machine.fftw}</td>", machine._repr_html_())
+        self.assertIn("isa (str): kernels in use", type(machine).__doc__)
+        self.assertEqual(dataclasses.replace(machine, isa="<b>").isa, "<b>")
+        self.assertIn("&lt;b&gt;", dataclasses.replace(machine, isa="<b>")._repr_html_())
+        with self.assertRaises(dataclasses.FrozenInstanceError):
+            machine.isa = "mmx"
+        self.assertIn("isa='", repr(machine))
+        self.assertGreater(toliman.blas_speed(), 0)
+
+    def test_errors_are_python_s_too(self):
+        for status, kinds in ((_raw.TOLIMAN_E_ARGUMENT, ValueError), (_raw.TOLIMAN_E_NOT_FOUND, FileNotFoundError),
+                              (_raw.TOLIMAN_E_WRITE, OSError), (_raw.TOLIMAN_E_MEMORY, MemoryError),
+                              (_raw.TOLIMAN_E_UNSUPPORTED, NotImplementedError), (999, toliman.Error)):
+            with self.assertRaises(kinds) as raised:
+                _library.check(status)
+            self.assertIsInstance(raised.exception, toliman.Error)
+            self.assertEqual(raised.exception.status, status)
+            again = raised.exception.__reduce__()
+            self.assertEqual(str(again[0](*again[1])), str(raised.exception))
+        self.assertEqual(f"{toliman.Error.__module__}.{toliman.Error.__name__}", "toliman.Error")
+
+    def test_closed_objects(self):
+        periodogram = toliman.Periodogram(0.1, 0.1, 3)
+        self.assertTrue(periodogram)  # though it holds nothing
+        periodogram.close()
+        periodogram.close()
+        for use in (periodogram.peak, periodogram.reset, lambda: periodogram.push(1, 1), lambda: len(periodogram)):
+            with self.assertRaisesRegex(ValueError, "this Periodogram is closed"):
+                use()
+
+
+class Stopping(unittest.TestCase):
+    def setUp(self):
+        self.simulator = toliman.Simulator("chapter.json")
+
+    def test_progress_is_called_and_stops(self):
+        seen = []
+        network = toliman.CAE(self.simulator)
+        untrained = network.to_bytes()
+        with self.assertRaises(toliman.Cancelled):
+            network.train(progress=lambda stage, fraction: seen.append((stage, fraction)) or fraction > 0.3)
+        self.assertEqual(network.to_bytes(), untrained)
+        self.assertTrue(seen[0][0].startswith("train: step 1 of 300"))
+        self.assertTrue(0.3 < seen[-1][1] < 0.5)
+        with self.assertRaises(ZeroDivisionError):
+            network.train(progress=lambda stage, fraction: 1 / 0)
+        network.train()
+        other = toliman.CAE(self.simulator)
+        other.train()
+        self.assertEqual(network.to_bytes(), other.to_bytes())  # a training that was stopped goes on
+
+    def test_bar(self):
+        shown = io.StringIO()
+        with redirect_stderr(shown):
+            self.simulator.frames(0, 3, progress=True)
+        self.assertEqual(shown.getvalue().rstrip().split("\r")[-1], "100 % frames")
+
+    def test_bar_in_a_notebook(self):
+        """With a stand-in for IPython, which the tests do not ask for."""
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "IPython"
+            package.mkdir()
+            (package / "__init__.py").write_text("def get_ipython():\n    class Shell:\n        has_trait = staticmethod("
+                                                 "lambda name: name == 'kernel')\n    return Shell()\n")
+            (package / "display.py").write_text("class HTML(str): pass\nclass display:\n    def __init__(self, html, "
+                                                "display_id): pass\n    def update(self, html): print(html)\n")
+            done = subprocess.run([sys.executable, "-c", "import toliman; toliman.Simulator('chapter.json')"
+                                   ".frames(0, 2, progress=True)"], env={**os.environ, "PYTHONPATH": f"{PACKAGE}:{folder}"},
+                                  capture_output=True, text=True)
+        self.assertIn("<progress value='1.0000'></progress> frames", done.stdout)
+        self.assertEqual(done.stderr, "")
+
+    def test_ctrl_c(self):
+        """A second of training in, while no callback of anybody's is asked for."""
+        code = ("import os, signal, threading, toliman\n"
+                "network = toliman.CAE(toliman.Simulator('chapter.json'))\n"
+                "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                "try:\n    network.train(steps=100000)\n"
+                "except KeyboardInterrupt:\n    print('stopped', network.info.trained)\n"
+                "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n")
+        start = time.monotonic()
+        done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(PACKAGE)}, timeout=60,
+                              capture_output=True, text=True)
+        self.assertEqual((done.stdout, done.stderr), ("stopped False\n", ""))
+        self.assertLess(time.monotonic() - start, 30)
+
+    def test_other_threads_run_meanwhile(self):
+        ticks, done = [], threading.Event()
+
+        def tick():
+            while not done.wait(0.01):
+                ticks.append(1)
+        thread = threading.Thread(target=tick)
+        thread.start()
+        network = toliman.CAE(self.simulator)
+        network.train()
+        done.set()
+        thread.join()
+        self.assertGreater(len(ticks), 5)
+
+    def test_const_calls_from_several_threads(self):
+        frames = [None] * 4
+
+        def make(place):
+            frames[place] = self.simulator.frames(0, 20, threads=1)
+        threads = [threading.Thread(target=make, args=(place,)) for place in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for same in frames[1:]:
+            self.assertTrue((same == frames[0]).all())
+
+
+class Fit:
+    """The library, but for some functions."""
+
+    def __init__(self, **functions):
+        self._name = "libold.so"
+        self.__dict__.update(functions)
+
+    def __getattr__(self, name):
+        if name == "toliman_missing":
+            raise AttributeError("libold.so: undefined symbol: toliman_missing")
+        return getattr(_library.library, name)
+
+
+class Importing(unittest.TestCase):
+    def test_a_library_that_is_not_there(self):
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "lib/python3/dist-packages"
+            package.mkdir(parents=True)
+            (package / "toliman").symlink_to(PACKAGE / "toliman")
+            environment = {**os.environ, "PYTHONPATH": str(package), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
+            done = subprocess.run([sys.executable, "-c", "import toliman"], env=environment, capture_output=True, text=True)
+        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.1 was not found: build it, install it, or set "
+                                      r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
+
+    def test_every_path_that_was_tried_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "lib/python3/dist-packages/toliman"
+            package.mkdir(parents=True)
+            for source in (PACKAGE / "toliman").glob("*.py"):
+                (package / source.name).write_text(source.read_text())
+            environment = {name: value for name, value in os.environ.items() if name != "TOLIMAN_LIBRARY"}
+            done = subprocess.run([sys.executable, "-S", "-c", f"import sys; sys.path += [{str(package.parent)!r}, "
+                                   "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
+                                  env=environment, capture_output=True, text=True)
+            if done.returncode == 0:  # it is installed where the system looks
+                self.assertEqual(done.stdout, "libtoliman.so.0.1\n")
+                return
+            for tried in (f"{package}/libtoliman.so.0.1", f"{folder}/lib/libtoliman.so.0.1", "\n  libtoliman.so.0.1"):
+                self.assertIn(tried, done.stderr)
+
+    def test_a_library_of_another_interface(self):
+        def refused(why, **functions):
+            with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
+                _library._fit(Fit(**functions))
+        refused("its ABI is 7, theirs 0", toliman_abi_version=lambda: 7)
+
+        def smaller(name):
+            return _library.library.toliman_get_struct_size(name) - (8 if name == b"toliman_period_peak" else 0)
+        refused(r"its toliman_period_peak has \d+ bytes, theirs", toliman_get_struct_size=smaller)
+        _raw.FUNCTIONS["toliman_missing"] = (None, (), "")
+        self.addCleanup(_raw.FUNCTIONS.pop, "toliman_missing")
+        refused("undefined symbol: toliman_missing")
+
+    def test_struct_sizes_are_the_library_s(self):
+        structs = [(name, kind) for name, kind in vars(_raw).items()
+                   if inspect.isclass(kind) and issubclass(kind, ctypes.Structure) and getattr(kind, "_fields_", None)]
+        self.assertGreater(len(structs), 25)
+        for name, kind in structs:
+            self.assertEqual(_library.library.toliman_get_struct_size(name.encode()), ctypes.sizeof(kind), name)
+
+    def test_slow_kernels_are_told_of_once(self):
+        """OpenBLAS made to run its oldest kernels."""
+        code = ("import warnings, toliman\nwith warnings.catch_warnings(record=True) as caught:\n"
+                "    warnings.simplefilter('always')\n    toliman.Simulator('chapter.json')\n"
+                "    toliman.Simulator('chapter.json')\n"
+                "print(toliman.machine().blas_is_slow, [str(warning.message) for warning in caught])")
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": str(PACKAGE), "OPENBLAS_CORETYPE": "Prescott"})
+        self.assertEqual(done.stderr, "")
+        if done.stdout.startswith("True"):  # but for processors as old as that
+            self.assertEqual(done.stdout.count("set OPENBLAS_CORETYPE="), 1)
+
+
+if __name__ == "__main__":
+    numpy.seterr(all="raise")
+    unittest.main()

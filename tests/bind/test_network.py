@@ -1,0 +1,162 @@
+"""Networks, templates and components of Python, against the program, numpy, and each other."""
+import json
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
+
+ROWS, COLS = 260, 270
+
+
+def setUpModule():
+    global simulator, network, frames
+    scene = json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text())
+    scene["detector"]["shape"] = [ROWS, COLS]
+    scene["telescope"]["pupil_samples"] = 128
+    simulator = toliman.Simulator(scene)
+    network = toliman.CAE(simulator)
+    network.train()
+    frames = simulator.frames(0, 12)
+
+
+class Network(unittest.TestCase):
+    def test_training_reaches_the_photon_limit(self):
+        other = toliman.CAE(simulator, seed=5)
+        self.assertFalse(other.info.trained)
+        training = other.train(steps=300)
+        self.assertEqual((training.steps, training.cosine), (300, other.info.cosine))
+        self.assertGreater(training.cosine, 0.98)
+        self.assertTrue(other.info.trained)
+        self.assertEqual(other.info.layout, "flight")
+
+    def test_slope_of_the_latent(self):
+        step = 1e-5
+        latents = network.encode(numpy.stack([simulator.expect(step), simulator.expect(-step)]))
+        self.assertAlmostEqual((latents[0] - latents[1]) / (2 * step), 1, delta=1e-3)
+
+    def test_frames_in_any_form(self):
+        latents = network.encode(frames, threads=2)
+        self.assertEqual([network.encode(frame) for frame in frames], latents.tolist())
+        for same in (frames.astype(">f8"), frames.astype("<u4"), frames.astype(numpy.int64), frames.tolist(),
+                     numpy.asfortranarray(frames), numpy.repeat(frames, 2, axis=0)[::2], frames[::-1][::-1]):
+            self.assertTrue((network.encode(same) == latents).all())
+        self.assertIs(type(network.encode(frames[0])), float)
+        self.assertEqual(network.encode(frames[:0]).shape, (0,))
+
+    def test_frames_that_are_none(self):
+        for bad, what in ((frames[0].T, r"\(270, 260\): must be \(260, 270\)"), (frames[0, 0], "must be"),
+                          (frames[:, :5], r"must be \(any, 260, 270\)")):
+            with self.assertRaisesRegex(ValueError, what):
+                network.encode(bad)
+        hot = frames[0].copy()
+        hot[200, 100] = numpy.nan
+        with self.assertRaisesRegex(toliman.InputError, r"counts\[200\]\[100\] = nan"):
+            network.encode(hot)
+        with self.assertRaisesRegex(ValueError, "masked"):
+            network.encode(numpy.ma.masked_greater(frames[0], 10))
+        with self.assertRaisesRegex(TypeError, "complex"):
+            network.encode(frames[0] * 1j)
+
+    def test_saved_and_loaded(self):
+        latents = network.encode(frames)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "weights.tlmw"
+            network.save(path)
+            self.assertEqual(path.read_bytes(), network.to_bytes())
+            self.assertTrue((toliman.CAE.load(path).encode(frames) == latents).all())
+            frames.astype("<u4").tofile(pathlib.Path(folder) / "frames.bin")
+            told = subprocess.run([os.environ["TOLIMAN"], "encode", "--weights", path, "--dtype", "u32le", "--shape",
+                                   f"{ROWS}x{COLS}", pathlib.Path(folder) / "frames.bin"], check=True,
+                                  capture_output=True, text=True).stdout
+        self.assertEqual([float(line.split(",")[2]) for line in told.splitlines()[1:]], latents.tolist())
+        self.assertTrue((pickle.loads(pickle.dumps(network)).encode(frames) == latents).all())
+        self.assertLess(len(network.to_bytes(weights="fp16", planes="bf16")), 0.7 * len(network.to_bytes()))
+        with self.assertRaisesRegex(toliman.InputError, "does not start with"):
+            toliman.CAE.from_bytes(b"not weights" * 100)
+        with self.assertRaises(FileNotFoundError):
+            toliman.CAE.load("/nowhere/weights.tlmw")
+        with self.assertRaisesRegex(ValueError, "weights = 'int8': must be one of float32, bf16, fp16"):
+            network.to_bytes(weights="int8")
+
+    def test_decoder_paints_the_target(self):
+        target, painted = network.target(), network.decode(1e-6) / 1e-6
+        cosine = (target * painted).sum() / numpy.sqrt((target**2).sum() * (painted**2).sum())
+        self.assertGreater(cosine, 0.98)
+        again = network.reconstruct(frames[0])
+        self.assertEqual(again.image.shape, (256, 256))
+        self.assertAlmostEqual(again.mmse / again.photon_floor, 1, delta=0.1)
+
+    def test_unsupervised_by_array_or_function(self):
+        def part(first, count):
+            return frames[first:first + count]
+        trained = []
+        for source in ({"frames": frames}, {"frames": part, "count": len(frames)}):
+            other = toliman.CAE(simulator, layout="paper", input="raw")
+            training = other.train("unsupervised", epochs=2, batch=4, validation=2, **source)
+            self.assertEqual((training.epochs, training.steps), (2, 6))
+            trained.append(other.to_bytes())
+        self.assertEqual(*trained)
+
+    def test_what_a_function_of_frames_raises_comes_through(self):
+        other = toliman.CAE(simulator, layout="paper", input="raw")
+        before = other.to_bytes()
+
+        def broken(first, count):
+            raise ZeroDivisionError("the disk is gone")
+        with self.assertRaisesRegex(ZeroDivisionError, "the disk is gone"):
+            other.train("unsupervised", epochs=1, frames=broken, count=8)
+        with self.assertRaisesRegex(ValueError, r"must be \(\d+, 260, 270\)"):
+            other.train("unsupervised", epochs=1, frames=lambda first, count: frames[:0], count=8)
+        with self.assertRaisesRegex(ValueError, "count: must be given"):
+            other.train("unsupervised", frames=broken)
+        self.assertEqual(other.to_bytes(), before)
+
+
+class Linear(unittest.TestCase):
+    def test_template_is_weighted_least_squares(self):
+        """Numpy's own, with the expected counts as weights."""
+        template = toliman.Template(simulator)
+        reference, derivative, variance = (simulator.image(kind) for kind in ("both", "separation", "variance"))
+        information = (derivative**2 / variance).sum()
+        expected = ((frames - reference) * derivative / variance).sum(axis=(1, 2)) / information
+        numpy.testing.assert_allclose(template.encode(frames), expected, rtol=1e-9, atol=1e-14)
+        self.assertEqual(template.encode(frames[3]), template.encode(frames)[3])
+        self.assertAlmostEqual(template.sigma * information**0.5, 1, delta=1e-9)
+        self.assertAlmostEqual(template.sigma / simulator.info.crb_px, 1, delta=1e-9)
+
+    def test_components_are_singular_vectors(self):
+        components = toliman.Components(simulator, bin=10, capacity=12)
+        components.push(frames[0])
+        components.push(frames[1:])
+        self.assertEqual((len(components), components.info.pixels), (12, ROWS * COLS // 100))
+        training = components.train(components=3)
+        self.assertTrue(training.converged or training.iterations == 0)
+
+        def binned(image):
+            return image.reshape(-1, ROWS // 10, 10, COLS // 10, 10).sum(axis=(2, 4)).reshape(len(image), -1)
+        residuals = binned(frames - simulator.image()) / binned(simulator.image("variance")[None]) ** 0.5
+        residuals -= residuals.mean(axis=0)
+        left, strengths, _ = numpy.linalg.svd(residuals, full_matrices=False)
+        for place in range(3):
+            values, share = components.series(place)
+            expected = left[:, place] * strengths[place]
+            expected *= numpy.sign(expected[abs(expected).argmax()])
+            numpy.testing.assert_allclose(values, expected, atol=1e-5 * strengths[0])
+            self.assertAlmostEqual(share, strengths[place]**2 / (strengths**2).sum(), delta=1e-6)
+        components.reset()
+        self.assertEqual(len(components), 0)
+        with self.assertRaisesRegex(toliman.Error, "TOLIMAN_E_STATE|frames"):
+            components.train()
+
+
+if __name__ == "__main__":
+    unittest.main()

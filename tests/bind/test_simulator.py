@@ -1,0 +1,141 @@
+"""Simulator of Python: the program's own frames, what the header says of images, scenes as dicts."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
+
+SCENES = ROOT / "examples" / "scenes"
+ROWS, COLS = 260, 270  # not square, so that rows and columns cannot be exchanged unseen
+
+
+def scene(**changes):
+    """The chapter's scene with other members at the top."""
+    found = json.loads((SCENES / "chapter.json").read_text())
+    found["detector"]["shape"] = [ROWS, COLS]
+    found["telescope"]["pupil_samples"] = 128
+    return {**found, **changes}
+
+
+class Frames(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.simulator = toliman.Simulator(scene())
+        cls.addClassCleanup(cls.simulator.close)
+
+    def test_frames_are_the_program_s(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder)
+            (path / "scene.json").write_text(json.dumps(scene()))
+            subprocess.run([os.environ["TOLIMAN"], "simulate", path / "scene.json", "--frames", "7:80", "--out",
+                            path / "frames.npy"], check=True, stderr=subprocess.DEVNULL)
+            theirs = numpy.load(path / "frames.npy")
+        ours = self.simulator.frames(7, 73, threads=2)
+        self.assertEqual(ours.shape, (73, ROWS, COLS))
+        self.assertTrue((ours == theirs).all())
+        self.assertTrue((self.simulator.frame(79) == ours[72]).all())
+        self.assertFalse((self.simulator.frame(79, seed=2) == ours[72]).all())
+
+    def test_all_frames_by_default(self):
+        few = toliman.Simulator(scene(cadence={**scene()["cadence"], "frames": 3}))
+        frames = few.frames()
+        self.assertEqual(len(frames), 3)
+        self.assertTrue((few.frames(1) == frames[1:]).all())
+        self.assertTrue((few.frames(2, displacements=[0.01])[0] == few.frame(2, displacement=0.01)).all())
+        self.assertEqual(few.frames(0, 0).shape, (0, ROWS, COLS))
+        with self.assertRaisesRegex(toliman.InputError, "cadence"):
+            few.frames(2, 2)
+
+    def test_series_is_the_scene_s_sinusoid(self):
+        times, displacements = self.simulator.series()
+        info, signal = self.simulator.info, scene()["signal"]
+        numpy.testing.assert_array_equal(times, numpy.arange(info.frames))
+        expected = info.amplitude_px * numpy.sin(2 * numpy.pi * times / info.period_days + signal.get("phase_rad", 0))
+        numpy.testing.assert_allclose(displacements, expected, atol=1e-20)
+        numpy.testing.assert_array_equal(self.simulator.series(5, 2)[1], displacements[5:7])
+
+    def test_images_are_derivatives(self):
+        step = 1e-3
+        moved = self.simulator.propagate(step) - self.simulator.propagate(-step)
+        derivative = self.simulator.image("separation")
+        self.assertLess(abs(moved / (2 * step) - derivative).max(), 1e-4 * abs(derivative).max())
+        both = self.simulator.image()
+        numpy.testing.assert_allclose(self.simulator.image("star_a") + self.simulator.image("star_b"), both, rtol=1e-12)
+        numpy.testing.assert_allclose(self.simulator.expect(0), both, atol=1e-9 * both.max())
+        self.assertEqual(both.shape, (ROWS, COLS))
+
+    def test_stars_stand_where_offsets_tell(self):
+        """The brightest pixel of star A's image is the one its offset points to."""
+        clear = scene()
+        del clear["telescope"]["mask"]
+        simulator = toliman.Simulator(clear)
+        image, (x, y) = simulator.image("star_a"), simulator.offsets()[0]
+        row, column = numpy.unravel_index(image.argmax(), image.shape)
+        self.assertLessEqual(abs(row - ((ROWS - 1) / 2 + y)), 1)
+        self.assertLessEqual(abs(column - ((COLS - 1) / 2 + x)), 1)
+
+    def test_pupil_and_spectrum(self):
+        amplitude, opd = self.simulator.pupil()
+        self.assertEqual((amplitude.shape, opd.shape), ((128, 128), (128, 128)))
+        obscured = scene()["telescope"]["secondary_m"] / scene()["telescope"]["aperture_m"]
+        self.assertAlmostEqual(amplitude.sum() / 128**2, numpy.pi / 4 * (1 - obscured**2), delta=1e-3)  # of its square
+        spectrum, info = self.simulator.spectrum(), self.simulator.info
+        self.assertEqual(spectrum.wavelength_m.shape, (info.wavelengths,))
+        self.assertAlmostEqual(spectrum.weight_a.sum() / spectrum.weight_b.sum(), info.flux_ratio, delta=1e-9)
+        self.assertFalse(self.simulator.plate_scale().any())
+
+    def test_plans(self):
+        beforehand, plan = toliman.plan(scene()), self.simulator.plan
+        self.assertEqual(beforehand.wavelengths, plan.wavelengths)
+        self.assertLess(plan.wavelengths, plan.scene_wavelengths)
+        self.assertEqual(plan.engine, "matrix_dft")
+        self.assertIn("photon noise", self.simulator.stages)
+        self.assertEqual(toliman.plan(SCENES / "mission.json").scene_wavelengths,
+                         toliman.plan(json.loads((SCENES / "mission.json").read_text()), folder=SCENES).scene_wavelengths)
+
+
+class Scenes(unittest.TestCase):
+    def test_found_by_name(self):
+        self.assertEqual([path.name for path in toliman.shipped_scenes()], ["chapter.json", "mission.json"])
+        self.assertEqual(toliman.plan("chapter.json").bytes, toliman.plan(str(SCENES / "chapter.json")).bytes)
+        with self.assertRaisesRegex(toliman.NotFoundError, "here/chapter.json: No such file"):
+            toliman.plan("here/chapter.json")
+
+    def test_numbers_of_numpy(self):
+        plain = toliman.plan(scene(accuracy=1e-6))
+        self.assertEqual(toliman.plan(scene(accuracy=numpy.float64(1e-6))).wavelengths, plain.wavelengths)
+        with self.assertRaisesRegex(TypeError, "scene.accuracy is a complex, which a scene cannot have"):
+            toliman.plan(scene(accuracy=1j))
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(toliman.InputError, "accuracyy.*unknown key") as raised:
+            toliman.Simulator(scene(accuracyy=1))
+        self.assertIsInstance(raised.exception, ValueError)
+        self.assertEqual((raised.exception.name, raised.exception.status), ("TOLIMAN_E_SCENE", 6))
+        with self.assertRaisesRegex(ValueError, "scene.accuracy = nan: must be finite"):
+            toliman.Simulator(scene(accuracy=float("nan")))
+        with self.assertRaisesRegex(ValueError, "folder is for a scene that is a dict"):
+            toliman.Simulator("chapter.json", folder=".")
+        with self.assertRaisesRegex(ValueError, "engine = 'fast': must be one of automatic, matrix_dft, padded_fft"):
+            toliman.Simulator("chapter.json", engine="fast")
+        with self.assertRaisesRegex(ValueError, "threads = -1: must be in"):
+            toliman.Simulator("chapter.json", threads=-1)
+
+    def test_warnings_are_logged(self):
+        far = scene()
+        far["detector"]["full_well_e"] = 1e6
+        with self.assertLogs("toliman", "WARNING") as logs:
+            toliman.plan(far)
+        self.assertIn("full", " ".join(logs.output))
+
+
+if __name__ == "__main__":
+    unittest.main()

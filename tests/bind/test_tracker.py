@@ -1,0 +1,164 @@
+"""Tracker of Python: whatever the order and kind of pixels the same bits; folders, failures, estimators of one's own."""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+from toliman import REASONS, VERDICTS, Error, Frame, InputError, Periodogram, Tracker  # noqa: E402
+
+DAY = 86400 * 10**9
+GRID = (0.01, 0.001, 400)
+N = 60
+values = numpy.sin(2 * numpy.pi * numpy.arange(N) / 17) + 2
+OWN = {"estimator_id": 7, "sigma": 1.0, "value_limit": 1e6, "rows": 8, "cols": 6, "image_shape": (8, 6),
+       "hole_bytes": 0}
+
+
+def corner(image):
+    return image[0, 0]
+
+
+def frame_of(k, dtype=numpy.float64, **more):
+    return Frame(numpy.full((8, 6), values[k], dtype), frame_id=k, camera_ns=k * DAY, **more)
+
+
+def tracker(estimator=corner, **more):
+    return Tracker(estimator, *GRID, **{**OWN, **more})
+
+
+class Pushing(unittest.TestCase):
+    def test_same_bits_in_any_order(self):
+        plain = Periodogram(*GRID, unit_ns=86400e9, value_bound=OWN["value_limit"])
+        for k in range(N):
+            plain.push_ns(k * DAY, values[k])
+        with tracker() as ours:
+            ours.push_many([frame_of(k) for k in numpy.random.default_rng(1).permutation(N)])
+            self.assertTrue((ours.period.power() == plain.power()).all())
+            self.assertEqual(repr(ours.period.peak()), repr(plain.peak()))
+            self.assertAlmostEqual(ours.fit().period, 17, delta=1e-9)
+
+    def test_verdicts(self):
+        with tracker(bit_depth=0) as ours:
+            self.assertEqual(ours.push(frame_of(3)).verdict, "accepted")
+            self.assertEqual(ours.push(frame_of(3)).verdict, "duplicate")
+            self.assertEqual(ours.push(frame_of(4, roi="other")).value, values[4])
+            hot = frame_of(5)
+            hot.pixels[2, 1] = numpy.inf
+            outcome = ours.push(hot)
+            self.assertEqual((outcome.verdict, outcome.reason, outcome.row, outcome.col), ("rejected", "not_finite", 2, 1))
+            self.assertEqual(ours.push(Frame(frame_of(3).pixels + 1, 3, 3 * DAY)).verdict, "quarantined")
+            info = ours.info
+            self.assertEqual((info.received, info.accepted, info.quarantined, info.repeated, info.rejected), (5, 1, 1, 2, 1))
+            self.assertEqual(dict(zip(REASONS, info.rejected_by))["not_finite"], 1)
+            lines = ours.lines()
+            self.assertEqual([VERDICTS[verdict] for verdict in lines["verdict"]], ["quarantined", "accepted"])
+            self.assertEqual(lines["frame_id"].tolist(), [3, 4])
+
+    def test_pixels_of_every_kind(self):
+        """Each kind, in either byte order, and cut out of a larger frame: the same value, and the same content."""
+        counts = numpy.arange(48).reshape(8, 6)
+        for name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", ">i4", "<f4", ">f4", "<f8", ">f8"):
+            large = numpy.zeros((10, 9), name)
+            large[1:9, 2:8] = counts
+            for pixels in (counts.astype(name), large[1:9, 2:8], numpy.asfortranarray(counts.astype(name))):
+                with tracker(lambda image: (image * counts).sum()) as ours:
+                    self.assertEqual(ours.push(Frame(pixels, 0, 0)).value, (counts**2).sum())
+        with tracker() as ours:
+            for bad in (counts, counts.astype("u4")[0], counts.astype(complex)):
+                with self.assertRaisesRegex(TypeError, r"must be \(rows, columns\) of u1, u2, u4"):
+                    ours.push(Frame(bad, 0, 0))
+            with self.assertRaisesRegex(ValueError, "masked"):
+                ours.push(Frame(numpy.ma.masked_equal(counts.astype("u4"), 3), 0, 0))
+            self.assertEqual(ours.info.received, 0)
+
+    def test_own_estimators(self):
+        seen = []
+
+        def estimate(image):
+            seen.append(image.shape)
+            if len(seen) == 3:
+                raise RuntimeError("no value today")
+            return image.sum()
+        with tracker(estimate) as ours:
+            self.assertEqual(ours.push(frame_of(1)).value, values[1] * 48)
+            with self.assertRaisesRegex(RuntimeError, "no value today"):
+                ours.push_many([frame_of(2), frame_of(3), frame_of(4)])
+            self.assertEqual((ours.info.accepted, dict(zip(REASONS, ours.info.rejected_by))["estimate"]), (3, 1))
+        self.assertEqual(set(seen), {(8, 6)})
+        with tracker(lambda image: numpy.nan) as ours:
+            self.assertEqual(ours.push(frame_of(1)).reason, "estimate")
+        with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a function or None"):
+            tracker("mean")
+
+    def test_outcomes_up_to_an_error(self):
+        with tracker(capacity=2) as ours:
+            with self.assertRaises(Error) as raised:
+                ours.push_many([frame_of(k) for k in range(4)])
+            self.assertEqual([outcome.value for outcome in raised.exception.outcomes], values[:2].tolist())
+            self.assertEqual(raised.exception.name, "TOLIMAN_E_CAPACITY")
+        with tracker() as ours:
+            with self.assertRaisesRegex(InputError, "session"):
+                ours.push(frame_of(1, session="../etc"))
+
+    def test_cancelled_between_frames(self):
+        with tracker() as ours:
+            with self.assertRaisesRegex(Error, "cancelled"):
+                ours.push_many([frame_of(k % N, session=f"s{k}") for k in range(200)],
+                               progress=lambda stage, fraction: fraction > 0.5)
+            self.assertEqual(ours.info.accepted, 128)
+
+
+class Folders(unittest.TestCase):
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name)
+
+    def test_taken_up_read_and_merged(self):
+        clock = [[0, 5], [DAY, DAY + 7]]
+        for name, some in (("a", range(0, N, 2)), ("b", range(1, N, 2))):
+            with tracker(folder=self.folder / name, clock=clock) as ours:
+                ours.push_many([frame_of(k, session="night") for k in some])
+                ours.save()
+        with tracker(folder=self.folder / "a") as ours:
+            self.assertEqual(len(ours.period), N // 2)
+            self.assertEqual(ours.clock().tolist(), clock)
+            self.assertEqual(ours.streams()[0].session, "night")
+            self.assertEqual(ours.streams()[0].missing, N // 2 - 1)
+            self.assertEqual(ours.merge(self.folder / "b"), 0)
+            power = ours.period.power()
+        with Tracker.open(self.folder / "a") as reader, tracker(clock=clock) as whole:
+            whole.push_many([frame_of(k, session="night") for k in range(N)])
+            self.assertTrue((reader.period.power() == power).all())
+            self.assertTrue((whole.period.power() == power).all())
+            self.assertEqual(reader.streams()[0].missing, 0)
+            with self.assertRaisesRegex(Error, "STATE|estimator|read"):
+                reader.push(frame_of(1))
+        with self.assertRaises(FileNotFoundError):
+            Tracker.open(self.folder / "c")
+
+    def test_period_follows_and_ends_with_its_tracker(self):
+        ours = tracker()
+        period = ours.period
+        ours.push(frame_of(1))
+        self.assertEqual(len(period), 1)
+        with self.assertRaises(AttributeError):
+            period.push(0, 0)
+        kept = period.copy()
+        ours.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            period.power()
+        self.assertEqual(len(kept), 1)
+
+    def test_clocks_that_are_none(self):
+        for bad in ([[0.0, 1.0]], [0, 1], [[0, 1, 2]]):
+            with self.assertRaisesRegex(ValueError, "clock has the shape"):
+                tracker(clock=bad)
+
+
+if __name__ == "__main__":
+    unittest.main()
