@@ -32,7 +32,7 @@ def tracker(estimator=corner, **more):
 
 class Pushing(unittest.TestCase):
     def test_same_bits_in_any_order(self):
-        plain = Periodogram(*GRID, unit_ns=86400e9, value_bound=OWN["value_limit"])
+        plain = Periodogram(*GRID, unit_ns=86400e9)
         for k in range(N):
             plain.push_ns(k * DAY, values[k])
         with tracker() as ours:
