@@ -112,7 +112,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(self.run_tool("./p"), EXPECTED)
 
     def test_fortran(self):
-        """The period of nu Ophiuchi, which astropy's powers give."""
+        """The example's period of nu Ophiuchi."""
         libraries = self.pkg_config("--static", "--libs")
         libraries[libraries.index("-ltoliman")] = "-l:libtoliman.a"
         for how in ([*self.pkg_config("--libs"), f"-Wl,-rpath,{self.lib}"], libraries):
