@@ -21,6 +21,8 @@ add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/instal
 add_test(NAME install/installed COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_installed.py)
 set_tests_properties(install/installed PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 set_tests_properties(check/format header/checks PROPERTIES SKIP_RETURN_CODE 77)
+add_test(NAME install/readme COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_readme.py)
+set_tests_properties(install/readme PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 add_test(NAME install/manual COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_manual.py)
 set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)

@@ -46,6 +46,51 @@ class Weights(ProgramTest):
         self.assertEqual(len(from_npy), 5)
         self.assertEqual([line.split(",")[1:] for line in from_npy], [line.split(",")[1:] for line in from_bin])
 
+    def encode_input(self, data, *more):
+        return subprocess.run([PROGRAM, "encode", "--weights", "w.tlmw", *more, "-"], cwd=self.folder, input=data,
+                              capture_output=True, timeout=100)
+
+    def test_encode_standard_input(self):
+        self.succeed("train", CHAPTER, "--steps", "1", "--out", "w.tlmw")
+        for name in ("f.npy", "f.bin"):
+            self.succeed("simulate", CHAPTER, "--frames", "0:3", "--out", name)
+        expected = self.succeed("encode", "--weights", "w.tlmw", "f.npy").replace("f.npy", "-")
+        npy, raw = ((self.folder / name).read_bytes() for name in ("f.npy", "f.bin"))
+        layout = ("--dtype", "u32le", "--shape", "256x256")
+        for data, more in ((npy, ()), (raw, layout)):
+            done = self.encode_input(data, *more)
+            self.assertEqual((done.returncode, done.stdout.decode(), done.stderr), (0, expected, b""))
+        head = expected.splitlines(keepends=True)
+        for data, more, lines, text in (
+            (b"", (), 0, "is empty"), (b"", layout, 0, "is empty"), (raw, (), 0, "is not a .npy file"),
+            (npy[:-1], (), 3, "ends early"), (raw[:-1], layout, 3, "ends early"),
+            (npy + b"x", (), 4, "holds more than 3 frames of 256x256"), (raw, layout[:2], 0, "needs --shape"),
+        ):
+            with self.subTest(text, more=more):
+                done = self.encode_input(data, *more)
+                self.assertEqual(done.returncode, 2 if "--shape" in text else 3)
+                self.assertEqual(done.stdout.decode(), "".join(head[:lines]))
+                self.assertEqual(done.stderr.count(b"\n"), 1)
+                self.assertIn("-: a" if "--shape" in text else "standard input: " + text, done.stderr.decode())
+
+    def test_encode_as_frames_come(self):
+        """A frame's line before the next frame is there, and a signal in between."""
+        self.succeed("train", CHAPTER, "--steps", "1", "--out", "w.tlmw")
+        frame = numpy.ones((256, 256), "<u2").tobytes()
+        with subprocess.Popen([PROGRAM, "encode", "--weights", "w.tlmw", "--dtype", "u16le", "--shape", "256x256", "-"],
+                              cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            for k in range(3):
+                run.stdin.write(frame)
+                run.stdin.flush()
+                lines = [run.stdout.readline() for _ in range(2 if k == 0 else 1)]
+                self.assertTrue(lines[-1].startswith(b"-,%d," % k), lines)
+            run.stdin.write(frame[:1000])
+            run.stdin.flush()
+            time.sleep(0.3)
+            run.send_signal(signal.SIGTERM)
+            self.assertEqual(run.wait(timeout=20), 143)
+            self.assertIn(b"stopped by a signal", run.stderr.read())
+
     def test_damaged_weights(self):
         self.succeed("train", CHAPTER, "--steps", "1", "--out", "w.tlmw")
         blob = bytearray((self.folder / "w.tlmw").read_bytes())

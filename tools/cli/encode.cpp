@@ -23,14 +23,16 @@ constexpr char kEncodeDescription[] = R"(Encode frames: one line a frame on stdo
 Examples:
   toliman encode --weights chapter.tlmw frames.npy night1.fits night2.fits.fz
   toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
-  toliman encode --weights chapter.tlmw frames.npy | toliman period - --columns frame,latent_px
+  toliman simulate chapter.json --out - | toliman encode --weights chapter.tlmw - | toliman period - --columns frame,latent_px
+  receiver | toliman encode --weights chapter.tlmw --dtype u16le --shape 256x256 -
 
 The column is called latent where it has no unit, after unsupervised training. The first frame that cannot be encoded, as
 one with a NaN, ends the command; the lines before it are whole. The first latent above 1000 times the Cramer-Rao bound is
 remarked upon: a frame 0.1 % brighter than the scene's is 6e-6 px off (chapter), one that is shifted far more, unless the
 network was trained with preprocess.project.
 
-Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included.)";
+Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included. On standard input (-)
+comes .npy or, with --dtype and --shape, headerless frames until it ends; a line is printed as soon as its frame is there.)";
 
 constexpr double kFarSigmas = 1000;
 
@@ -62,26 +64,29 @@ void encode(const EncodeOptions &options, Progress &progress) {
         const auto file = open_frames(path, options.dtype, rows, cols);
         FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
-            throw Failure(kExitInput, path + ": frames of " + std::to_string(frames.rows()) + "x" +
+            throw Failure(kExitInput, frames.path() + ": frames of " + std::to_string(frames.rows()) + "x" +
                                           std::to_string(frames.cols()) + ", the weights take " +
                                           std::to_string(info.rows) + "x" + std::to_string(info.cols));
         std::vector<double> image(frames.rows() * frames.cols());
-        for (size_t k = 0; k < frames.count(); k++) {
+        for (size_t k = 0; frames.more(); k++) {
             frames.read(image.data());
             double latent;
             const toliman_status status = toliman_cae_encode(network.cae.get(), image.data(), frames.cols(), &latent);
             if (status != TOLIMAN_OK)
-                throw Failure(kExitInput, path + ": frame " + std::to_string(k) + ": " + toliman_last_error());
+                throw Failure(kExitInput, frames.path() + ": frame " + std::to_string(k) + ": " + toliman_last_error());
             if (in_pixels && !far && std::fabs(latent) > kFarSigmas * info.crb_px) {
                 far = true;
-                progress.warn(path + ": frame " + std::to_string(k) + ": a latent of " + text_of(latent) +
+                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": a latent of " + text_of(latent) +
                               " px is far beyond the noise of " + text_of(info.crb_px) +
                               " px: is this frame of the network's scene, pointing and exposure?");
             }
             char line[64];
             std::snprintf(line, sizeof line, ",%zu,%.17g\n", k, latent);
             print_stdout(std::exchange(head, "") + path + line);
-            progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
+            if (frames.counted())
+                progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
+            else
+                progress.note("encode", std::to_string(k + 1) + " frames");
             stop_if_asked();
         }
     }
@@ -96,7 +101,9 @@ void add_encode(CLI::App &app, Context &context) {
     command->add_option("--dtype", options->dtype, "of headerless files: u16le or u32le")
         ->check(CLI::IsMember({"u16le", "u32le"}));
     command->add_option("--shape", options->shape, "of headerless files: ROWSxCOLS");
-    command->add_option("FRAMES", options->files, ".npy and FITS files, or headerless ones with --dtype and --shape")
+    command
+        ->add_option("FRAMES", options->files,
+                     ".npy and FITS files, or headerless ones with --dtype and --shape; - reads standard input")
         ->required();
     command->callback([&context, options] {
         context.action = [&context, options] {

@@ -44,10 +44,15 @@ void convert(const std::string &type, const unsigned char *raw, size_t count, do
         convert<int64_t>(raw, count, out);
 }
 
+InputFile open_input(const std::string &path) {
+    return path == "-" ? InputFile::standard_input() : InputFile(path);
+}
+
 // Plain little-endian numbers behind a .npy header or none.
 class PlainFrames : public FrameFile {
   public:
-    explicit PlainFrames(const std::string &path) : FrameFile(path), file_(path) {
+    explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
+        path_ = file_.path();
         const NpyHeader header = read_npy_header(file_);
         type_ = header.type;
         set_axes(header.shape);
@@ -55,16 +60,29 @@ class PlainFrames : public FrameFile {
     }
 
     PlainFrames(const std::string &path, const std::string &type, size_t rows, size_t cols)
-        : FrameFile(path), file_(path), type_(type) {
+        : FrameFile(path), file_(open_input(path)), type_(type) {
+        path_ = file_.path();
         const size_t frame = rows * cols * width();
-        if (file_.size() == 0)
-            malformed(path, "is empty");
+        if (file_.ended())
+            malformed(path_, "is empty");
         if (file_.size() % frame != 0)
-            malformed(path, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
-                                std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
-                                std::to_string(cols));
-        set_axes({file_.size() / frame, rows, cols});
+            malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
+                                 std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
+                                 std::to_string(cols));
+        set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
         check_size(0);
+    }
+
+    bool counted() const noexcept override { return file_.sized() || start_ > 0; }
+    bool more() override {
+        if (!counted())
+            return !file_.ended();
+        if (FrameFile::more())
+            return true;
+        if (!file_.sized() && !file_.ended())
+            malformed(path_, "holds more than " + std::to_string(count()) + " frames of " + std::to_string(rows()) +
+                                 "x" + std::to_string(cols()));
+        return false;
     }
 
   private:
@@ -73,7 +91,7 @@ class PlainFrames : public FrameFile {
     // The sides are bounded, so that nothing here overflows; memory is taken only for what the file really holds.
     void check_size(size_t header) {
         const size_t frame = rows() * cols() * width();
-        if (header + count() * frame != file_.size())
+        if (file_.sized() && header + count() * frame != file_.size())
             malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, " + std::to_string(count()) +
                                  " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()) + " take " +
                                  std::to_string(header + count() * frame));
@@ -135,11 +153,11 @@ void FrameFile::read(double *image) {
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {
     if ((ends_with(path, ".npy") || is_fits(path)) && (!dtype.empty() || rows != 0))
         throw Failure(kExitUsage, path + ": --dtype and --shape are for headerless files, this one has a header");
-    if (ends_with(path, ".npy"))
+    if (ends_with(path, ".npy") || (path == "-" && dtype.empty() && rows == 0))
         return std::make_unique<PlainFrames>(path);
     if (is_fits(path))
         return open_fits(path);
-    const InputFile there(path); // a missing file is named before its options are
+    const InputFile there = open_input(path); // a missing file is named before its options are
     if (dtype.empty())
         throw Failure(kExitUsage, path + ": a headerless file needs --dtype u16le or u32le and --shape ROWSxCOLS");
     if (rows == 0 || cols == 0)

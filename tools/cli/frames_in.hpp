@@ -1,4 +1,4 @@
-// Frames of a file, one after the other, as double: .npy, FITS or headerless.
+// Frames of a file or of standard input, one after the other, as double: .npy, FITS or headerless.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -17,6 +17,9 @@ class FrameFile {
     size_t count() const noexcept { return axes_.size() == 3 ? axes_[0] : 1; }
     size_t rows() const noexcept { return axes_[axes_.size() - 2]; }
     size_t cols() const noexcept { return axes_.back(); }
+    // False for headerless frames on standard input: count() is then a bound, and more() waits for the next one.
+    virtual bool counted() const noexcept { return true; }
+    virtual bool more() { return read_ < count(); }
     // The next frame, every pixel a finite number.
     void read(double *image);
     // The next frame as it is; a pixel without value is NaN.
@@ -45,7 +48,8 @@ class FrameFile {
 
 bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
 
-// The reader that the file's suffix asks for. dtype ("u16le", "u32le") and shape are for headerless files only.
+// The reader that the file's suffix asks for; - is standard input, .npy unless dtype or shape are given. dtype
+// ("u16le", "u32le") and shape are for headerless files only.
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype = "", size_t rows = 0,
                                        size_t cols = 0);
 std::unique_ptr<FrameFile> open_fits(const std::string &path);

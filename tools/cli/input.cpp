@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "failure.hpp"
+#include "terminal.hpp"
 
 namespace cli {
 
@@ -48,6 +49,31 @@ InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
     if (file_ == nullptr)
         malformed(path, std::strerror(errno));
     size_ = static_cast<size_t>(facts.st_size);
+}
+
+InputFile::~InputFile() {
+    if (sized())
+        std::fclose(file_);
+}
+
+bool InputFile::read(void *data, size_t size) {
+    const bool whole = std::fread(data, 1, size, file_) == size;
+    check_input();
+    return whole;
+}
+
+bool InputFile::ended() {
+    const int next = std::getc(file_);
+    check_input();
+    return next == EOF || std::ungetc(next, file_) == EOF;
+}
+
+void InputFile::check_input() const {
+    if (sized() || std::ferror(file_) == 0)
+        return;
+    const int reason = errno;
+    stop_if_asked(); // it ended the waiting
+    malformed(path_, std::string("cannot be read: ") + std::strerror(reason));
 }
 
 } // namespace cli

@@ -26,20 +26,25 @@ struct FileStamp {
 // By another file, or by other bytes: what only grew was not.
 bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept;
 
-// An open regular file and its size; a Failure if there is none.
+// An open regular file and its size; a Failure if there is none. Or standard input, whose size nobody knows.
 class InputFile {
   public:
     explicit InputFile(const std::string &path);
-    ~InputFile() { std::fclose(file_); }
+    static InputFile standard_input() { return InputFile(); }
+    ~InputFile();
     InputFile(const InputFile &) = delete;
     InputFile &operator=(const InputFile &) = delete;
     const std::string &path() const noexcept { return path_; }
-    size_t size() const noexcept { return size_; }
+    bool sized() const noexcept { return file_ != stdin; }
+    size_t size() const noexcept { return size_; } // 0 of standard input
     void seek(size_t offset) noexcept { ::fseeko(file_, static_cast<off_t>(offset), SEEK_SET); }
-    bool read(void *data, size_t size) noexcept { return std::fread(data, 1, size, file_) == size; }
+    bool read(void *data, size_t size);
+    bool ended(); // nothing is left; waits for standard input, as read does, until a signal
 
   private:
-    std::string path_;
+    InputFile() : path_("standard input"), file_(stdin) {}
+    void check_input() const;
+    std::string path_; // as messages name it
     std::FILE *file_;
     size_t size_ = 0;
 };

@@ -64,7 +64,7 @@ void write_npy_header(OutputFile &out, const std::vector<size_t> &shape) {
 
 NpyHeader read_npy_header(InputFile &file) {
     unsigned char prefix[kPrefixSize];
-    if (file.size() == 0)
+    if (file.ended())
         malformed(file.path(), "is empty");
     if (!file.read(prefix, kPrefixSize) || std::memcmp(prefix, kMagic, kMagicSize) != 0)
         malformed(file.path(), "is not a .npy file");

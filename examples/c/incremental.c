@@ -1,0 +1,98 @@
+/* A host that gets frames late, twice and out of order, and asks for the period after each of them.
+ *
+ *     incremental SCENE FOLDER FIRST END      a pass of the downlink, with frames FIRST to END - 1
+ *
+ * The folder keeps what was tracked: the next pass goes on where the last one ended.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <toliman/toliman.h>
+
+static void check(toliman_status status) {
+    if (status == TOLIMAN_OK)
+        return;
+    fprintf(stderr, "%s: %s\n", toliman_status_name(status), toliman_last_error());
+    exit(EXIT_FAILURE);
+}
+
+/* The host's reader calls back with every frame it gets. In place of yours, one that simulates a bad downlink: eight
+ * frames each come backwards, every fifth one comes twice, and every fiftieth at the end of the pass. */
+static void read_downlink(const toliman_sim *sim, long first, long end,
+                          void (*on_frame)(const toliman_frame *frame, void *user_data), void *user_data) {
+    static double pixels[256 * 256];
+    toliman_frame frame = {sizeof frame, TOLIMAN_PIXEL_F64, "sky", "core", .pixels = pixels, .rows = 256, .cols = 256};
+    for (int late = 0; late < 2; late++)
+        for (long i = first - first % 8; i < end + 8; i++) {
+            const long k = i ^ 7;
+            if (k < first || k >= end || (k % 50 == 20) != late)
+                continue;
+            double days, displacement;
+            check(toliman_sim_get_series(sim, k, 1, &days, &displacement));
+            check(toliman_sim_frame(sim, displacement, 1, k, pixels, 256));
+            frame.frame_id = k;
+            frame.camera_ns = llround(days * 86400e9);
+            for (int copies = k % 5 == 0 ? 2 : 1; copies > 0; copies--)
+                on_frame(&frame, user_data);
+        }
+}
+
+struct host {
+    toliman_track *tracker;
+    const toliman_period *period; /* the tracker's own, which follows every push */
+    double answer;                /* days, as it was printed last */
+};
+
+/* One push, one question. Who asks after every frame needs the sequential false alarm probability: below 1e-3 the
+ * period is an answer, which is printed whenever it has changed by 5 %. */
+static void on_frame(const toliman_frame *frame, void *user_data) {
+    struct host *host = user_data;
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    size_t done;
+    double log10_fap;
+    check(toliman_track_push(host->tracker, frame, 1, &outcome, &done));
+    if (outcome.verdict != TOLIMAN_TRACK_ACCEPTED || toliman_period_count(host->period) < 5)
+        return; /* a duplicate, say: outcome tells */
+    check(toliman_period_query_peak(host->period, &peak));
+    check(toliman_period_query_fap(host->period, TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &log10_fap));
+    if (log10_fap > -3 || fabs(peak.period - host->answer) < 0.05 * peak.period)
+        return;
+    host->answer = peak.period;
+    printf("frame %lld: period %.1f days, log10 FAP %.1f\n", (long long)frame->frame_id, peak.period, log10_fap);
+}
+
+int main(int argc, char **argv) {
+    if (argc != 5) {
+        fprintf(stderr, "usage: incremental SCENE FOLDER FIRST END\n");
+        return EXIT_FAILURE;
+    }
+    toliman_sim *sim = NULL;
+    toliman_linear *estimator = NULL; /* or a toliman_cae with trained weights */
+    struct host host = {0};
+    check(toliman_sim_create(argv[1], NULL, &sim));
+    check(toliman_linear_create(sim, NULL, &estimator));
+    toliman_track_options options;
+    toliman_track_options_init(&options);
+    options.folder = argv[2];
+    options.linear = estimator;
+    options.f0 = 1.5 / 1095; /* cycles a day, for 1095 days with a frame each */
+    options.df = 0.1 / 1095;
+    options.nf = 5461;
+    check(toliman_track_create(&options, &host.tracker));
+    check(toliman_track_get_period(host.tracker, &host.period));
+    printf("%lld frames are in\n", (long long)toliman_period_count(host.period));
+
+    read_downlink(sim, atol(argv[3]), atol(argv[4]), on_frame, &host);
+
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    check(toliman_track_save(host.tracker));
+    check(toliman_track_query_fit(host.tracker, &peak));
+    printf("period %.2f +- %.2f days of %lld frames\n", peak.period, peak.period_error,
+           (long long)toliman_period_count(host.period));
+    toliman_track_destroy(host.tracker);
+    toliman_linear_destroy(estimator);
+    toliman_sim_destroy(sim);
+    return EXIT_SUCCESS;
+}

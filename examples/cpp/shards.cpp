@@ -1,0 +1,75 @@
+// A mission in a program of C++: several threads simulate and estimate their share of the frames, each into a
+// periodogram of its own; together these have the bits that one thread would give.
+//
+//     shards SCENE THREADS
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+namespace {
+
+// Owns what all threads share: const calls may run on one object from several of them.
+class Mission {
+  public:
+    explicit Mission(const char *scene)
+        : sim_(toliman::make<toliman::simulator>(toliman_sim_create, scene, nullptr)),
+          estimator_(toliman::make<toliman::linear_estimator>(toliman_linear_create, sim_.get(), nullptr)) {
+        info_.struct_size = sizeof info_;
+        toliman::check(toliman_sim_get_info(sim_.get(), &info_));
+    }
+
+    // The sums of frames first, first + step, ...; frequencies up to one cycle in two frames.
+    toliman::periodogram sums(int64_t first, int64_t step) const {
+        const auto frames = static_cast<double>(info_.frames);
+        auto period = toliman::make<toliman::periodogram>(toliman_period_create, 1.5 / frames, 0.1 / frames,
+                                                          5 * info_.frames - 14, nullptr);
+        std::vector<double> image(static_cast<size_t>(info_.rows * info_.cols));
+        const auto cols = static_cast<size_t>(info_.cols);
+        for (int64_t k = first; k < info_.frames; k += step) {
+            double time, displacement, value;
+            toliman::check(toliman_sim_get_series(sim_.get(), k, 1, &time, &displacement));
+            toliman::check(toliman_sim_frame(sim_.get(), displacement, info_.seed, k, image.data(), cols));
+            toliman::check(toliman_linear_encode(estimator_.get(), image.data(), cols, &value));
+            toliman::check(toliman_period_push(period.get(), time, value, 1));
+        }
+        return period;
+    }
+
+  private:
+    toliman::simulator sim_;
+    toliman::linear_estimator estimator_;
+    toliman_sim_info info_ = {};
+};
+
+void find_period(const Mission &mission, int threads) {
+    std::vector<std::future<toliman::periodogram>> shards;
+    for (int i = 1; i < threads; i++)
+        shards.push_back(std::async(std::launch::async, [&mission, i, threads] { return mission.sums(i, threads); }));
+    const toliman::periodogram period = mission.sums(0, threads);
+    for (auto &shard : shards) // get() throws what went wrong in the thread
+        toliman::check(toliman_period_merge(period.get(), shard.get().get()));
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    toliman::check(toliman_period_query_peak(period.get(), &peak));
+    std::printf("period %.2f days, log10 FAP %.1f, power %.17g\n", peak.period, peak.log10_fap, peak.power);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    const int threads = argc == 3 ? std::atoi(argv[2]) : 0;
+    if (threads < 1) {
+        std::fprintf(stderr, "usage: shards SCENE THREADS\n");
+        return EXIT_FAILURE;
+    }
+    try {
+        find_period(Mission(argv[1]), threads);
+    } catch (const toliman::error &error) {
+        std::fprintf(stderr, "%s: %s\n", toliman_status_name(error.status()), error.what());
+        return EXIT_FAILURE;
+    }
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,64 @@
+! Searches a series, a file of t,y,sigma, for its period.
+!     search examples/data/nu_oph_rv.csv
+program search
+    use, intrinsic :: iso_c_binding
+    use, intrinsic :: iso_fortran_env, only: error_unit
+    use toliman
+    implicit none
+    type(toliman_periodogram) :: periodogram
+    type(toliman_period_options) :: options
+    type(toliman_period_peak) :: peak, fit
+    real(c_double), allocatable :: t(:), y(:), sigma(:)
+    real(c_double) :: span
+    character(len=500) :: path, errmsg
+    integer :: stat
+
+    call get_command_argument(1, path)
+    call read_series(trim(path), t, y, sigma)
+
+    ! Periods from two days to two thirds of the time span, ten frequencies to a peak. What is fixed for the life of
+    ! the sums: the time that they are counted from, and the sigmas to come.
+    span = maxval(t) - minval(t)
+    call toliman_period_options_init(options)
+    options%time_offset = t(1)
+    options%sigma_floor = minval(sigma)
+    options%sigma_ceiling = maxval(sigma)
+    call periodogram%create(1.5d0/span, 0.1d0/span, int(5*span, c_int64_t) - 14, options)
+
+    ! With stat= the program goes on and sees for itself; without it a failure ends it with the library's message.
+    call periodogram%push_many(t, y, sigma, stat, errmsg)
+    if (stat /= TOLIMAN_OK) then
+        write (error_unit, '(3a)') trim(path), ': ', trim(errmsg)
+        stop 1
+    end if
+    call periodogram%query_peak(peak)
+    call periodogram%query_fit(t, y, fit, sigma)
+    print '(a, f0.2, a, f0.2, a, f0.1)', 'peak at ', peak%period, ' days, half width ', peak%half_width_error, &
+        ', log10 FAP ', peak%log10_fap
+    print '(4(a, f0.2), a)', 'period ', fit%period, ' +- ', fit%period_error, ' days, amplitude ', fit%amplitude, &
+        ' +- ', fit%amplitude_error, ' m/s'
+
+contains
+
+    ! Numbers of all lines but remarks (#) and a line of names.
+    subroutine read_series(file, t, y, sigma)
+        character(len=*), intent(in) :: file
+        real(c_double), allocatable, intent(out) :: t(:), y(:), sigma(:)
+        character(len=200) :: line
+        real(c_double) :: sample(3)
+        integer :: unit, stat
+        allocate (t(0), y(0), sigma(0))
+        open (newunit=unit, file=file, status='old', action='read')
+        do
+            read (unit, '(a)', iostat=stat) line
+            if (stat /= 0) exit
+            if (scan(line(1:1), '0123456789+-.') == 0) cycle
+            read (line, *) sample
+            t = [t, sample(1)]
+            y = [y, sample(2)]
+            sigma = [sigma, sample(3)]
+        end do
+        close (unit)
+    end subroutine
+
+end program search
