@@ -74,7 +74,7 @@ int main(int argc, char **argv) {
     check(toliman_sim_create(argv[1], NULL, &sim));
     check(toliman_linear_create(sim, NULL, &estimator));
     toliman_track_options options;
-    toliman_track_options_init(&options);
+    toliman_track_options_init(&options, sizeof options);
     options.folder = argv[2];
     options.linear = estimator;
     options.f0 = 1.5 / 1095; /* cycles a day, for 1095 days with a frame each */

@@ -19,7 +19,7 @@ program search
     ! Periods from two days to two thirds of the time span, ten frequencies to a peak. What is fixed for the life of
     ! the sums: the time that they are counted from, and the sigmas to come.
     span = maxval(t) - minval(t)
-    call toliman_period_options_init(options)
+    call toliman_period_options_init(options, c_sizeof(options))
     options%time_offset = t(1)
     options%sigma_floor = minval(sigma)
     options%sigma_ceiling = maxval(sigma)

@@ -1,6 +1,5 @@
 """Examples that promise bits: a tracker that gets frames late, twice, out of order, in two passes and killed, beside the
 same frames pushed one after the other; and shards of several threads beside one."""
-import ctypes
 import math
 import os
 import pathlib
@@ -15,61 +14,28 @@ TOP = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(TOP / "bindings" / "python"))
 sys.dont_write_bytecode = True
 
-from toliman import _raw
+from toliman import Periodogram, Simulator, Template, Tracker
 
-library = ctypes.CDLL(os.environ["TOLIMAN_LIBRARY"])
-_raw.declare(library)
 PROGRAMS = pathlib.Path(os.environ["TOLIMAN"]).parent
 SCENE = TOP / "examples" / "scenes" / "chapter.json"
 N, DAY_NS, PERIOD = 1095, 86400 * 10**9, 365
 
 
-def must(status):
-    if status != _raw.TOLIMAN_OK:
-        raise AssertionError(library.toliman_last_error().decode())
-
-
-def made(kind, create, *arguments):
-    handle = ctypes.POINTER(kind)()
-    must(create(*arguments, ctypes.byref(handle)))
-    return handle
-
-
-def bytes_of(period):
-    needed = ctypes.c_size_t()
-    must(library.toliman_period_save(period, None, 0, ctypes.byref(needed)))
-    state = ctypes.create_string_buffer(needed.value)
-    must(library.toliman_period_save(period, state, needed.value, ctypes.byref(needed)))
-    return state.raw
-
-
 def pushed_in_order():
-    """A periodogram of its own, and one frame after the other."""
-    sim = made(_raw.toliman_sim, library.toliman_sim_create, os.fsencode(SCENE), None)
-    linear = made(_raw.toliman_linear, library.toliman_linear_create, sim, None)
-    sigma, value, day, moved = (ctypes.c_double() for _ in range(4))
-    must(library.toliman_linear_get_sigma(linear, ctypes.byref(sigma)))
-    options = _raw.toliman_period_options()
-    library.toliman_period_options_init(ctypes.byref(options))
-    options.sigma_floor, options.unit_ns = sigma, DAY_NS
-    options.value_bound = 2.0 ** math.ceil(math.log2(10000 * sigma.value))
-    period = made(_raw.toliman_period, library.toliman_period_create, 1.5 / N, 0.1 / N, 5461, ctypes.byref(options))
-    image = (ctypes.c_double * 256**2)()
+    """The bytes of a periodogram of its own, that takes one frame after the other."""
+    simulator = Simulator(SCENE)
+    template = Template(simulator)
+    period = Periodogram(1.5 / N, 0.1 / N, 5461, sigma_floor=template.sigma, unit_ns=DAY_NS,
+                         value_bound=2.0 ** math.ceil(math.log2(10000 * template.sigma)))
     for k in range(N):
-        must(library.toliman_sim_get_series(sim, k, 1, ctypes.byref(day), ctypes.byref(moved)))
-        must(library.toliman_sim_frame(sim, moved, 1, k, image, 256))
-        must(library.toliman_linear_encode(linear, image, 256, ctypes.byref(value)))
-        must(library.toliman_period_push_ns(period, k * DAY_NS, value, sigma))
-    return bytes_of(period)
+        period.push_ns(k * DAY_NS, template.encode(simulator.frame(k)))
+    return period.to_bytes()
 
 
 def tracked(folder):
-    """The periodogram that a folder holds."""
-    options, name = _raw.toliman_track_options(), os.fsencode(folder)
-    must(library.toliman_track_load_options(name, ctypes.byref(options)))  # which keeps the name
-    options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
-    track = made(_raw.toliman_track, library.toliman_track_create, ctypes.byref(options))
-    return bytes_of(made(_raw.toliman_period, library.toliman_track_get_period, track))
+    """Those of the periodogram that a folder holds."""
+    with Tracker.open(folder) as tracker:
+        return tracker.period.to_bytes()
 
 
 def found(output):

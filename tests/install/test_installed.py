@@ -46,11 +46,11 @@ int main() {
 }
 """
 PYTHON = """
-import math, toliman
+import importlib.metadata, math, toliman
 with toliman.Periodogram(0.05, 0.01, 10) as periodogram:
     for i in range(100):
         periodogram.push(i, math.sin(2 * math.pi * i / 10))
-    print(toliman.version(), "%.12f" % periodogram.power()[5])
+    print(importlib.metadata.version("toliman"), "%.12f" % periodogram.power()[5])
 """
 CMAKE = """
 cmake_minimum_required(VERSION 3.25)

@@ -28,7 +28,8 @@ class Readme(unittest.TestCase):
         home = pathlib.Path(kept.name)
         (home / "build").mkdir()
         (home / "build" / "bin").symlink_to(BUILD / "bin")
-        (home / "examples").symlink_to(ROOT / "examples")
+        for folder in ("examples", "bindings"):
+            (home / folder).symlink_to(ROOT / folder)
         subprocess.run(["cmake", "--install", BUILD, "--prefix", home / "toliman"], check=True, stdout=subprocess.DEVNULL)
         environment = {name: value for name, value in os.environ.items() if not name.startswith("TOLIMAN")}
         environment.update(HOME=str(home))
@@ -46,7 +47,7 @@ class Readme(unittest.TestCase):
                 found = [float(text) for text in re.findall(r"(?:period\D*|found )(\d+\.\d+)", done.stdout)]
                 self.assertTrue(any(abs(value - number) < 1 for value in found), f"{command}: {number}, not\n{done.stdout}")
                 numbers += 1
-        self.assertEqual(numbers, 5)
+        self.assertEqual(numbers, 6)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,23 @@
+"""The whole job from Python: simulate a scene, train the network, encode frame by frame, print the period.
+
+    python3 first_light.py [SCENE]              a file, or the name of a shipped scene; chapter.json by default
+"""
+import pathlib
+import sys
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))  # if it is not installed
+from toliman import CAE, Periodogram, Simulator
+
+simulator = Simulator(sys.argv[1] if sys.argv[1:] else "chapter.json", progress=True)
+network = CAE(simulator)
+network.train(progress=True)
+
+times, _ = simulator.series()
+T, step = times[-1] - times[0], times[1] - times[0]
+f0, df = 1.5 / T, 0.1 / T
+with Periodogram(f0, df, nf=int((0.5 / step - f0) / df)) as periodogram:
+    for k, t in enumerate(times):
+        latent = network.encode(simulator.frame(k))
+        periodogram.push(t, latent)
+    peak = periodogram.peak()
+print(f"true period {simulator.info.period_days:g} days, found {peak.period:.2f} days, log10 FAP {peak.log10_fap:.1f}")

@@ -1,0 +1,39 @@
+"""pip takes the Python package from its folder, without network. TOLIMAN_LIBRARY is the library."""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"
+
+
+class Pip(unittest.TestCase):
+    def test_installs_and_finds_a_period(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        folder = pathlib.Path(kept.name)
+        shutil.copytree(SOURCE, folder / "python", ignore=shutil.ignore_patterns("__pycache__"))  # pip builds in it
+
+        def run(*command):
+            environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            return done.stdout
+        run(sys.executable, "-m", "venv", "--system-site-packages", "venv")
+        run("venv/bin/pip", "install", "--no-index", "--no-build-isolation", "./python")
+        told = run("venv/bin/python", "-c", "import importlib.metadata, math, toliman\n"
+                   "with toliman.Periodogram(0.05, 0.01, 10) as periodogram:\n"
+                   "    for i in range(100):\n"
+                   "        periodogram.push(i, math.sin(2 * math.pi * i / 10))\n"
+                   "    print('%.12f' % periodogram.power()[5], toliman.__file__)\n"
+                   "print(importlib.metadata.version('toliman') == toliman.__version__)")
+        self.assertEqual(told, f"1.000000000000 {folder.resolve()}/venv/lib/python{sys.version_info[0]}."
+                               f"{sys.version_info[1]}/site-packages/toliman/__init__.py\nTrue\n")
+        self.assertTrue(next(folder.glob("venv/lib/python*/site-packages/toliman/py.typed")).exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
