@@ -1,6 +1,7 @@
 """Progress of long calls, and the way out of them."""
 from __future__ import annotations
 
+import html
 import signal
 import sys
 import threading
@@ -36,7 +37,7 @@ class Bar:
 
     def _show(self, stage: str, fraction: float) -> None:
         if self._html is not None:
-            self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {stage}"))
+            self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {html.escape(stage)}"))
             return
         text = f"{100 * fraction:3.0f} % {stage}"
         print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
