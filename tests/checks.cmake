@@ -8,6 +8,17 @@ add_test(NAME check/format COMMAND ${check}/format)
 add_test(NAME check/headers COMMAND ${check}/headers ${PROJECT_BINARY_DIR}/include)
 add_test(NAME check/bindings COMMAND ${check}/bindings)
 add_test(NAME check/exports COMMAND ${check}/exports $<TARGET_FILE:toliman>)
+
+# The border once more, with the debug information that abidw reads and libtoliman.so does without; only looked at.
+file(GLOB api_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/*.cpp)
+add_library(toliman_abi SHARED ${api_sources})
+target_link_libraries(toliman_abi PRIVATE toliman_settings)
+target_compile_options(toliman_abi PRIVATE -O0 -g -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
+target_link_options(toliman_abi PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym
+                    -Wl,-soname,$<TARGET_SONAME_FILE_NAME:toliman>)
+set_target_properties(toliman_abi PROPERTIES NO_SONAME ON LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+add_test(NAME check/abi COMMAND ${check}/abi $<TARGET_FILE:toliman_abi>)
+
 foreach(isa IN LISTS toliman_isas)
   if(NOT isa STREQUAL baseline)
     add_test(NAME check/isa_${isa} COMMAND ${check}/isa $<TARGET_OBJECTS:toliman_kernels_${isa}> COMMAND_EXPAND_LISTS)
