@@ -28,6 +28,7 @@ endforeach()
 add_test(NAME header/checks COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_checks.py)
 add_test(NAME header/bindings COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_bindings.py)
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
+add_test(NAME abi/interface COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_interface.py)
 add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_deps.py)
 add_test(NAME install/installed COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_installed.py)
 set_tests_properties(install/installed PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
@@ -36,3 +37,14 @@ add_test(NAME install/manual COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/inst
 set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
+
+# A host with manners, which watches the library; and a bad library, so that the watch is known to see.
+add_library(toliman_bad_manners SHARED abi/bad_manners.c)
+target_compile_options(toliman_bad_manners PRIVATE -fno-optimize-sibling-calls)
+target_link_libraries(toliman_bad_manners PRIVATE PkgConfig::TOLIMAN_NEEDS)
+add_executable(manners abi/manners.c abi/watch.c)
+set_target_properties(manners PROPERTIES ENABLE_EXPORTS ON)
+target_link_libraries(manners PRIVATE toliman toliman_bad_manners PkgConfig::TOLIMAN_NEEDS PkgConfig::CMOCKA dl m)
+add_test(NAME abi/manners COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_manners.py)
+set_tests_properties(abi/manners PROPERTIES ENVIRONMENT
+                     "TOLIMAN_MANNERS=$<TARGET_FILE:manners>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")

@@ -12,6 +12,8 @@
  *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
  *     same object from several threads at once; others may not.
  *   - The library never prints, exits, reads the environment or changes the state of BLAS, locale, signals or rounding.
+ *     Where a thread does not round to nearest, as programs do from their start, its calls fail
+ * (TOLIMAN_E_UNSUPPORTED).
  *   - SI units unless the name says otherwise: _px, _days, _nm, _arcsec.
  */
 #ifndef TOLIMAN_BASE_H
@@ -46,7 +48,7 @@ typedef int32_t toliman_status;
 TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
 
 /* Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
- * thread; never NULL. Since 0.1. */
+ * thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
 /* Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL

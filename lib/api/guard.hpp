@@ -11,9 +11,18 @@
 
 namespace toliman::api {
 
+// Exact sums and the places of samples rest on rounding to nearest, in which every program starts; in another mode they
+// would be wrong, and arrays be left. Asked of the arithmetic itself, as the mode has no other portable home.
+inline void require_nearest() {
+    const volatile double one = 1, tiny = 0x1p-60;
+    if (one + tiny != one || one - tiny != one)
+        fail(Status::unsupported, "the thread's rounding mode is not to nearest (fegetround)");
+}
+
 // Runs body(); an exception becomes a status code and the thread's last message.
 template <class Body> toliman_status guard(Body &&body) noexcept {
     try {
+        require_nearest();
         body();
         return TOLIMAN_OK;
     } catch (const Error &error) {

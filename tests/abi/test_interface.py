@@ -141,9 +141,6 @@ class Program(Tree):
 
     def setUp(self):
         super().setUp()
-        os.mkdir(os.path.join(self.top, "lib/base"))
-        for name in ("CMakeLists.txt", "include/toliman/version.h.in"):
-            shutil.copy(os.path.join(TOP, name), os.path.join(self.top, name))
         shutil.copytree(os.path.join(TOP, "lib"), os.path.join(self.top, "lib"), dirs_exist_ok=True)
         self.version()
         os.remove(os.path.join(self.top, RECORD))

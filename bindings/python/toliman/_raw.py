@@ -1082,7 +1082,7 @@ FUNCTIONS = {
     "toliman_last_error": (
         c_char_p, (),
         """Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
-thread; never NULL. Since 0.1.""",
+thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1.""",
     ),
     "toliman_last_error_copy": (
         c_size_t, (("text", c_char_p), ("size", c_size_t)),
