@@ -64,23 +64,30 @@ template <class Work> void in_file(const char *path, Work work) {
     }
 }
 
+// Bytes of the smallest layout ever published for a struct: today's. One that grows gets a line like those in sim.cpp,
+// which tools/check/abi asks for.
+template <class T> constexpr size_t kOldest = sizeof(T);
+
 // Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
+template <class T> void check_struct_size(const char *name, const T &given) {
+    check_struct_size(name, given.struct_size, kOldest<T>, sizeof(T));
+}
 
 // Copies a result struct to a caller who may know fewer members.
-template <class T> void deliver(const T &result, T *out, const char *name, size_t oldest) {
-    const uint32_t size = required(out, name).struct_size;
-    check_struct_size(name, size, oldest, sizeof(T));
+template <class T> void deliver(const T &result, T *out, const char *name) {
+    check_struct_size(name, required(out, name));
+    const uint32_t size = out->struct_size;
     T whole = result;
     whole.struct_size = size;
     __builtin_memcpy(out, &whole, size);
 }
 
 // The caller's options over the defaults; NULL gives the defaults.
-template <class T> T accept(const T *options, const T &defaults, const char *name, size_t oldest) {
+template <class T> T accept(const T *options, const T &defaults, const char *name) {
     T known = defaults;
     if (options != nullptr) {
-        check_struct_size(name, options->struct_size, oldest, sizeof(T));
+        check_struct_size(name, *options);
         __builtin_memcpy(&known, options, options->struct_size);
     }
     return known;

@@ -23,7 +23,7 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
     return guard([&] {
         toliman_period_batch_options defaults;
         toliman_period_batch_options_init(&defaults);
-        const toliman_period_batch_options known = accept(options, defaults, "options", sizeof defaults);
+        const toliman_period_batch_options known = accept(options, defaults, "options");
         if ((known.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
             fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
         if (n > 0) {

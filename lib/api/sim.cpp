@@ -22,11 +22,13 @@ using toliman::Buffer;
 using toliman::fail;
 using toliman::Status;
 
-namespace {
+namespace toliman::api {
+template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, engine);
+template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
+template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
+} // namespace toliman::api
 
-constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine),
-                 kOldestPlan = offsetof(toliman_sim_plan_info, place_order),
-                 kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
+namespace {
 
 static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
               static_cast<int>(optics::Unit::electron) == TOLIMAN_UNIT_ELECTRON &&
@@ -39,7 +41,7 @@ toliman_sim_options default_options() noexcept {
 }
 
 toliman_sim_options known_options(const toliman_sim_options *options) {
-    return api::accept(options, default_options(), "options", kOldestOptions);
+    return api::accept(options, default_options(), "options");
 }
 
 optics::Settings settings_of(const toliman_sim_options &known) {
@@ -253,7 +255,7 @@ void toliman_sim_destroy(toliman_sim *sim) noexcept {
 }
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
-    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out", kOldestInfo); });
+    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out"); });
 }
 
 toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
@@ -266,14 +268,14 @@ toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *opt
         const toliman::MemoryScope scope(api::memory_of(known.allocator));
         const optics::Outline outline = optics::outline_of(path, settings);
         optics::remark_beforehand(outline, settings);
-        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
+        api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
     });
 }
 
 toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
         const optics::Simulator &simulator = simulator_of(sim);
-        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out", kOldestPlan);
+        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out");
     });
 }
 

@@ -50,7 +50,7 @@ toliman_track_options default_options() noexcept {
 
 toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
-    const toliman_track_options options = accept(given, default_options(), "options", sizeof *given);
+    const toliman_track_options options = accept(given, default_options(), "options");
     if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
         fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
     if (options.sync > TOLIMAN_SYNC_NONE)
@@ -240,7 +240,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "frames[%zu].%s = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
-    check_struct_size("frames", given.struct_size, sizeof given, sizeof given);
+    check_struct_size("frames", given);
     track::check_name(&required(given.session, "frames->session"), "session");
     track::check_name(&required(given.roi, "frames->roi"), "roi");
     required(given.pixels, "frames->pixels");
@@ -422,7 +422,7 @@ toliman_status toliman_track_load_options(const char *folder, toliman_track_opti
         const std::unique_ptr<Store> store = open_folder(&required(folder, "folder"), Access::read);
         toliman_track_options made = options_of(*store);
         made.folder = folder;
-        deliver(made, options, "options", sizeof made);
+        deliver(made, options, "options");
     });
 }
 
@@ -447,7 +447,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
         if (count == 0)
             return;
         required(frames, "frames");
-        check_struct_size("outcomes", required(outcomes, "outcomes").struct_size, sizeof *outcomes, sizeof *outcomes);
+        check_struct_size("outcomes", required(outcomes, "outcomes"));
         for (size_t i = 0; i < count; i++)
             known_frame(frames[i], i, tracker.plan().terms);
         for (size_t first = 0; first < count; first += track::Tracker::kBatch)
@@ -485,7 +485,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
             fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
         if (count == 0)
             return;
-        check_struct_size("lines", required(lines, "lines").struct_size, sizeof *lines, sizeof *lines);
+        check_struct_size("lines", required(lines, "lines"));
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
                           lines[*done] = public_line(record, outcome);
@@ -497,7 +497,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
 toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
     return guard([&] {
         const toliman_track &handle = required(track, "track");
-        deliver(info_of(*handle.tracker, handle.flags), out, "out", sizeof *out);
+        deliver(info_of(*handle.tracker, handle.flags), out, "out");
     });
 }
 
@@ -507,7 +507,7 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
         const track::Tracker &tracker = *required(track, "track").tracker;
         required(count, "count");
         if (room > 0)
-            check_struct_size("streams", required(streams, "streams").struct_size, sizeof *streams, sizeof *streams);
+            check_struct_size("streams", required(streams, "streams"));
         if (room > 0 && room < tracker.stream_count())
             fail(Status::capacity, "room = %zu: there are %zu sessions and regions", room, tracker.stream_count());
         if (room > 0) {
@@ -542,7 +542,7 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
         const track::Series series = handle.tracker->series();
         const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
         const period::Stream &stream = handle.period.stream;
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out", sizeof *out);
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
     });
 }
 

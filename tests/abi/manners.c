@@ -205,7 +205,8 @@ static void search(const char *folder) {
     char path[300];
     size_t size, count;
     toliman_period *period = NULL, *again = NULL;
-    toliman_period_peak peaks[3] = {{.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}};
+    toliman_period_peak peaks[3] = {
+        {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}};
     for (int i = 0; i < SAMPLES; i++) {
         t[i] = i;
         y[i] = sin(2 * 3.14159265358979 * i / PERIOD_DAYS) + 0.001 * (double)(mixed((uint64_t)i) % 1000);

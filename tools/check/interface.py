@@ -2,6 +2,7 @@
 
 A line is a kind, a name and what belongs to it; members of structs are named struct.member.
 """
+import glob
 import os
 import re
 import sys
@@ -104,24 +105,33 @@ def why_fixed(table, struct):
     return None
 
 
-def reserved(entries, struct, text):
-    """The member that kept a place of a struct, and its type, for later; None if there is none."""
-    for (kind, name), (_, place) in entries.items():
-        if kind == "member" and name.startswith(struct + ".reserved") and place == text:
-            return name
+def oldest(top, struct, members):
+    """The smallest size of a struct that lib/api takes, None where it takes today's alone."""
+    for path in sorted(glob.glob(os.path.join(top, "lib/api/*.?pp"))):
+        with open(path, encoding="utf-8") as stream:
+            match = re.search(rf"kOldest<{struct}> = (?:(\d+)|offsetof\({struct}, (\w+)\));", stream.read())
+        if match:
+            return int(match.group(1) or number("at", members["member", f"{struct}.{match.group(2)}"][1]))
     return None
 
 
-def wrong_addition(table, old, kind, name, text):
+def wrong_growth(top, table, new, struct, size):
+    """Why a struct of so many bytes may not grow, None if it may."""
+    least = oldest(top, struct, new)
+    if why_fixed(table, table.by_name[struct]) is None and (least is None or least > size):
+        return f"lib/api refuses the {size} bytes of programs built before: give it kOldest<{struct}> = {size}"
+    return why_fixed(table, table.by_name[struct])
+
+
+def wrong_addition(old, kind, name, text):
     """Why something new may not be added, None if it may."""
     struct = name.split(".")[0]
     if kind == "member" and ("struct", struct) in old:
-        if reserved(old, struct, text):
-            return None
+        if any(name.startswith(struct + ".reserved") and place == text for (_, name), (_, place) in old.items()):
+            return None  # what the place was kept for
         size = number("of", old["struct", struct][1])
         if number("at", text) < size:
             return f"{text}, within the {size} bytes that programs built before know: append it"
-        return why_fixed(table, table.by_name[struct])
     if name.startswith(STATUS):
         taken = max(number("=", text) for (_, name), (_, text) in old.items() if name.startswith(STATUS))
         if number("=", text) <= taken:
@@ -135,8 +145,8 @@ def lost_and_changed(old, new):
     for (kind, name), (line, text) in old.items():
         now = new.get((kind, name), (0, None))[1]
         struct = name.split(".")[0]
-        if now is None and reserved({(kind, name): (line, text)}, struct, text) and (struct, text) in places:
-            continue  # what it was kept for
+        if now is None and name.startswith(struct + ".reserved") and (struct, text) in places:
+            continue  # the place is taken by what it was kept for
         if now is None:
             yield line, f"{kind} {name} is gone: {GONE.get(kind, 'programs that name it do not compile')}"
         elif now == text or kind == "version" or (kind == "struct" and number("of", now) > number("of", text)):
@@ -156,11 +166,11 @@ def compare(before, after, top):
     old, new = entries(before), entries(after)
     table = model.read(top)
     shapes.attach(table, top)
-    breaks, additions = list(lost_and_changed(old, new)), []
+    breaks, additions, grown = list(lost_and_changed(old, new)), [], []
     for (kind, name), (_, text) in new.items():
         line, known = old.get((kind, name), (0, None))
         if known is None:
-            problem = wrong_addition(table, old, kind, name, text)
+            problem = wrong_addition(old, kind, name, text)
             if problem:
                 breaks.append((old.get(("struct", name.split(".")[0]), (0,))[0], f"new {kind} {name} {problem}"))
             else:
@@ -168,7 +178,12 @@ def compare(before, after, top):
         elif kind == "version" and text != known:
             additions.append(f"version {name} {known} -> {text}")
         elif kind == "struct" and number("of", text) > number("of", known):
-            additions.append(f"struct {name} {known} -> {text}; lib/api must go on taking the smaller")
+            grown.append((line, name, number("of", known)))
+            additions.append(f"struct {name} {known} -> {text}")
+    for line, name, size in grown:
+        problem = wrong_growth(top, table, new, name, size)
+        if problem and not any(f" {name}." in why for _, why in breaks):
+            breaks.append((line, f"struct {name} may not grow: {problem}"))
     return sorted(breaks), additions
 
 
