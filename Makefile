@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything fap soak install package format lint clean help
+.PHONY: all deps demo check check-deps everything fap soak abi install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -27,6 +27,11 @@ soak: everything ## track a million frames; 200 kills, 20,000 power cuts, 10,000
 	@TOLIMAN_KILLS=200 $(BUILD)/bin/test_track_folder
 	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
+
+abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
+	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
+	@cmake --build $(BUILD) --parallel $(JOBS) --target toliman_abi
+	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
 
 install: all ## install below PREFIX, by default /usr/local; DESTDIR stands before it
 	@cmake --install $(BUILD) --prefix $(PREFIX)

@@ -10,6 +10,17 @@ add_test(NAME check/bindings COMMAND ${check}/bindings)
 add_test(NAME check/types COMMAND mypy --python-version 3.9 --cache-dir ${PROJECT_BINARY_DIR}/mypy
                                   ${PROJECT_SOURCE_DIR}/bindings/python/toliman)
 add_test(NAME check/exports COMMAND ${check}/exports $<TARGET_FILE:toliman>)
+
+# The border once more, with the debug information that abidw reads and libtoliman.so does without; only looked at.
+file(GLOB api_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/*.cpp)
+add_library(toliman_abi SHARED ${api_sources})
+target_link_libraries(toliman_abi PRIVATE toliman_settings)
+target_compile_options(toliman_abi PRIVATE -O0 -g -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
+target_link_options(toliman_abi PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym
+                    -Wl,-soname,$<TARGET_SONAME_FILE_NAME:toliman>)
+set_target_properties(toliman_abi PROPERTIES NO_SONAME ON LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+add_test(NAME check/abi COMMAND ${check}/abi $<TARGET_FILE:toliman_abi>)
+
 foreach(isa IN LISTS toliman_isas)
   if(NOT isa STREQUAL baseline)
     add_test(NAME check/isa_${isa} COMMAND ${check}/isa $<TARGET_OBJECTS:toliman_kernels_${isa}> COMMAND_EXPAND_LISTS)
@@ -19,6 +30,7 @@ endforeach()
 add_test(NAME header/checks COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_checks.py)
 add_test(NAME header/bindings COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_bindings.py)
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
+add_test(NAME abi/interface COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_interface.py)
 add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_deps.py)
 add_test(NAME install/installed COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_installed.py)
 set_tests_properties(install/installed PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
@@ -31,3 +43,17 @@ add_test(NAME install/manual COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/inst
 set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
+
+# A host with manners, which watches the library; and a bad library, so that the watch is known to see. Sanitizers put
+# functions of their own where the watch has its own.
+if(NOT TOLIMAN_SANITIZE)
+  add_library(toliman_bad_manners SHARED abi/bad_manners.c)
+  target_compile_options(toliman_bad_manners PRIVATE -fno-optimize-sibling-calls)
+  target_link_libraries(toliman_bad_manners PRIVATE PkgConfig::TOLIMAN_NEEDS)
+  add_executable(manners abi/manners.c abi/watch.c)
+  set_target_properties(manners PROPERTIES ENABLE_EXPORTS ON)
+  target_link_libraries(manners PRIVATE toliman toliman_bad_manners PkgConfig::TOLIMAN_NEEDS PkgConfig::CMOCKA dl m)
+  add_test(NAME abi/manners COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_manners.py)
+  set_tests_properties(abi/manners PROPERTIES ENVIRONMENT
+                       "TOLIMAN_MANNERS=$<TARGET_FILE:manners>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
+endif()

@@ -1481,7 +1481,7 @@ module toliman
         end function
 
         ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-        ! peaks[most], each with its struct_size set; *count is how many there are.
+        ! peaks[most], whose first has its struct_size set; *count is how many there are.
         function toliman_period_query_peaks(period, most, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3057,7 +3057,7 @@ contains
     end subroutine
 
     ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-    ! peaks[most], each with its struct_size set; *count is how many there are. peaks(most).
+    ! peaks[most], whose first has its struct_size set; *count is how many there are. peaks(most).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)

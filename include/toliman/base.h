@@ -7,11 +7,13 @@
  *     and what is allowed. A success leaves the last message alone.
  *   - Objects are opaque: toliman_X_create(..., &x) makes one, toliman_X_destroy(x) ends it and takes NULL.
  *   - Options are structs whose first member is struct_size. Set them up with the matching _init function and their
- *     sizeof; then zero or the default stands in every member. New members are only ever appended.
+ *     sizeof; then zero or the default stands in every member. New members are only ever appended. An array of structs
+ *     has the struct_size of its first element throughout.
  *   - Arrays are the caller's memory in C order, images as [row][column] with an explicit row stride in elements.
  *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
  *     same object from several threads at once; others may not.
  *   - The library never prints, exits, reads the environment or changes the state of BLAS, locale, signals or rounding.
+ *     Calls of a thread that does not round to nearest, as all do from their start, fail (TOLIMAN_E_UNSUPPORTED).
  *   - SI units unless the name says otherwise: _px, _days, _nm, _arcsec.
  */
 #ifndef TOLIMAN_BASE_H
@@ -46,7 +48,7 @@ typedef int32_t toliman_status;
 TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
 
 /* Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
- * thread; never NULL. Since 0.1. */
+ * thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
 /* Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL

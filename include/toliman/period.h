@@ -208,8 +208,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const to
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
 /* The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
- * peaks[most], each with its struct_size set; *count is how many there are. Each is judged as if it were the only one:
- * power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1. */
+ * peaks[most], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the only
+ * one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most,
                                                                          toliman_period_peak *peaks,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;

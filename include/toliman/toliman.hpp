@@ -1,4 +1,4 @@
-// libtoliman for C++17: owning handles and exceptions over the C interface. Header only.
+// libtoliman for C++11 and later: owning handles and exceptions over the C interface. Header only.
 #ifndef TOLIMAN_TOLIMAN_HPP
 #define TOLIMAN_TOLIMAN_HPP
 

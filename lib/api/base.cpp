@@ -128,7 +128,7 @@ toliman_status toliman_get_machine(toliman_machine *out) noexcept {
         machine.blas_better = better_core(blas.core);
         machine.blas_is_slow = machine.blas_better[0] != '\0';
         machine.fftw = fft::version();
-        api::deliver(machine, out, "out", sizeof machine);
+        api::deliver(machine, out, "out");
     });
 }
 

@@ -22,12 +22,6 @@ using namespace toliman::api;
 
 namespace {
 
-constexpr size_t kOldestOptions = sizeof(toliman_cae_options);
-constexpr size_t kOldestTrainOptions = sizeof(toliman_cae_train_options);
-constexpr size_t kOldestSaveOptions = sizeof(toliman_cae_save_options);
-constexpr size_t kOldestTraining = sizeof(toliman_cae_training);
-constexpr size_t kOldestInfo = sizeof(toliman_cae_info);
-
 template <class T> T or_default(T value, T otherwise) noexcept {
     return value != 0 ? value : otherwise;
 }
@@ -46,8 +40,7 @@ cae::Input input_of(uint32_t input) {
 }
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
-    const toliman_cae_train_options options =
-        accept(given, toliman_cae_train_options{}, "options", kOldestTrainOptions);
+    const toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
     if (options.mode > TOLIMAN_CAE_UNSUPERVISED)
         fail(Status::argument, "options->mode = %u: must be TOLIMAN_CAE_TIED or TOLIMAN_CAE_UNSUPERVISED",
              options.mode);
@@ -152,7 +145,7 @@ cae::Encoding known_encoding(int32_t code, const char *name) {
 
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
     const cae::Network &network = required(cae, "cae").network;
-    const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options", kOldestSaveOptions);
+    const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
     if (options.training > 1)
         fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
     return cae::to_blob(network,
@@ -187,7 +180,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
                                   toliman_cae **out) noexcept {
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
-        const toliman_cae_options known = accept(options, toliman_cae_options{}, "options", kOldestOptions);
+        const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
         if (known.reserved != 0)
             fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
@@ -214,11 +207,11 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
         toliman_cae &handle = required(cae, "cae");
         const toliman_cae_train_options known = known_train_options(options);
         if (report != nullptr)
-            check_struct_size("report", report->struct_size, kOldestTraining, sizeof *report);
+            check_struct_size("report", *report);
         const toliman_cae_training training =
             known.mode == TOLIMAN_CAE_TIED ? train_tied(handle, known) : train_unsupervised(handle, known);
         if (report != nullptr)
-            deliver(training, report, "report", kOldestTraining);
+            deliver(training, report, "report");
     });
 }
 
@@ -236,7 +229,7 @@ toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae
         options.frame_count = course.frames;
         options.validation = course.validation;
         options.batch = course.batch;
-        deliver(options, out, "out", kOldestTrainOptions);
+        deliver(options, out, "out");
     });
 }
 
@@ -260,7 +253,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.cosine = network.cosine();
         info.input_scale = preprocess.input_scale;
         info.seed = network.seed();
-        deliver(info, out, "out", kOldestInfo);
+        deliver(info, out, "out");
     });
 }
 

@@ -21,10 +21,6 @@ struct toliman_linear_components {
 
 namespace {
 
-constexpr size_t kOldestOptions = sizeof(toliman_linear_components_options);
-constexpr size_t kOldestTrainOptions = sizeof(toliman_linear_train_options);
-constexpr size_t kOldestTraining = sizeof(toliman_linear_training);
-constexpr size_t kOldestInfo = sizeof(toliman_linear_components_info);
 constexpr uint32_t kMostFrames = 16384; // their products fill 2 GiB
 constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
@@ -41,7 +37,7 @@ linear::Preparation preparation_of(const toliman_linear_components_options &opti
 }
 
 toliman_linear_train_options known_options(const toliman_linear_train_options *given) {
-    auto options = accept(given, toliman_linear_train_options{}, "options", kOldestTrainOptions);
+    auto options = accept(given, toliman_linear_train_options{}, "options");
     if (options.method != TOLIMAN_LINEAR_PCA && options.method != TOLIMAN_LINEAR_DICTIONARY)
         fail(Status::argument, "options->method = %d: must be %d (PCA) or %d (dictionary)", options.method,
              TOLIMAN_LINEAR_PCA, TOLIMAN_LINEAR_DICTIONARY);
@@ -83,7 +79,7 @@ toliman_status toliman_linear_create_components(const toliman_sim *sim,
     return guard([&] {
         const auto &simulator = required(sim, "sim").simulator;
         toliman_linear_components *&made = required(out, "out");
-        const auto known = accept(options, toliman_linear_components_options{}, "options", kOldestOptions);
+        const auto known = accept(options, toliman_linear_components_options{}, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
         made = new toliman_linear_components{linear::Residuals(simulator.frame_model(), preparation)};
@@ -123,7 +119,7 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
         const linear::Residuals &residuals = components.residuals;
         const toliman_linear_train_options known = known_options(options);
         if (report != nullptr)
-            check_struct_size("report", report->struct_size, kOldestTraining, sizeof *report);
+            check_struct_size("report", *report);
         if (residuals.frames() <= known.components)
             fail(Status::state, "%zu frames are in: %u components need at least %u", residuals.frames(),
                  known.components, known.components + 1);
@@ -140,7 +136,7 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
         if (report != nullptr)
             deliver(toliman_linear_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
                                             trained.converged ? 1u : 0u, 0, trained.objective},
-                    report, "report", kOldestTraining);
+                    report, "report");
     });
 }
 
@@ -175,7 +171,7 @@ toliman_status toliman_linear_get_components_info(const toliman_linear_component
         info.components = static_cast<int64_t>(components.trained.share.size());
         info.crb_px = residuals.crb_px();
         info.threshold_px = residuals.threshold_px();
-        deliver(info, out, "out", kOldestInfo);
+        deliver(info, out, "out");
     });
 }
 

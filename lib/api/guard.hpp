@@ -11,9 +11,18 @@
 
 namespace toliman::api {
 
+// Exact sums and the places of samples rest on rounding to nearest, in which every program starts; in another mode they
+// would be wrong, and arrays be left. Asked of the arithmetic itself, as the mode has no other portable home.
+inline void require_nearest() {
+    const volatile double one = 1, tiny = 0x1p-60;
+    if (one + tiny != one || one - tiny != one)
+        fail(Status::unsupported, "the thread's rounding mode is not to nearest (fegetround)");
+}
+
 // Runs body(); an exception becomes a status code and the thread's last message.
 template <class Body> toliman_status guard(Body &&body) noexcept {
     try {
+        require_nearest();
         body();
         return TOLIMAN_OK;
     } catch (const Error &error) {
@@ -55,13 +64,20 @@ template <class Work> void in_file(const char *path, Work work) {
     }
 }
 
+// Bytes of the smallest layout ever published for a struct: today's. One that grows gets a line like those in sim.cpp,
+// which tools/check/abi asks for.
+template <class T> constexpr size_t kOldest = sizeof(T);
+
 // Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
+template <class T> void check_struct_size(const char *name, const T &given) {
+    check_struct_size(name, given.struct_size, kOldest<T>, sizeof(T));
+}
 
 // Copies a result struct to a caller who may know fewer members.
-template <class T> void deliver(const T &result, T *out, const char *name, size_t oldest) {
-    const uint32_t size = required(out, name).struct_size;
-    check_struct_size(name, size, oldest, sizeof(T));
+template <class T> void deliver(const T &result, T *out, const char *name) {
+    check_struct_size(name, required(out, name));
+    const uint32_t size = out->struct_size;
     T whole = result;
     whole.struct_size = size;
     __builtin_memcpy(out, &whole, size);
@@ -77,10 +93,10 @@ template <class T> void deliver_defaults(const T &defaults, T *options, size_t s
 }
 
 // The caller's options over the defaults; NULL gives the defaults.
-template <class T> T accept(const T *options, const T &defaults, const char *name, size_t oldest) {
+template <class T> T accept(const T *options, const T &defaults, const char *name) {
     T known = defaults;
     if (options != nullptr) {
-        check_struct_size(name, options->struct_size, oldest, sizeof(T));
+        check_struct_size(name, *options);
         __builtin_memcpy(&known, options, options->struct_size);
     }
     return known;

@@ -11,7 +11,7 @@ namespace toliman::api {
 inline Memory memory_of(const toliman_allocator *allocator) {
     if (allocator == nullptr)
         return {};
-    check_struct_size("allocator", allocator->struct_size, sizeof *allocator, sizeof *allocator);
+    check_struct_size("allocator", *allocator);
     if (allocator->allocate == nullptr || allocator->release == nullptr)
         fail(Status::argument, "allocator->%s is NULL", allocator->allocate == nullptr ? "allocate" : "release");
     if (allocator->reserved != 0)

@@ -13,6 +13,7 @@
 #include "api/handles.hpp"
 #include "api/memory.hpp"
 #include "api/peak.hpp"
+#include "api/struct_array.hpp"
 #include "backend/file.hpp"
 #include "period/bootstrap.hpp"
 #include "period/fap.hpp"
@@ -124,7 +125,7 @@ toliman_status toliman_period_create(double f0, double df, int64_t nf, const tol
                                      toliman_period **out) noexcept {
     return guard([&] {
         required(out, "out");
-        const toliman_period_options known = accept(options, default_options(), "options", sizeof *options);
+        const toliman_period_options known = accept(options, default_options(), "options");
         const MemoryScope scope(memory_of(known.allocator));
         *out = new toliman_period{period::Stream(grid_of(f0, df, nf, known))};
     });
@@ -235,7 +236,7 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         info.count = stream.totals().count;
         info.weighted = stream.weighted() ? 1 : 0;
         info.digest = grid.digest();
-        deliver(info, out, "out", sizeof info);
+        deliver(info, out, "out");
     });
 }
 
@@ -281,7 +282,7 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
         result.amplitude_error = model.amplitude_error;
         result.phase_error = model.phase_error;
         result.offset_error = model.offset_error;
-        deliver(result, out, "out", sizeof *out);
+        deliver(result, out, "out");
     });
 }
 
@@ -289,16 +290,14 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, size_t m
                                           size_t *count) noexcept {
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
-        required(peaks, "peaks");
+        const StructArray<toliman_period_peak> told(peaks, "peaks");
         required(count, "count");
         if (most < 1 || most > period::kMostPeaks)
             fail(Status::argument, "most = %zu: must be in [1, %zu]", most, period::kMostPeaks);
-        for (size_t i = 0; i < most; i++)
-            check_struct_size("peaks", peaks[i].struct_size, sizeof *peaks, sizeof *peaks);
         period::Peak found[period::kMostPeaks];
         *count = period::find_peaks(stream, most, found);
         for (size_t i = 0; i < *count; i++)
-            deliver(public_peak(stream, found[i]), &peaks[i], "peaks", sizeof *peaks);
+            told.put(i, public_peak(stream, found[i]));
     });
 }
 
@@ -306,7 +305,7 @@ toliman_status toliman_period_query_peak(const toliman_period *period, toliman_p
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
         required(out, "out");
-        deliver(public_peak(stream, period::find_peak(stream)), out, "out", sizeof *out);
+        deliver(public_peak(stream, period::find_peak(stream)), out, "out");
     });
 }
 
@@ -316,7 +315,7 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
         const period::Stream &stream = required(period, "period").stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         required(out, "out");
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out", sizeof *out);
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
     });
 }
 
@@ -364,7 +363,7 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
     return guard([&] {
         const period::Stream &stream = required(period, "period").stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
-        const auto known = accept(options, toliman_period_bootstrap_options{}, "options", sizeof *options);
+        const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
         required(log10_residuals, "log10_residuals");
         check_meaningful(stream);
         std::vector<double> peaks(count);
@@ -388,7 +387,7 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
                          (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0) |
                          (period::PowerQuery(stream).needs_wide() ? TOLIMAN_PERIOD_NARROW : 0);
-        deliver(sampling, out, "out", sizeof sampling);
+        deliver(sampling, out, "out");
     });
 }
 

@@ -27,7 +27,7 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
                                     const double *sigma, size_t n, const toliman_period_batch_options *options,
                                     double *power) noexcept {
     return guard([&] {
-        const auto known = accept(options, default_options(), "options", sizeof *options);
+        const auto known = accept(options, default_options(), "options");
         if ((known.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
             fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
         if (n > 0) {

@@ -22,18 +22,20 @@ using toliman::Buffer;
 using toliman::fail;
 using toliman::Status;
 
-namespace {
+namespace toliman::api {
+template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, engine);
+template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
+template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
+} // namespace toliman::api
 
-constexpr size_t kOldestOptions = offsetof(toliman_sim_options, engine),
-                 kOldestPlan = offsetof(toliman_sim_plan_info, place_order),
-                 kOldestInfo = offsetof(toliman_sim_info, amplitude_uas);
+namespace {
 
 static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
               static_cast<int>(optics::Unit::electron) == TOLIMAN_UNIT_ELECTRON &&
               static_cast<int>(optics::Unit::dn) == TOLIMAN_UNIT_DN);
 
 toliman_sim_options known_options(const toliman_sim_options *options) {
-    return api::accept(options, toliman_sim_options{}, "options", kOldestOptions);
+    return api::accept(options, toliman_sim_options{}, "options");
 }
 
 optics::Settings settings_of(const toliman_sim_options &known) {
@@ -217,7 +219,7 @@ optics::Outline outline_of_text(const char *json, size_t size, const char *folde
 
 void deliver_plan(const optics::Outline &outline, const optics::Settings &settings, toliman_sim_plan_info *out) {
     optics::remark_beforehand(outline, settings);
-    api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out", kOldestPlan);
+    api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
 }
 
 } // namespace
@@ -254,7 +256,7 @@ void toliman_sim_destroy(toliman_sim *sim) noexcept {
 }
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
-    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out", kOldestInfo); });
+    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out"); });
 }
 
 toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
@@ -284,7 +286,7 @@ toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *
 toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
         const optics::Simulator &simulator = simulator_of(sim);
-        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out", kOldestPlan);
+        api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out");
     });
 }
 

@@ -13,6 +13,7 @@
 #include "api/handles.hpp"
 #include "api/memory.hpp"
 #include "api/peak.hpp"
+#include "api/struct_array.hpp"
 #include "base/name.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
@@ -49,7 +50,7 @@ toliman_track_options default_options() noexcept {
 
 toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
-    const toliman_track_options options = accept(given, default_options(), "options", sizeof *given);
+    const toliman_track_options options = accept(given, default_options(), "options");
     if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
         fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
     if (options.sync > TOLIMAN_SYNC_NONE)
@@ -239,7 +240,6 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "frames[%zu].%s = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
-    check_struct_size("frames", given.struct_size, sizeof given, sizeof given);
     track::check_name(&required(given.session, "frames->session"), "session");
     track::check_name(&required(given.roi, "frames->roi"), "roi");
     required(given.pixels, "frames->pixels");
@@ -277,7 +277,6 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
 
 toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
     toliman_outcome out = {};
-    out.struct_size = sizeof out;
     out.verdict = static_cast<int32_t>(outcome.verdict);
     out.reason = static_cast<int32_t>(outcome.flaw.reason);
     out.row = static_cast<int64_t>(outcome.flaw.row);
@@ -292,7 +291,6 @@ toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
 
 toliman_track_line public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
     toliman_track_line line = {};
-    line.struct_size = sizeof line;
     line.stream = record.stream;
     line.frame_id = record.frame_id;
     line.camera_ns = record.camera_ns;
@@ -309,7 +307,6 @@ toliman_track_line public_line(const track::Record &record, const track::Outcome
 toliman_track_stream public_stream(const track::NamedStream &named) noexcept {
     toliman_track_stream out = {};
     static_assert(sizeof out.session > kLongestName && sizeof out.roi > kLongestName);
-    out.struct_size = sizeof out;
     out.stream = named.count.digest;
     out.first_id = named.count.first;
     out.last_id = named.count.last;
@@ -322,17 +319,19 @@ toliman_track_stream public_stream(const track::NamedStream &named) noexcept {
     return out;
 }
 
-// Frames that were checked; adds to done those that are in, also when it fails.
-void push_batch(track::Tracker &tracker, const toliman_frame *frames, size_t count, toliman_outcome *outcomes,
-                size_t &done) {
+using Frames = StructArray<const toliman_frame>;
+using Outcomes = StructArray<toliman_outcome>;
+
+// Frames from number `done` on, which were checked; adds to it those that are in, also when it fails.
+void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, const Outcomes &outcomes, size_t &done) {
     track::Frame batch[track::Tracker::kBatch];
     track::Outcome results[track::Tracker::kBatch];
     for (size_t i = 0; i < count; i++)
-        batch[i] = known_frame(frames[i], i, tracker.plan().terms);
+        batch[i] = known_frame(frames.get(done + i), done + i, tracker.plan().terms);
     size_t in = 0;
     const auto give = [&] {
         for (size_t i = 0; i < in; i++)
-            outcomes[i] = public_outcome(results[i]);
+            outcomes.put(done + i, public_outcome(results[i]));
         done += in;
     };
     try {
@@ -420,7 +419,7 @@ toliman_status toliman_track_load_options(const char *folder, toliman_track_opti
         const std::unique_ptr<Store> store = open_folder(&required(folder, "folder"), Access::read);
         toliman_track_options made = options_of(*store);
         made.folder = folder;
-        deliver(made, options, "options", sizeof made);
+        deliver(made, options, "options");
     });
 }
 
@@ -444,13 +443,17 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
         required(done, "done") = 0;
         if (count == 0)
             return;
-        required(frames, "frames");
-        check_struct_size("outcomes", required(outcomes, "outcomes").struct_size, sizeof *outcomes, sizeof *outcomes);
-        for (size_t i = 0; i < count; i++)
-            known_frame(frames[i], i, tracker.plan().terms);
-        for (size_t first = 0; first < count; first += track::Tracker::kBatch)
-            push_batch(tracker, frames + first, std::min(track::Tracker::kBatch, count - first), outcomes + first,
-                       *done);
+        const Frames given(frames, "frames");
+        const Outcomes results(outcomes, "outcomes");
+        for (size_t i = 0; i < count; i++) {
+            const toliman_frame frame = given.get(i);
+            if (frame.struct_size != given.size())
+                fail(Status::argument, "frames[%zu].struct_size = %u: must be %u, as of frames[0]", i,
+                     frame.struct_size, given.size());
+            known_frame(frame, i, tracker.plan().terms);
+        }
+        while (*done < count)
+            push_batch(tracker, given, std::min(track::Tracker::kBatch, count - *done), results, *done);
     });
 }
 
@@ -483,11 +486,10 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
             fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
         if (count == 0)
             return;
-        check_struct_size("lines", required(lines, "lines").struct_size, sizeof *lines, sizeof *lines);
+        const StructArray<toliman_track_line> found(lines, "lines");
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
-                          lines[*done] = public_line(record, outcome);
-                          ++*done;
+                          found.put((*done)++, public_line(record, outcome));
                       });
     });
 }
@@ -495,7 +497,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
 toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
     return guard([&] {
         const toliman_track &handle = required(track, "track");
-        deliver(info_of(*handle.tracker, handle.flags), out, "out", sizeof *out);
+        deliver(info_of(*handle.tracker, handle.flags), out, "out");
     });
 }
 
@@ -504,13 +506,13 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
     return guard([&] {
         const track::Tracker &tracker = *required(track, "track").tracker;
         required(count, "count");
-        if (room > 0)
-            check_struct_size("streams", required(streams, "streams").struct_size, sizeof *streams, sizeof *streams);
-        if (room > 0 && room < tracker.stream_count())
-            fail(Status::capacity, "room = %zu: there are %zu sessions and regions", room, tracker.stream_count());
         if (room > 0) {
+            const StructArray<toliman_track_stream> found(streams, "streams");
+            if (room < tracker.stream_count())
+                fail(Status::capacity, "room = %zu: there are %zu sessions and regions", room, tracker.stream_count());
             const std::vector<track::NamedStream> all = tracker.streams();
-            std::transform(all.begin(), all.end(), streams, public_stream);
+            for (size_t i = 0; i < all.size(); i++)
+                found.put(i, public_stream(all[i]));
         }
         *count = tracker.stream_count();
     });
@@ -540,7 +542,7 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
         const track::Series series = handle.tracker->series();
         const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
         const period::Stream &stream = handle.period.stream;
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out", sizeof *out);
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
     });
 }
 

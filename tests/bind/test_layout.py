@@ -14,6 +14,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(TOP / "tools" / "gen"), str(TOP / "bindings" / "python")]
 
 import fortran
+import layout
 import model
 from toliman import _raw
 
@@ -27,34 +28,6 @@ def run(*command, folder):
     if done.returncode != 0:
         raise AssertionError(done.stdout[:2000])
     return done.stdout
-
-
-def same_types():
-    """C that compiles only if every declaration of the table is the header's."""
-    for item in TABLE.all(model.Function):
-        arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments) or "void"
-        yield f"{item.returns.declare(item.name)}({arguments});"
-    for item in TABLE.all(model.Callback):
-        arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments)
-        yield f"typedef {item.returns.declare(f'(*same_{item.name})')}({arguments});"
-        yield f"_Static_assert(__builtin_types_compatible_p({item.name}, same_{item.name}), \"{item.name}\");"
-    for item in TABLE.all(model.Struct):
-        for field in item.fields:
-            name = f"{item.name}_{field.name}"
-            yield f"typedef {field.type.declare('same_' + name)};"
-            yield (f"_Static_assert(__builtin_types_compatible_p(same_{name}, __typeof__((({item.name} *)0)->{field.name}))"
-                   f", \"{name}\");")
-
-
-def c_program():
-    lines = ["#include <stddef.h>", "#include <stdio.h>", "#include <toliman/toliman.h>", *same_types(), "int main(void) {"]
-    for item in TABLE.all(model.Constant):
-        form, cast = ("%s", "") if isinstance(item.value, str) else ("%lld", "(long long)")
-        lines.append(f'printf("{item.name} {form}\\n", {cast}{item.name});')
-    for item in TABLE.all(model.Struct):
-        lines.append(f'printf("{item.name} %zu\\n", sizeof({item.name}));')
-        lines += [f'printf("{item.name}.{field.name} %zu\\n", offsetof({item.name}, {field.name}));' for field in item.fields]
-    return "\n".join(lines + ["return 0;", "}"])
 
 
 def fortran_program():
@@ -103,10 +76,7 @@ class Layout(unittest.TestCase):
         kept = tempfile.TemporaryDirectory()
         cls.addClassCleanup(kept.cleanup)
         cls.folder = pathlib.Path(kept.name)
-        (cls.folder / "layout.c").write_text(c_program())
-        run("cc", "-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{TOP / 'include'}", f"-I{BUILD / 'include'}", "layout.c",
-            "-o", "c", folder=cls.folder)
-        cls.c = dict(line.split(" ") for line in run("./c", folder=cls.folder).splitlines())
+        cls.c = layout.measure(TABLE, TOP)
 
     def test_python(self):
         found = {}

@@ -20,9 +20,9 @@ class Tree(unittest.TestCase):
         with open(path, "w") as stream:
             stream.write(text)
 
-    def run_check(self, check, *arguments):
+    def run_check(self, check, *arguments, **environment):
         run = subprocess.run([os.path.join(CHECKS, check), *arguments, self.top], stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, universal_newlines=True)
+                             stderr=subprocess.STDOUT, universal_newlines=True, env={**os.environ, **environment})
         return run.returncode, run.stdout
 
     def accepts(self, check, name, text, *arguments):
@@ -118,6 +118,16 @@ class Headers(Tree):
                                ("static int a(int b) { return 0; }\n", "-std=c11"),
                                ("#include <toliman/b.h>\n", "-std=c++17")):
             self.refuses("headers", "include/toliman/a.h", text, standard, self.top)
+
+    def test_missing_compiler(self):
+        """Is told, not passed over."""
+        tools = os.path.join(self.top, "bin")
+        os.mkdir(tools)
+        for tool in ("python3", "env", "git", "gcc", "g++", "clang"):
+            os.symlink(shutil.which(tool), os.path.join(tools, tool))
+        code, output = self.run_check("headers", self.top, PATH=tools)
+        self.assertEqual(code, 1, output)
+        self.assertIn("clang++ is not installed: run tools/deps/install check", output)
 
 
 if __name__ == "__main__":

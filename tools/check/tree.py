@@ -1,6 +1,7 @@
 """What the checks share: the files of the tree and the way to complain."""
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -38,6 +39,13 @@ def without_comments(text):
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group())
     return re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
+
+
+def need(check, *programs):
+    """Complains of programs that are not installed, without which the check would say nothing."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    if missing:
+        finish(check, ["%s is not installed: run tools/deps/install check" % program for program in missing])
 
 
 def finish(check, complaints):

@@ -122,6 +122,13 @@ def encode(handle: Handle, one: typing.Any, frames: ArrayLike, rows: int, cols: 
     return values
 
 
+def array_of(kind: type, count: int) -> typing.Any:
+    """Structs for C to fill, at least one."""
+    made = (kind * max(count, 1))()  # type: ignore[operator]
+    made[0].struct_size = ctypes.sizeof(kind)
+    return made
+
+
 def saved(save: typing.Any) -> bytes:
     """The bytes that a save function, called with (bytes, capacity, needed), has to give."""
     needed = ctypes.c_size_t()

@@ -1082,7 +1082,7 @@ FUNCTIONS = {
     "toliman_last_error": (
         c_char_p, (),
         """Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
-thread; never NULL. Since 0.1.""",
+thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1.""",
     ),
     "toliman_last_error_copy": (
         c_size_t, (("text", c_char_p), ("size", c_size_t)),
@@ -1703,8 +1703,8 @@ So they never claim more than the peak has, and up to 1 % less power where df is
             ("count", POINTER(c_size_t)),
         ),
         """The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-peaks[most], each with its struct_size set; *count is how many there are. Each is judged as if it were the only one:
-power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1.""",
+peaks[most], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the only
+one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (

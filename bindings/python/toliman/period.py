@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _raw, _results
 from ._library import check, library
-from ._objects import Doubles, Handle, options_of, plain, pointer, saved, whole
+from ._objects import Doubles, Handle, array_of, options_of, plain, pointer, saved, whole
 from ._progress import Progress, Watch
 from ._results import Model, PeriodogramInfo, Sampling
 from ._shown import result
@@ -100,9 +100,7 @@ class View(Handle):
     def peaks(self, most: int = 10) -> list[Peak]:
         """The highest peaks, at most 64, highest first; `alias` tells of those that the sampling could make of higher
         ones. Each is judged as if it were the only one."""
-        found, count = (_raw.toliman_period_peak * max(whole("most", most, 65), 1))(), ctypes.c_size_t()
-        for peak in found:
-            peak.struct_size = ctypes.sizeof(peak)
+        found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
         return [Peak._of(peak) for peak in found[:count.value]]
 

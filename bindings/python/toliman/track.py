@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import Error, check, library
-from ._objects import Handle, options_of, whole
+from ._objects import Handle, array_of, options_of, whole
 from ._progress import Progress, Watch
 from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
@@ -124,9 +124,7 @@ class Tracker(Handle):
     def _push(self, frames: list[Frame]) -> list[Outcome]:
         pixels = [_pixels_of(frame) for frame in frames]
         given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels))
-        outcomes, done = (_raw.toliman_outcome * len(frames))(), ctypes.c_size_t()
-        for outcome in outcomes:
-            outcome.struct_size = ctypes.sizeof(outcome)
+        outcomes, done = array_of(_raw.toliman_outcome, len(frames)), ctypes.c_size_t()
         status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
         found = [Outcome._of(outcome) for outcome in outcomes[:done.value if status else len(frames)]]
         try:
@@ -174,8 +172,7 @@ class Tracker(Handle):
         verdict and reason are numbers, VERDICTS and REASONS their words."""
         first = whole("first", first)
         count = whole("count", max(self.info.lines - first, 0) if count is None else count)
-        found, done = (_raw.toliman_track_line * max(count, 1))(), ctypes.c_size_t()
-        found[0].struct_size = ctypes.sizeof(_raw.toliman_track_line)
+        found, done = array_of(_raw.toliman_track_line, count), ctypes.c_size_t()
         check(library.toliman_track_get_lines(self._c, first, count, found, ctypes.byref(done)))
         names = [name for name, _ in _raw.toliman_track_line._fields_ if name != "struct_size"]
         return numpy.ctypeslib.as_array(found)[:done.value][names]
@@ -184,8 +181,7 @@ class Tracker(Handle):
         """Sessions and regions, sorted by name, with the frame ids from first to last and how many are missing."""
         count = ctypes.c_size_t()
         check(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
-        found = (_raw.toliman_track_stream * max(count.value, 1))()
-        found[0].struct_size = ctypes.sizeof(_raw.toliman_track_stream)
+        found = array_of(_raw.toliman_track_stream, count.value)
         check(library.toliman_track_get_streams(self._c, found, count, ctypes.byref(count)))
         return [Stream._of(stream) for stream in found[:count.value]]
 

@@ -1,0 +1,327 @@
+/* A host that watches the whole library at work, in its own locale: who calls what it must not (watch.c), and whether
+ * anything of the process is other than before. Usage: manners report results [function]
+ *
+ * results: a line a thing that was computed, which must not depend on the locale. With a function's name a bad library
+ * calls that instead. */
+#include <errno.h>
+#include <fcntl.h>
+#include <fenv.h>
+#include <locale.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cae_scene.h"
+#include "track_frames.h"
+#include "watch.h"
+
+#include <toliman/toliman.h>
+
+enum { FRAMES = 8, SAMPLES = 200, SIGNALS = 65 };
+#define PERIOD_DAYS 12.5
+
+void misbehave(const char *what);
+int openblas_get_num_threads(void);
+extern char **environ;
+
+static FILE *results;
+static uint64_t heard;
+
+/* FNV-1a. */
+static uint64_t digest(uint64_t before, const void *data, size_t size) {
+    for (size_t i = 0; i < size; i++)
+        before = (before ^ ((const unsigned char *)data)[i]) * 0x100000001b3u;
+    return before;
+}
+
+static void result(const char *name, const void *data, size_t size) {
+    fprintf(results, "%s %016llx\n", name, (unsigned long long)digest(0xcbf29ce484222325u, data, size));
+}
+
+/* A failure that is wanted; its message may have the host's decimal sign. */
+static void refused(const char *name, toliman_status status, toliman_status wanted) {
+    if (status != wanted)
+        fail_msg("%s: %s, expected %s", name, toliman_status_name(status), toliman_status_name(wanted));
+    char text[400];
+    assert_true(toliman_last_error_copy(text, sizeof text) > 0);
+    fprintf(results, "%s: %s\n", name, text);
+}
+
+static void hear(int32_t level, const char *text, void *unused) {
+    (void)level, (void)unused;
+    heard += strlen(text);
+}
+
+static int32_t go_on(const char *stage, double fraction, void *unused) {
+    (void)fraction, (void)unused;
+    heard += strlen(stage);
+    return 0;
+}
+
+static int32_t stop(const char *stage, double fraction, void *unused) {
+    (void)stage, (void)fraction, (void)unused;
+    return 1;
+}
+
+/* What of the process a library could change. */
+typedef struct process {
+    char locale[400], folder[400];
+    locale_t thread_locale;
+    struct sigaction actions[SIGNALS];
+    sigset_t blocked;
+    uint64_t environment;
+    int rounding, traps, blas_threads, descriptors;
+    mode_t mask;
+} process;
+
+static void *handler_of(const struct sigaction *action) {
+    return *(void *const *)&action->sa_handler;
+}
+
+static process now(void) {
+    process state;
+    memset(&state, 0, sizeof state);
+    snprintf(state.locale, sizeof state.locale, "%s", setlocale(LC_ALL, NULL));
+    assert_non_null(getcwd(state.folder, sizeof state.folder));
+    state.thread_locale = uselocale((locale_t)0);
+    for (int i = 1; i < SIGNALS; i++)
+        sigaction(i, NULL, &state.actions[i]);
+    sigprocmask(SIG_SETMASK, NULL, &state.blocked);
+    for (char **entry = environ; *entry != NULL; entry++)
+        state.environment = digest(state.environment, *entry, strlen(*entry) + 1);
+    state.rounding = fegetround();
+    state.traps = fegetexcept();
+    state.blas_threads = openblas_get_num_threads();
+    for (int file = 0; file < 256; file++)
+        state.descriptors += fcntl(file, F_GETFD) != -1;
+    state.mask = umask(0);
+    umask(state.mask);
+    return state;
+}
+
+static void assert_unchanged(const process *before, const process *after) {
+    assert_string_equal(before->locale, after->locale);
+    assert_string_equal(before->folder, after->folder);
+    assert_true(before->thread_locale == after->thread_locale);
+    for (int i = 1; i < SIGNALS; i++) {
+        assert_ptr_equal(handler_of(&before->actions[i]), handler_of(&after->actions[i]));
+        assert_int_equal(before->actions[i].sa_flags, after->actions[i].sa_flags);
+    }
+    assert_memory_equal(&before->blocked, &after->blocked, sizeof before->blocked);
+    assert_int_equal(before->environment, after->environment);
+    assert_int_equal(before->rounding, after->rounding);
+    assert_int_equal(before->traps, after->traps);
+    assert_int_equal(before->blas_threads, after->blas_threads);
+    assert_int_equal(before->descriptors, after->descriptors);
+    assert_int_equal(before->mask, after->mask);
+}
+
+static void machine(void) {
+    double gflops;
+    toliman_machine facts = {.struct_size = sizeof facts};
+    assert_ok(toliman_get_machine(&facts));
+    assert_ok(toliman_get_blas_speed(&gflops));
+    refused("machine", toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT);
+}
+
+/* The simulator and all that estimates, two threads each. */
+static toliman_sim *simulate(double *frames, const char *folder) {
+    char json[2048], path[300];
+    const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "\"shift_x\"");
+    toliman_sim *sim = NULL;
+    toliman_sim_options options;
+    toliman_sim_options_init(&options, sizeof options);
+    options.threads = 2;
+    options.log = hear;
+    options.progress = stop;
+    refused("cancelled scene", toliman_sim_create_json(json, size, NULL, &options, &sim), TOLIMAN_E_CANCELLED);
+    options.progress = go_on;
+    assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
+    assert_ok(toliman_sim_frame_many(sim, 5, 0, FRAMES, NULL, 2, frames));
+    result("frames", frames, sizeof *frames * FRAMES * kPixels);
+
+    toliman_sim *none = NULL;
+    refused("half a scene", toliman_sim_create_json(json, size / 2, NULL, NULL, &none), TOLIMAN_E_FORMAT);
+    snprintf(path, sizeof path, "%s/none.json", folder);
+    assert_true(toliman_sim_create(path, NULL, &none) == TOLIMAN_E_NOT_FOUND);
+    memcpy(strstr(json, "0.125"), "-0.25", 5);
+    refused("bad scene", toliman_sim_create_json(json, size, NULL, NULL, &none), TOLIMAN_E_SCENE);
+    return sim;
+}
+
+static void learn(const toliman_sim *sim, const double *frames, const char *folder) {
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = NULL;
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options, sizeof options);
+    options.steps = 5;
+    options.progress = stop;
+    refused("cancelled training", toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED);
+    options.progress = go_on;
+    assert_ok(toliman_cae_train(cae, &options, NULL));
+    double latents[FRAMES], image[kPixels], mmse, mssim, floor_of_noise;
+    assert_ok(toliman_cae_encode_many(cae, frames, FRAMES, 2, latents));
+    result("latents", latents, sizeof latents);
+    assert_ok(toliman_cae_reconstruct(cae, frames, kSide, image, kSide, &mmse, &mssim, &floor_of_noise));
+    result("reconstruction", image, sizeof image);
+    options.learning_rate = 1.5;
+    refused("learning rate", toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT);
+
+    char path[300];
+    snprintf(path, sizeof path, "%s/weights", folder);
+    assert_ok(toliman_cae_save_file(cae, NULL, path));
+    assert_ok(toliman_cae_load_file(path, NULL, &again));
+    assert_ok(toliman_cae_encode(again, frames, kSide, &latents[1]));
+    result("loaded", &latents[1], sizeof *latents);
+    toliman_cae_destroy(cae);
+    toliman_cae_destroy(again);
+}
+
+static void fit(const toliman_sim *sim, const double *frames) {
+    toliman_linear *linear = NULL;
+    toliman_linear_components *components = NULL;
+    double value, series[FRAMES];
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    assert_ok(toliman_linear_encode(linear, frames, kSide, &value));
+    result("template", &value, sizeof value);
+    toliman_linear_destroy(linear);
+    assert_ok(toliman_linear_create_components(sim, NULL, &components));
+    for (int i = 0; i < FRAMES; i++)
+        assert_ok(toliman_linear_push_frame(components, frames + (size_t)i * kPixels, kSide));
+    toliman_linear_train_options options;
+    toliman_linear_train_options_init(&options, sizeof options);
+    options.threads = 2;
+    options.progress = go_on;
+    for (options.method = TOLIMAN_LINEAR_PCA; options.method <= TOLIMAN_LINEAR_DICTIONARY; options.method++) {
+        assert_ok(toliman_linear_train_components(components, &options, NULL));
+        assert_ok(toliman_linear_get_series(components, 0, series, NULL));
+        result("series", series, sizeof series);
+    }
+    toliman_linear_destroy_components(components);
+}
+
+static void search(const char *folder) {
+    static double t[SAMPLES], y[SAMPLES], power[3 * SAMPLES], lowest[4];
+    static unsigned char bytes[200000];
+    char path[300];
+    size_t size, count;
+    toliman_period *period = NULL, *again = NULL;
+    toliman_period_peak peaks[3] = {
+        {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}};
+    for (int i = 0; i < SAMPLES; i++) {
+        t[i] = i;
+        y[i] = sin(2 * 3.14159265358979 * i / PERIOD_DAYS) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
+    }
+    assert_ok(toliman_period_create(0.01, 0.0005, 3 * SAMPLES, NULL, &period));
+    assert_ok(toliman_period_push_many(period, t, y, NULL, SAMPLES));
+    assert_ok(toliman_period_query_peak(period, peaks));
+    assert_ok(toliman_period_query_fit(period, t, y, NULL, SAMPLES, peaks));
+    assert_close(peaks->period, PERIOD_DAYS, 0.01, 0);
+    assert_ok(toliman_period_query_peaks(period, 3, peaks, &count));
+    result("peaks", peaks, count * sizeof *peaks);
+    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 3 * SAMPLES, power));
+    result("power", power, sizeof power);
+    assert_ok(toliman_period_query_bootstrap(period, t, y, NULL, SAMPLES, NULL, 4, lowest));
+    result("bootstrap", lowest, sizeof lowest);
+    assert_ok(toliman_period_batch(0.01, 0.0005, 3 * SAMPLES, t, y, NULL, SAMPLES, NULL, power));
+    result("batch", power, sizeof power);
+    assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
+    result("state", bytes, size);
+    snprintf(path, sizeof path, "%s/state", folder);
+    assert_ok(toliman_period_save_file(period, path));
+    assert_ok(toliman_period_load_file(path, NULL, &again));
+    toliman_period_destroy(again);
+    bytes[size / 2] ^= 1;
+    refused("damaged state", toliman_period_load(bytes, size, NULL, &again), TOLIMAN_E_FORMAT);
+    refused("sigma", toliman_period_push(period, 0.5, 0.5, -0.5), TOLIMAN_E_ARGUMENT);
+    toliman_period_destroy(period);
+}
+
+static void follow(const char *folder) {
+    static unsigned char bytes[STATE_ROOM];
+    size_t size;
+    char place[300];
+    snprintf(place, sizeof place, "%s/mission", folder);
+    toliman_track_options options = small_options(place);
+    options.threads = 2;
+    toliman_track *track = make_track(&options), *second = NULL;
+    for (int64_t id = 1; id <= 40; id++)
+        push_number(track, id);
+    assert_ok(toliman_track_commit(track));
+    assert_ok(toliman_track_save(track));
+    assert_true(toliman_track_create(&options, &second) == TOLIMAN_E_STATE);
+    small_frame frame;
+    make_frame(&frame, 41);
+    frame.pixels[3] = 5000;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_REJECTED);
+    toliman_track_destroy(track);
+    track = make_track(&options);
+    assert_ok(toliman_period_save(period_of(track), bytes, sizeof bytes, &size));
+    result("sums", bytes, size);
+    const toliman_track_info info = info_of(track);
+    result("counts", &info, sizeof info);
+    toliman_track_destroy(track);
+    options.sigma = -0.5;
+    refused("tracker's sigma", toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT);
+    remove_folder(place);
+}
+
+/* A rounding mode in which nothing would be right: calls fail, and leave it as it is. */
+static void refuse_rounding(int mode) {
+    static double image[kPixels];
+    double t = 0, y = 0, power[2];
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_period *period = NULL, *second = NULL;
+    assert_ok(toliman_period_create(0.01, 0.1, 2, NULL, &period));
+    assert_int_equal(fesetround(mode), 0);
+    refused("machine", toliman_get_machine(NULL), TOLIMAN_E_UNSUPPORTED);
+    refused("frame", toliman_sim_frame(sim, 0, 1, 1, image, kSide), TOLIMAN_E_UNSUPPORTED);
+    refused("create", toliman_period_create(0.01, 0.1, 2, NULL, &second), TOLIMAN_E_UNSUPPORTED);
+    refused("push", toliman_period_push(period, t, y, 1), TOLIMAN_E_UNSUPPORTED);
+    refused("batch", toliman_period_batch(0.01, 0.1, 2, &t, &y, NULL, 1, NULL, power), TOLIMAN_E_UNSUPPORTED);
+    toliman_sim_destroy(sim);
+    assert_int_equal(fegetround(), mode);
+    assert_int_equal(fesetround(FE_TONEAREST), 0);
+    assert_int_equal(toliman_period_count(period), 0);
+    assert_ok(toliman_period_push(period, t, y, 1));
+    toliman_period_destroy(period);
+}
+
+static void everything(const char *folder) {
+    double *frames = new_image(FRAMES * kPixels);
+    machine();
+    toliman_sim *sim = simulate(frames, folder);
+    learn(sim, frames, folder);
+    fit(sim, frames);
+    toliman_sim_destroy(sim);
+    search(folder);
+    follow(folder);
+    free(frames);
+    assert_true(heard > 0);
+}
+
+int main(int count, char **arguments) {
+    assert_true(count >= 3);
+    if (count > 3) {
+        watch_into(arguments[1]);
+        misbehave(arguments[3]);
+        return 0;
+    }
+    results = fopen(arguments[2], "w");
+    assert_non_null(results);
+    assert_non_null(setlocale(LC_ALL, ""));
+    fprintf(results, "decimal sign %s\n", localeconv()->decimal_point);
+    char folder[256];
+    make_folder(folder, sizeof folder);
+    refuse_rounding(FE_UPWARD);
+    refuse_rounding(FE_DOWNWARD);
+    refuse_rounding(FE_TOWARDZERO);
+    const process before = now();
+    watch_into(arguments[1]);
+    everything(folder);
+    watch_no_more();
+    const process after = now();
+    assert_unchanged(&before, &after);
+    remove_folder(folder);
+    fclose(results);
+    return 0;
+}

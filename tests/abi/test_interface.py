@@ -1,0 +1,232 @@
+"""Feeds headers and libraries that break programs built before to tools/check/abi, and those that only add."""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.dont_write_bytecode = True
+sys.path.append(os.path.join(TOP, "tools/check"))
+import interface
+
+BASE, SIM, PERIOD = "include/toliman/base.h", "include/toliman/sim.h", "include/toliman/period.h"
+SYM, RECORD = "lib/api/toliman.sym", "tests/abi/interface"
+LAST = "    const char *fftw;        /* FFTW version */\n"
+
+
+class Tree(unittest.TestCase):
+    """A copy of what the check reads."""
+
+    model = TOP
+
+    def setUp(self):
+        self.top = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.top)
+        shutil.copy(os.path.join(self.model, "CMakeLists.txt"), self.top)
+        for folder in ("include", "lib", "tools/gen", "tests/abi"):
+            shutil.copytree(os.path.join(self.model, folder), os.path.join(self.top, folder))
+
+    def read(self, name):
+        with open(os.path.join(self.top, name), encoding="utf-8") as stream:
+            return stream.read()
+
+    def write(self, name, text):
+        with open(os.path.join(self.top, name), "w", encoding="utf-8") as stream:
+            stream.write(text)
+
+    def change(self, name, before, after):
+        text = self.read(name)
+        self.assertIn(before, text)
+        self.write(name, text.replace(before, after, 1))
+
+
+class Headers(Tree):
+    """The text of the headers alone."""
+
+    def compare(self, *changes):
+        for change in changes:
+            self.change(*change)
+        return interface.compare(self.read(RECORD), interface.describe(self.top), self.top)
+
+    def refuses(self, *changes_and_why):
+        """What is said of the changes, with the line of the record that it is about."""
+        *changes, why = changes_and_why
+        breaks, _ = self.compare(*changes)
+        found = [(line, text) for line, text in breaks if why in text]
+        self.assertTrue(found, breaks)
+        return self.read(RECORD).splitlines()[found[0][0] - 1]
+
+    def accepts(self, *changes_and_what):
+        *changes, what = changes_and_what
+        breaks, additions = self.compare(*changes)
+        self.assertEqual(breaks, [])
+        self.assertIn(what, "\n".join(additions))
+
+    def test_the_same(self):
+        self.assertEqual(self.compare(), ([], []))
+
+    def test_member_in_the_middle(self):
+        line = self.refuses((BASE, "    int32_t processors;\n", "    int32_t new_one;\n    int32_t processors;\n"),
+                            "member toliman_machine.processors at 4: int32_t -> at 8: int32_t (and 7 more)")
+        self.assertEqual(line, "    member toliman_machine.processors at 4: int32_t")
+
+    def test_member_before_the_last(self):
+        self.refuses((BASE, LAST, "    double new_one;\n" + LAST),
+                     "new member toliman_machine.new_one at 48: double, within the 56 bytes")
+
+    def test_member_of_another_type(self):
+        self.refuses((BASE, "    int32_t processors;", "    uint32_t processors;"),
+                     "toliman_machine.processors at 4: int32_t -> at 4: uint32_t")
+
+    def test_member_with_another_name(self):
+        self.refuses((BASE, "    int32_t processors;", "    int32_t cores;"), "member toliman_machine.processors is gone")
+
+    def test_member_in_padding(self):
+        """A struct as large as before does not tell the library that its caller knows the member."""
+        self.change(BASE, LAST, LAST + "    int32_t odd;\n")
+        self.write(RECORD, interface.describe(self.top))
+        self.refuses((BASE, "    int32_t odd;\n", "    int32_t odd, even;\n"), "even at 60: int32_t, within the 64 bytes")
+
+    def test_array_with_another_length(self):
+        self.refuses(("include/toliman/track.h", "#define TOLIMAN_REASONS 7", "#define TOLIMAN_REASONS 8"),
+                     "toliman_track_info.rejected_by at ")
+
+    def test_structs_that_may_not_grow(self):
+        last = "    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */\n"
+        self.change(SIM, "toliman_sim_options_init(toliman_sim_options *options, size_t size)",
+                    "toliman_sim_options_init(toliman_sim_options *options)")
+        self.write(RECORD, interface.describe(self.top))
+        self.refuses((SIM, last + "} toliman_sim_options;", last + "    double new_one;\n} toliman_sim_options;"),
+                     "toliman_sim_options_init would write it whole")
+
+    def test_constants(self):
+        self.refuses((SIM, "#define TOLIMAN_UNIT_DN 2", "#define TOLIMAN_UNIT_DN 3"), "TOLIMAN_UNIT_DN: = 2 -> = 3: programs")
+        self.refuses((SIM, "#define TOLIMAN_UNIT_ELECTRON 1\n", ""), "constant TOLIMAN_UNIT_ELECTRON is gone")
+
+    def test_status_codes(self):
+        last = "#define TOLIMAN_E_STATE 13 "
+        self.refuses((BASE, last, "#define TOLIMAN_E_NEW 5\n" + last), "new constant TOLIMAN_E_NEW = 5, but codes are appended")
+        self.refuses((BASE, "TOLIMAN_E_NEW 5\n", "TOLIMAN_E_NEW 14\n"), (BASE, last, "#define TOLIMAN_E_STATES 13 "),
+                     "constant TOLIMAN_E_STATE is gone: programs that name it do not compile")
+
+    def test_functions(self):
+        speed = "TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_blas_speed(double *gflops) TOLIMAN_NOEXCEPT;\n"
+        self.refuses((BASE, speed, speed.replace("double", "int64_t")),
+                     "toliman_get_blas_speed: (double *gflops) -> toliman_status -> (int64_t *gflops) -> toliman_status")
+        self.refuses((BASE, speed.replace("double", "int64_t"), ""),
+                     "function toliman_get_blas_speed is gone: programs that call it do not start")
+        self.refuses((BASE, "toliman_abi_version(void)", "toliman_abi_version(int32_t of)"), "toliman_abi_version: (void)")
+
+    def test_callbacks_and_types(self):
+        self.refuses((BASE, "(*toliman_progress_fn)(const char *stage, double", "(*toliman_progress_fn)(const char *stage, int64_t"),
+                     "callback toliman_progress_fn: (const char *stage, double fraction")
+        self.refuses((BASE, "typedef int32_t toliman_status;", "typedef int64_t toliman_status;"),
+                     "type toliman_status: = int32_t -> = int64_t")
+
+    def test_growth(self):
+        """Of a result, which the library goes on filling for those who know less of it."""
+        self.refuses((BASE, LAST, LAST + "    double new_one;\n"),
+                     "lib/api refuses the 56 bytes of programs built before: give it kOldest<toliman_machine> = 56")
+        line = "template <> inline constexpr size_t kOldest<toliman_machine> = %s;\n"
+        self.write("lib/api/a.cpp", line % 64)
+        self.refuses("lib/api refuses the 56 bytes")
+        for number in ("56", "40", "offsetof(toliman_machine, new_one)"):
+            self.write("lib/api/a.cpp", line % number)
+            self.accepts("struct toliman_machine of 56 bytes -> of 64 bytes\nmember toliman_machine.new_one at 56: double")
+
+    def test_additions(self):
+        self.accepts((BASE, "#define TOLIMAN_E_STATE 13 ", "#define TOLIMAN_E_NEW 14\n#define TOLIMAN_E_STATE 13 "),
+                     "constant TOLIMAN_E_NEW = 14")
+        self.accepts((BASE, "TOLIMAN_API int32_t toliman_abi_version",
+                      "TOLIMAN_API int32_t toliman_new(void) TOLIMAN_NOEXCEPT;\nTOLIMAN_API int32_t toliman_abi_version"),
+                     "function toliman_new (void) -> int32_t")
+        self.accepts((SIM, "    int32_t reserved;\n", "    int32_t new_one;\n"), "member toliman_sim_options.new_one at 44")
+
+    def test_reserved_place_of_another_type(self):
+        self.refuses((SIM, "    int32_t reserved;\n", "    uint32_t new_one;\n"), "member toliman_sim_options.reserved is gone")
+
+
+class Program(Tree):
+    """tools/check/abi, on a library of base.h alone."""
+
+    @classmethod
+    def setUpClass(cls):
+        """A tree like the first, whose record is of that library."""
+        first = cls()
+        first.setUp()
+        cls.addClassCleanup(first.doCleanups)
+        first.version()
+        os.remove(os.path.join(first.top, RECORD))
+        first.build()
+        first.assertEqual(first.check("--record"), (0, "recorded: all of it\n"))
+        cls.model = first.top
+
+    def version(self):
+        self.write("include/toliman/version.h", interface.model.version_header(self.top))
+
+    def build(self):
+        """The library as the headers and the list of symbols now are."""
+        subprocess.run(["c++", "-std=c++17", "-shared", "-fPIC", "-fvisibility=hidden", "-g", "-I" + self.top + "/include",
+                        "-I" + self.top + "/lib", self.top + "/lib/api/base.cpp", "-o", self.top + "/lib/libtoliman.so",
+                        "-Wl,--version-script=" + os.path.join(self.top, SYM)], check=True)
+
+    def check(self, *arguments):
+        run = subprocess.run([os.path.join(TOP, "tools/check/abi"), *arguments, self.top + "/lib/libtoliman.so", self.top],
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        return run.returncode, run.stdout
+
+    def refuses(self, *why):
+        """Also to record it."""
+        recorded = self.read(RECORD)
+        for arguments in ((), ("--record",)):
+            code, output = self.check(*arguments)
+            self.assertEqual(code, 1, output)
+            for text in (*why, "raise TOLIMAN_ABI_VERSION"):
+                self.assertIn(text, output)
+        self.assertEqual(self.read(RECORD), recorded)
+
+    def test_nothing_changed(self):
+        self.assertEqual(self.check(), (0, ""))
+
+    def test_break(self):
+        """Seen in the headers and, by itself, in the library; recorded once the versions say so."""
+        self.change(BASE, "    int32_t processors;\n", "    double new_one;\n    int32_t processors;\n")
+        self.build()
+        self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",
+                     "tests/abi/libtoliman.abi: abidiff says", "'int32_t processors' offset changed from 32 to 128")
+        self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 0)", "set(TOLIMAN_ABI_VERSION 1)")
+        self.version()
+        self.refuses("processors at 4")
+        self.change("CMakeLists.txt", "project(toliman VERSION 0.1.0", "project(toliman VERSION 0.2.0")
+        self.version()
+        self.build()
+        code, output = self.check("--record")
+        self.assertEqual(code, 0, output)
+        self.assertIn("recorded: version abi 0 of 0.1 -> 1 of 0.2", output)
+        self.assertEqual(self.check(), (0, ""))
+
+    def test_library_that_differs_from_its_headers(self):
+        self.change(SYM, "    toliman_get_blas_speed;\n", "")
+        self.build()
+        self.refuses("toliman_get_blas_speed", "1 Removed function")
+
+    def test_addition(self):
+        self.change(BASE, LAST, LAST + "    double new_one;\n")
+        self.change("lib/api/base.cpp", "using namespace toliman;\n", "using namespace toliman;\n"
+                    "template <> inline constexpr size_t toliman::api::kOldest<toliman_machine> = 56;\n")
+        self.build()
+        code, output = self.check()
+        self.assertEqual(code, 1)
+        self.assertIn("not recorded, run make abi: struct toliman_machine of 56 bytes -> of 64 bytes", output)
+        self.assertNotIn("abidiff", output)
+        code, output = self.check("--record")
+        self.assertEqual(code, 0, output)
+        self.assertIn("recorded: struct toliman_machine of 56 bytes -> of 64 bytes", output)
+        self.assertEqual(self.check(), (0, ""))
+
+
+if __name__ == "__main__":
+    unittest.main()

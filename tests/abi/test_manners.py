@@ -1,0 +1,91 @@
+"""The library at work in a host that watches: it prints nothing, ends nothing, reads no environment, and leaves locale,
+signals, rounding, BLAS and files as they were, whatever the host's decimal sign. manners.c is the host."""
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+
+MANNERS, LIBRARY = os.environ["TOLIMAN_MANNERS"], os.environ["TOLIMAN_LIBRARY"]
+SOURCES = os.path.dirname(os.path.abspath(__file__))
+
+# What the library may not even import: functions that end or print, and the process's state. What the C++ library brings
+# along (std::terminate, should a callback of the caller throw) is not of this list.
+UNWANTED = """
+    exit _exit _Exit quick_exit abort __assert_fail kill raise
+    printf vprintf fprintf vfprintf dprintf puts putchar fputs fputc putc fwrite perror psignal stdout stderr
+    __printf_chk __fprintf_chk __vprintf_chk __vfprintf_chk _ZSt4cout _ZSt4cerr _ZSt4clog
+    setlocale uselocale newlocale signal sigaction sigprocmask pthread_sigmask sigaltstack
+    getenv secure_getenv putenv setenv unsetenv clearenv environ __environ
+    fesetround fesetenv feupdateenv feholdexcept feenableexcept fedisableexcept feraiseexcept
+    openblas_set_num_threads goto_set_num_threads omp_set_num_threads fftw_plan_with_nthreads fftw_cleanup
+    fftw_import_wisdom_from_filename cJSON_InitHooks
+    system popen fork execve srand rand srandom umask chdir setrlimit mallopt
+""".split()
+
+
+def comma_locale(folder):
+    """A locale of a decimal comma, made by what every Debian has: no list of languages is needed for it."""
+    def write(name, text):
+        with open(os.path.join(folder, name), "w", encoding="ascii") as stream:
+            stream.write(text)
+    write("numbers", 'LC_NUMERIC\ndecimal_point ","\nthousands_sep "."\ngrouping 3;3\nEND LC_NUMERIC\n')
+    write("ascii", "<code_set_name> ANSI_X3.4-1968\n<comment_char> %\n<escape_char> /\n"
+                   "CHARMAP\n<U0000>..<U007F> /x00 NULL\nEND CHARMAP\n")
+    subprocess.run(["localedef", "-c", "-f", "./ascii", "-i", "./numbers", "./comma"], cwd=folder,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # it warns that the rest is missing
+
+
+class Manners(unittest.TestCase):
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = kept.name
+        comma_locale(self.folder)
+
+    def host(self, how="", locale="C"):
+        """Code, output, lines of the watch, lines of results."""
+        names = [os.path.join(self.folder, name) for name in ("report", "results")]
+        for name in names:
+            open(name, "w").close()
+        run = subprocess.run([MANNERS, *names, *([how] if how else [])], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             universal_newlines=True,
+                             env={**os.environ, "LOCPATH": self.folder, "LC_ALL": locale, "TMPDIR": self.folder})
+        texts = []
+        for name in names:
+            with open(name, encoding="utf-8") as stream:
+                texts.append(stream.read().splitlines())
+        return run.returncode, run.stdout, *texts
+
+    def behaves(self, locale):
+        code, output, watched, results = self.host(locale=locale)
+        self.assertEqual((code, output, watched), (0, "", []))
+        self.assertGreater(len(results), 20)
+        return results
+
+    def test_whole_library(self):
+        point, comma = self.behaves("C"), self.behaves("comma")
+        self.assertEqual((point[0], comma[0]), ("decimal sign .", "decimal sign ,"))
+        # Messages are the host's own: their numbers have its decimal sign. What is computed is the same.
+        self.assertEqual([re.sub(r"(?<=\d),(?=\d)", ".", line) for line in comma[1:]], point[1:])
+
+    def test_the_watch_sees(self):
+        with open(os.path.join(SOURCES, "bad_manners.c"), encoding="utf-8") as stream:
+            names = re.findall(r"^    DO\((\w+)", stream.read(), re.M)
+        self.assertGreater(len(names), 25)
+        for name in names:
+            with self.subTest(name):
+                watched = self.host(how=name)[2]
+                self.assertIn(name + " from libtoliman_bad_manners.so", watched)
+
+    def test_imports(self):
+        def imports(library):
+            table = subprocess.run(["nm", "-D", "-u", library], check=True, stdout=subprocess.PIPE, universal_newlines=True)
+            return {line.split()[-1].split("@")[0] for line in table.stdout.splitlines()}
+        self.assertEqual(imports(LIBRARY) & set(UNWANTED), set())
+        bad = os.path.join(os.path.dirname(LIBRARY), "libtoliman_bad_manners.so")
+        self.assertGreater(len(imports(bad) & set(UNWANTED)), 20)
+
+
+if __name__ == "__main__":
+    unittest.main()
