@@ -51,6 +51,13 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     return settings;
 }
 
+// Runs use(settings) by the caller's options, with the caller's memory.
+template <class Use> void with_options(const toliman_sim_options *options, Use use) {
+    const toliman_sim_options known = known_options(options);
+    const toliman::MemoryScope scope(api::memory_of(known.allocator));
+    use(settings_of(known));
+}
+
 const optics::Simulator &simulator_of(const toliman_sim *sim) {
     return api::required(sim, "sim").simulator;
 }
@@ -232,10 +239,9 @@ toliman_status toliman_sim_create(const char *path, const toliman_sim_options *o
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        const toliman_sim_options known = known_options(options);
-        const optics::Settings settings = settings_of(known);
-        const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        *out = new toliman_sim{optics::Simulator(optics::outline_of(path, settings), settings)};
+        with_options(options, [&](const optics::Settings &settings) {
+            *out = new toliman_sim{optics::Simulator(optics::outline_of(path, settings), settings)};
+        });
     });
 }
 
@@ -244,10 +250,9 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
     return api::guard([&] {
         api::required(json, "json");
         api::required(out, "out");
-        const toliman_sim_options known = known_options(options);
-        const optics::Settings settings = settings_of(known);
-        const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        *out = new toliman_sim{optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
+        with_options(options, [&](const optics::Settings &settings) {
+            *out = new toliman_sim{optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
+        });
     });
 }
 
@@ -264,10 +269,9 @@ toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *opt
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
-        const toliman_sim_options known = known_options(options);
-        const optics::Settings settings = settings_of(known);
-        const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        deliver_plan(optics::outline_of(path, settings), settings, out);
+        with_options(options, [&](const optics::Settings &settings) {
+            deliver_plan(optics::outline_of(path, settings), settings, out);
+        });
     });
 }
 
@@ -276,10 +280,9 @@ toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *
     return api::guard([&] {
         api::required(json, "json");
         api::required(out, "out");
-        const toliman_sim_options known = known_options(options);
-        const optics::Settings settings = settings_of(known);
-        const toliman::MemoryScope scope(api::memory_of(known.allocator));
-        deliver_plan(outline_of_text(json, size, folder, settings), settings, out);
+        with_options(options, [&](const optics::Settings &settings) {
+            deliver_plan(outline_of_text(json, size, folder, settings), settings, out);
+        });
     });
 }
 

@@ -35,9 +35,11 @@ class Handle:
         return self
 
     @classmethod
-    def _new(cls) -> typing.Any:
-        """A pointer for a create or load function to fill."""
-        return ctypes.POINTER(cls._kind)()
+    def _made(cls, create: typing.Any, *arguments: typing.Any, check: typing.Callable[[int], None] = check) -> typing.Any:
+        """The pointer that a create or load function of C gives as its last argument."""
+        made: typing.Any = ctypes.POINTER(cls._kind)()
+        check(create(*arguments, ctypes.byref(made)))
+        return made
 
     @property
     def _c(self) -> typing.Any:

@@ -50,13 +50,11 @@ class CAE(Handle):
 
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
                  input: str = "whitened"):
-        made = self._new()
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
                              layout=number("layout", layout, "TOLIMAN_CAE_FLIGHT"),
                              input=number("input", input, "TOLIMAN_CAE_WHITENED"))
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
-        check(library.toliman_cae_create(simulator._c, seed, ctypes.byref(options), ctypes.byref(made)))
-        super().__init__(made)
+        super().__init__(self._made(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
 
     @property
     def info(self) -> NetworkInfo:
@@ -137,16 +135,12 @@ class CAE(Handle):
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> CAE:
         """A network from a weights blob."""
-        made = cls._new()
-        check(library.toliman_cae_load_file(os.fsencode(path), None, ctypes.byref(made)))
-        return cls._adopt(made)
+        return cls._adopt(cls._made(library.toliman_cae_load_file, os.fsencode(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> CAE:
         """A network from the bytes of a weights blob."""
-        made = cls._new()
-        check(library.toliman_cae_load(content, len(content), None, ctypes.byref(made)))
-        return cls._adopt(made)
+        return cls._adopt(cls._made(library.toliman_cae_load, content, len(content), None))
 
     def __reduce__(self):
         return CAE.from_bytes, (self.to_bytes(),)

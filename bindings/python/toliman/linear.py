@@ -26,9 +26,7 @@ class Template(Handle):
     _kind, _end = _raw.toliman_linear, "toliman_linear_destroy"
 
     def __init__(self, simulator: Simulator):
-        made = self._new()
-        check(library.toliman_linear_create(simulator._c, None, ctypes.byref(made)))
-        super().__init__(made)
+        super().__init__(self._made(library.toliman_linear_create, simulator._c, None))
         self.shape = simulator.shape
 
     def encode(self, frames: ArrayLike) -> typing.Any:
@@ -53,11 +51,9 @@ class Components(Handle):
     _kind, _end = _raw.toliman_linear_components, "toliman_linear_destroy_components"
 
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
-        made = self._new()
         options = options_of(_raw.toliman_linear_components_options, library.toliman_linear_components_options_init,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
-        check(library.toliman_linear_create_components(simulator._c, ctypes.byref(options), ctypes.byref(made)))
-        super().__init__(made)
+        super().__init__(self._made(library.toliman_linear_create_components, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 
     @property

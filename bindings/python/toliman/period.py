@@ -162,9 +162,7 @@ class View(Handle):
 
     def copy(self) -> Periodogram:
         """A periodogram of its own with the same grid, options and samples."""
-        made = Periodogram._new()
-        check(library.toliman_period_copy(self._c, ctypes.byref(made)))
-        return Periodogram._adopt(made)
+        return Periodogram._adopt(self._made(library.toliman_period_copy, self._c))
 
     def __len__(self) -> int:
         return library.toliman_period_count(self._c)
@@ -189,14 +187,12 @@ class Periodogram(View):
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: float = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
                  sigma_ceiling: float = 0.0, wide: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
-        made = self._new()
         options = options_of(
             _raw.toliman_period_options, library.toliman_period_options_init, time_offset=time_offset,
             value_offset=value_offset, value_bound=value_bound, sigma_floor=sigma_floor, sigma_ceiling=sigma_ceiling,
             time_offset_ns=operator.index(time_offset_ns), unit_ns=unit_ns,
             flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0))
-        check(library.toliman_period_create(f0, df, _whole_float("nf", nf), ctypes.byref(options), ctypes.byref(made)))
-        super().__init__(made)
+        super().__init__(self._made(library.toliman_period_create, f0, df, _whole_float("nf", nf), ctypes.byref(options)))
 
     @functools.cached_property
     def _unweighted(self) -> float:
@@ -254,16 +250,12 @@ class Periodogram(View):
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Periodogram:
         """A periodogram from such a file; it goes on where the other stood."""
-        made = cls._new()
-        check(library.toliman_period_load_file(os.fsencode(path), None, ctypes.byref(made)))
-        return cls._adopt(made)
+        return cls._adopt(cls._made(library.toliman_period_load_file, os.fsencode(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Periodogram:
         """The same from bytes."""
-        made = cls._new()
-        check(library.toliman_period_load(content, len(content), None, ctypes.byref(made)))
-        return cls._adopt(made)
+        return cls._adopt(cls._made(library.toliman_period_load, content, len(content), None))
 
     def __reduce__(self):
         return Periodogram.from_bytes, (self.to_bytes(),)

@@ -121,11 +121,11 @@ class Simulator(Handle):
     def __init__(self, scene: Scene, *, folder: str | os.PathLike[str] | None = None, threads: int = 0,
                  engine: str = "automatic", progress: Progress | bool | None = None):
         warn_of_slow_blas()
-        made, log = self._new(), _raw.toliman_log_fn(_logged)
+        log = _raw.toliman_log_fn(_logged)
         with Watch(progress) as watch:
             options = _options(watch, log, threads, engine)
-            watch.check(_with_scene(scene, folder, library.toliman_sim_create, library.toliman_sim_create_json,
-                                    ctypes.byref(options), ctypes.byref(made)))
+            made = self._made(_with_scene, scene, folder, library.toliman_sim_create, library.toliman_sim_create_json,
+                              ctypes.byref(options), check=watch.check)
         super().__init__(made, keep=(watch, log))
 
     @functools.cached_property

@@ -88,7 +88,7 @@ class Tracker(Handle):
             options.clock, options.clock_points = _clock_of(clock)
         self._watch = Watch(None)
         kept = _set_estimator(options, estimator, self._watch)
-        super().__init__(_created(options), keep=(options, estimator, kept))
+        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options)), keep=(options, estimator, kept))
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
@@ -99,7 +99,7 @@ class Tracker(Handle):
         options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
         self = cls.__new__(cls)
         self._watch = Watch(None)
-        Handle.__init__(self, _created(options), keep=options)
+        Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)), keep=options)
         return self
 
     def push(self, frame: Frame) -> Outcome:
@@ -157,9 +157,7 @@ class Tracker(Handle):
     @property
     def period(self) -> View:
         """The periodogram, which follows every push."""
-        found = View._new()
-        check(library.toliman_track_get_period(self._c, ctypes.byref(found)))
-        view = View._adopt(found)
+        view = View._adopt(View._made(library.toliman_track_get_period, self._c))
         view._keep = self
         return view
 
@@ -197,12 +195,6 @@ class Tracker(Handle):
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
-
-
-def _created(options: typing.Any) -> typing.Any:
-    made = Tracker._new()
-    check(library.toliman_track_create(ctypes.byref(options), ctypes.byref(made)))
-    return made
 
 
 def _set_estimator(options: typing.Any, estimator: Estimator | None, watch: Watch) -> typing.Any:
