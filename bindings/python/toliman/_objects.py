@@ -35,7 +35,8 @@ class Handle:
         return self
 
     @classmethod
-    def _made(cls, create: typing.Any, *arguments: typing.Any, check: typing.Callable[[int], None] = check) -> typing.Any:
+    def _made(cls, create: typing.Any, *arguments: typing.Any,
+              check: typing.Callable[[int], None] = check) -> typing.Any:
         """The pointer that a create or load function of C gives as its last argument."""
         made: typing.Any = ctypes.POINTER(cls._kind)()
         check(create(*arguments, ctypes.byref(made)))

@@ -11,7 +11,7 @@ import typing
 from . import _raw
 from ._library import Cancelled, check
 
-# Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; whatever is true of its answer stops.
+# Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; a true answer stops.
 Progress = typing.Callable[[str, float], typing.Any]
 
 

@@ -54,11 +54,13 @@ class Result:
         return f"{type(self).__name__}({', '.join(members)})"
 
     def __str__(self) -> str:
-        width = max(len(field.name) for field in dataclasses.fields(self))
-        return "\n".join(f"{field.name:<{width}}  {_text(getattr(self, field.name))}" for field in dataclasses.fields(self))
+        fields = dataclasses.fields(self)
+        width = max(len(field.name) for field in fields)
+        return "\n".join(f"{field.name:<{width}}  {_text(getattr(self, field.name))}" for field in fields)
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><th style='text-align:left'>{field.name}</th><td>{html.escape(_text(getattr(self, field.name)))}"
-                       f"</td><td style='text-align:left'>{html.escape(field.metadata.get('doc', ''))}</td></tr>"
+        left = "style='text-align:left'"
+        rows = "".join(f"<tr><th {left}>{field.name}</th><td>{html.escape(_text(getattr(self, field.name)))}</td>"
+                       f"<td {left}>{html.escape(field.metadata.get('doc', ''))}</td></tr>"
                        for field in dataclasses.fields(self))
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"

@@ -79,7 +79,8 @@ class Components(Handle):
         with Watch(progress) as watch:
             options = options_of(
                 _raw.toliman_linear_train_options, library.toliman_linear_train_options_init,
-                method=number("method", method, "TOLIMAN_LINEAR_PCA"), components=whole("components", components, 2**32),
+                method=number("method", method, "TOLIMAN_LINEAR_PCA"),
+                components=whole("components", components, 2**32),
                 iterations=whole("iterations", iterations, 2**32), seed=whole("seed", seed, 2**64),
                 threads=whole("threads", threads, 2**32), progress=watch.callback, **{"lambda": sparsity})
             report = _raw.toliman_linear_training()

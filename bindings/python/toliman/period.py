@@ -85,8 +85,8 @@ class View(Handle):
         return info.f0 + info.df * numpy.arange(info.nf)
 
     def power(self, normalisation: str = "standard", *, first: int = 0, count: int | None = None) -> Doubles:
-        """Power at every frequency, or at `count` of them from number `first` on: standard, model, log or psd, as astropy
-        names them. Never NaN."""
+        """Power at every frequency, or at `count` of them from number `first` on: standard, model, log or psd, as
+        astropy names them. Never NaN."""
         first = whole("first", first)
         power = numpy.empty(whole("count", max(self.info.nf - first, 0) if count is None else count))
         kind = number("normalisation", normalisation, "TOLIMAN_POWER_STANDARD")
@@ -150,7 +150,7 @@ class View(Handle):
         return peaks
 
     def sampling(self, t: ArrayLike | None = None) -> Sampling:
-        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if they are given."""
+        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if given."""
         times, found = None if t is None else plain("t", t), _raw.toliman_period_sampling()
         check(library.toliman_period_query_sampling(self._c, pointer(times), 0 if times is None else times.size,
                                                     ctypes.byref(found)))
@@ -192,7 +192,8 @@ class Periodogram(View):
             value_offset=value_offset, value_bound=value_bound, sigma_floor=sigma_floor, sigma_ceiling=sigma_ceiling,
             time_offset_ns=operator.index(time_offset_ns), unit_ns=unit_ns,
             flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0))
-        super().__init__(self._made(library.toliman_period_create, f0, df, _whole_float("nf", nf), ctypes.byref(options)))
+        super().__init__(self._made(library.toliman_period_create, f0, df, _whole_float("nf", nf),
+                                    ctypes.byref(options)))
 
     @functools.cached_property
     def _unweighted(self) -> float:
@@ -233,7 +234,8 @@ class Periodogram(View):
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Takes back arrays of samples, all or none."""
         times, values, sigmas = _series(t, y, sigma)
-        check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
+        check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas),
+                                                  len(times)))
 
     def merge(self, other: View) -> None:
         """Adds all samples of another periodogram, which stays as it is: a shard of the same grid."""

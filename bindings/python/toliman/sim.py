@@ -109,8 +109,8 @@ class Simulator(Handle):
         simulator = Simulator("chapter.json")
         image = simulator.frame(17)                # [row][column], float64
 
-    scene: a file's path, the name of a shipped scene, or a dict of the schema toliman-scene/1, whose file names start at
-    `folder` (the current one). threads: 0 is one a processor; they never change a bit. engine: automatic, matrix_dft or
+    scene: a file's path, the name of a shipped scene, or a dict of the schema toliman-scene/1, whose file names start
+    at `folder` (the current one). threads: 0 is one a processor; they never change a bit. engine: automatic, matrix_dft or
     padded_fft. progress: True for a line on stderr or a bar in a notebook, or a function of stage and fraction, which
     stops the work by returning something true. Remarks go to Python's logging as "toliman". Calls from several threads
     may run together.
@@ -155,7 +155,7 @@ class Simulator(Handle):
         return [library.toliman_sim_get_stage_name(bit).decode() for bit in range(63) if bits >> bit & 1]
 
     def series(self, first: int = 0, count: int | None = None) -> tuple[Doubles, Doubles]:
-        """Times (days) and true displacements (px) of frames first ... first + count - 1; all from first on by default."""
+        """Times (days) and true displacements (px) of frames first ... first + count - 1; by default all from first."""
         first, count = self._range(first, count)
         times, displacements = numpy.empty(count), numpy.empty(count)
         check(library.toliman_sim_get_series(self._c, first, count, pointer(times), pointer(displacements)))
@@ -200,8 +200,8 @@ class Simulator(Handle):
         return self._image(library.toliman_sim_expect, displacement)
 
     def frame(self, k: int, *, displacement: float | None = None, seed: int | None = None) -> Doubles:
-        """Frame k, [row][column]: a function of (scene, displacement, seed, k) alone. Without a displacement (px) it has
-        the scene's own, without a seed the scene's."""
+        """Frame k, [row][column]: a function of (scene, displacement, seed, k) alone. Without a displacement (px) it
+        has the scene's own, without a seed the scene's."""
         if displacement is None:
             displacement = self.series(k, 1)[1][0]
         return self._image(library.toliman_sim_frame, displacement, self._seed(seed), whole("k", k))

@@ -53,10 +53,10 @@ class Tracker(Handle):
             print(outcome.verdict, tracker.period.peak())
             tracker.save()
 
-    estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number that
-    tells it from others, and `sigma`, the standard deviation of its values; None where nothing is pushed. Frequencies
-    are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the ledger,
-    made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
+    estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number
+    that tells it from others, and `sigma`, the standard deviation of its values; None where nothing is pushed. Frequencies
+    are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the
+    ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
     lines), frame or none. threads work on the frames of one push_many. One thread at a time.
     """
@@ -88,7 +88,8 @@ class Tracker(Handle):
             options.clock, options.clock_points = _clock_of(clock)
         self._watch = Watch(None)
         kept = _set_estimator(options, estimator, self._watch)
-        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options)), keep=(options, estimator, kept))
+        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options)),
+                         keep=(options, estimator, kept))
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
