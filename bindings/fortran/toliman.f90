@@ -10,10 +10,10 @@
 !              %handle of an object is their first argument.
 ! Arrays lie as C has them, so that C's rows are Fortran's second dimension: image[rows][cols] of the headers is
 ! image(cols, rows) here, and images[count][rows][cols] images(cols, rows, count). Frames, frequencies, components and
-! lines are counted from 0, as in C. Lengths are taken from the arrays. What C lets be NULL is optional and, of
-! type-bound procedures, comes last. Structs have their struct_size; options get their defaults from the function of
-! the name _init. A callback is a bind(C) procedure, given by c_funloc; toliman_text makes Fortran's text of one of
-! C. Unsigned numbers of C are signed here.
+! lines are counted from 0, as in C, and int64_t is integer(c_int64_t): 400_c_int64_t. Lengths are taken from the
+! arrays. What C lets be NULL is optional and, of type-bound procedures, comes last. Structs have their struct_size;
+! options get their defaults from the function of the name _init. A callback is a bind(C) procedure, given by
+! c_funloc; toliman_text makes Fortran's text of one of C. Unsigned numbers of C are signed here.
 module toliman
     use, intrinsic :: iso_c_binding
     implicit none
@@ -46,7 +46,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_E_MISMATCH = 11 ! two objects or files do not belong together
     ! a buffer given by the caller is too small, or a capacity is used up
     integer(c_int32_t), parameter, public :: TOLIMAN_E_CAPACITY = 12
-    ! the object is not ready for this call (an untrained network, too few samples)
+    ! the object is not ready for this call (too few samples, nothing trained yet)
     integer(c_int32_t), parameter, public :: TOLIMAN_E_STATE = 13
 
     abstract interface
@@ -493,8 +493,8 @@ module toliman
         integer(c_int32_t) :: rank = 0
         real(c_double) :: frequency = 0.0_c_double ! f0 + k df
         real(c_double) :: power = 0.0_c_double ! P
-        real(c_double) :: amplitude = 0.0_c_double ! phase in rad
-        real(c_double) :: phase = 0.0_c_double
+        real(c_double) :: amplitude = 0.0_c_double
+        real(c_double) :: phase = 0.0_c_double ! rad
         real(c_double) :: offset = 0.0_c_double
         ! standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset
         real(c_double) :: amplitude_error = 0.0_c_double

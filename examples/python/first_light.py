@@ -6,16 +6,14 @@ import pathlib
 import sys
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))  # if it is not installed
-from toliman import CAE, Periodogram, Simulator
+from toliman import CAE, Periodogram, Simulator, suited_grid
 
 simulator = Simulator(sys.argv[1] if sys.argv[1:] else "chapter.json", progress=True)
 network = CAE(simulator)
 network.train(progress=True)
 
 times, _ = simulator.series()
-T, step = times[-1] - times[0], times[1] - times[0]
-f0, df = 1.5 / T, 0.1 / T
-with Periodogram(f0, df, nf=int((0.5 / step - f0) / df)) as periodogram:
+with Periodogram(*suited_grid(times)) as periodogram:
     for k, t in enumerate(times):
         latent = network.encode(simulator.frame(k))
         periodogram.push(t, latent)

@@ -42,7 +42,7 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_RANGE 10      /* an argument is outside the range fixed at creation or by the format */
 #define TOLIMAN_E_MISMATCH 11   /* two objects or files do not belong together */
 #define TOLIMAN_E_CAPACITY 12   /* a buffer given by the caller is too small, or a capacity is used up */
-#define TOLIMAN_E_STATE 13      /* the object is not ready for this call (an untrained network, too few samples) */
+#define TOLIMAN_E_STATE 13      /* the object is not ready for this call (too few samples, nothing trained yet) */
 
 /* Name of a code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown one. Static text, never NULL. Since 0.1. */
 TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;

@@ -160,7 +160,9 @@ typedef struct toliman_period_model {
     uint32_t rank;        /* 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none */
     double frequency;     /* f0 + k df */
     double power;         /* P */
-    double amplitude, phase, offset;                   /* phase in rad */
+    double amplitude;
+    double phase; /* rad */
+    double offset;
     double amplitude_error, phase_error, offset_error; /* standard errors, scaled by the residual; +infinity where the
                                                           samples cannot tell, 0 of a fixed offset */
 } toliman_period_model;

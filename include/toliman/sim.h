@@ -15,11 +15,12 @@
  *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
  *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
  *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
- *   Time        binary.date is time 0. With an orbit the stars stand throughout where they are then; with
- *               binary.moving they follow it, and frames are made about anchors along it. All that describes the scene
- *               as one (images, bounds, propagate, expect, estimators made of it) is that of time 0.
- *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
- *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
+ *   Time        of a frame is the middle of its exposure, over which nothing is averaged: stars and signal stand as at
+ *               that instant. Light travel time (to the barycentre) is not modelled. binary.date is time 0. With an
+ * orbit the stars stand throughout where they are then; with binary.moving they follow it, and frames are made about
+ * anchors along it. All that describes the scene as one (images, bounds, propagate, expect, estimators made of it) is
+ * that of time 0. Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the
+ * orbit's plane held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
  *               over a period is not 0 but -3/2 e sin(argument) amplitudes. Its period is Kepler's, with M + m:
  * 365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of 365.25 days.
  *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the

@@ -11,6 +11,9 @@
  *              the periodogram: known, not in the periodogram
  * rejected     damaged (see the reasons), whatever came before; a good copy may still come
  *
+ * A frame's time is that of its clock, in TAI, the middle of the exposure if the clock tells that; it is not brought to
+ * the barycentre (up to 8.3 minutes, a year's wave of its own).
+ *
  * Whatever the order of arrival, the periodogram has the same bits. What cannot be seen: bits that flipped in a frame
  * of which there is no other copy, as the side file has no checksum.
  *
@@ -208,8 +211,8 @@ typedef struct toliman_track_line {
 
 /* Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
  * duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
- * those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since. Since 0.1.
- */
+ * those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since: some lines
+ * may then be written. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first,
                                                                       size_t count, toliman_track_line *lines,
                                                                       size_t *done) TOLIMAN_NOEXCEPT;

@@ -38,6 +38,8 @@ linear::Preparation preparation_of(const toliman_linear_components_options &opti
 
 toliman_linear_train_options known_options(const toliman_linear_train_options *given) {
     auto options = accept(given, toliman_linear_train_options{}, "options");
+    if (options.reserved != 0)
+        fail(Status::argument, "options->reserved = %u: must be 0", options.reserved);
     if (options.method != TOLIMAN_LINEAR_PCA && options.method != TOLIMAN_LINEAR_DICTIONARY)
         fail(Status::argument, "options->method = %d: must be %d (PCA) or %d (dictionary)", options.method,
              TOLIMAN_LINEAR_PCA, TOLIMAN_LINEAR_DICTIONARY);

@@ -7,6 +7,7 @@
 
 #include <toliman/base.h>
 
+#include "api/oldest.hpp"
 #include "base/error.hpp"
 
 namespace toliman::api {
@@ -63,10 +64,6 @@ template <class Work> void in_file(const char *path, Work work) {
         fail(error.status(), "%s: %s", path, error.what());
     }
 }
-
-// Bytes of the smallest layout ever published for a struct: today's. One that grows gets a line like those in sim.cpp,
-// which tools/check/abi asks for.
-template <class T> constexpr size_t kOldest = sizeof(T);
 
 // Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);

@@ -30,6 +30,8 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         const auto known = accept(options, default_options(), "options");
         if ((known.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
             fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
+        if (known.reserved != 0)
+            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
         if (n > 0) {
             required(t, "t");
             required(y, "y");

@@ -22,12 +22,6 @@ using toliman::Buffer;
 using toliman::fail;
 using toliman::Status;
 
-namespace toliman::api {
-template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, engine);
-template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
-template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
-} // namespace toliman::api
-
 namespace {
 
 static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
@@ -43,6 +37,8 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.workers = known.threads;
     settings.progress = {known.progress, known.progress_data};
     settings.log = {known.log, known.log_data};
+    if (known.reserved != 0)
+        fail(Status::argument, "options->reserved = %d: must be 0", known.reserved);
     if (known.engine < TOLIMAN_ENGINE_AUTOMATIC || known.engine > TOLIMAN_ENGINE_PADDED_FFT)
         fail(Status::argument, "engine = %d: must be in [%d, %d]", known.engine, TOLIMAN_ENGINE_AUTOMATIC,
              TOLIMAN_ENGINE_PADDED_FFT);

@@ -481,16 +481,20 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
                                        toliman_track_line *lines, size_t *done) noexcept {
     return guard([&] {
         const track::Tracker &tracker = *required(track, "track").tracker;
-        required(done, "done") = 0;
+        required(done, "done");
         if (first < 0)
             fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
-        if (count == 0)
+        size_t told = 0;
+        if (count == 0) {
+            *done = 0;
             return;
+        }
         const StructArray<toliman_track_line> found(lines, "lines");
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
-                          found.put((*done)++, public_line(record, outcome));
+                          found.put(told++, public_line(record, outcome));
                       });
+        *done = told;
     });
 }
 

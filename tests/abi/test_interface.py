@@ -13,7 +13,7 @@ sys.path.append(os.path.join(TOP, "tools/check"))
 import interface
 
 BASE, SIM, PERIOD = "include/toliman/base.h", "include/toliman/sim.h", "include/toliman/period.h"
-SYM, RECORD = "lib/api/toliman.sym", "tests/abi/interface"
+SYM, RECORD, OLDEST = "lib/api/toliman.sym", "tests/abi/interface", "lib/api/oldest.hpp"
 LAST = "    const char *fftw;        /* FFTW version */\n"
 
 
@@ -131,11 +131,23 @@ class Headers(Tree):
         self.refuses((BASE, LAST, LAST + "    double new_one;\n"),
                      "lib/api refuses the 56 bytes of programs built before: give it kOldest<toliman_machine> = 56")
         line = "template <> inline constexpr size_t kOldest<toliman_machine> = %s;\n"
-        self.write("lib/api/a.cpp", line % 64)
-        self.refuses("lib/api refuses the 56 bytes")
-        for number in ("56", "40", "offsetof(toliman_machine, new_one)"):
-            self.write("lib/api/a.cpp", line % number)
-            self.accepts("struct toliman_machine of 56 bytes -> of 64 bytes\nmember toliman_machine.new_one at 56: double")
+        for refused in (line % 64, "// " + line % 56):
+            self.write(OLDEST, refused)
+            self.refuses("lib/api refuses the 56 bytes")
+        for number, told in (("40", 40), ("offsetof(toliman_machine, new_one)", 56), ("56", 56)):
+            self.write(OLDEST, line % number)
+            _, additions = self.compare()
+            self.assertIn(f"struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from {told}", additions)
+            self.assertIn("member toliman_machine.new_one at 56: double", additions)
+        self.write(RECORD, interface.describe(self.top))
+        self.write(OLDEST, line % 64)
+        self.refuses("lib/api refuses the 56 bytes of programs built before")
+
+    def test_sizes_that_are_forgotten(self):
+        """Of a struct that grew long ago."""
+        text = self.read(OLDEST)
+        self.write(OLDEST, "\n".join(line for line in text.split("\n") if "toliman_sim_options" not in line))
+        self.refuses("struct toliman_sim_options: lib/api refuses the 40 bytes of programs built before")
 
     def test_additions(self):
         self.accepts((BASE, "#define TOLIMAN_E_STATE 13 ", "#define TOLIMAN_E_NEW 14\n#define TOLIMAN_E_STATE 13 "),
@@ -215,16 +227,15 @@ class Program(Tree):
 
     def test_addition(self):
         self.change(BASE, LAST, LAST + "    double new_one;\n")
-        self.change("lib/api/base.cpp", "using namespace toliman;\n", "using namespace toliman;\n"
-                    "template <> inline constexpr size_t toliman::api::kOldest<toliman_machine> = 56;\n")
+        self.change(OLDEST, "\n} // namespace", "template <> inline constexpr size_t kOldest<toliman_machine> = 56;\n} // namespace")
         self.build()
         code, output = self.check()
         self.assertEqual(code, 1)
-        self.assertIn("not recorded, run make abi: struct toliman_machine of 56 bytes -> of 64 bytes", output)
+        self.assertIn("not recorded, run make abi: struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from 56", output)
         self.assertNotIn("abidiff", output)
         code, output = self.check("--record")
         self.assertEqual(code, 0, output)
-        self.assertIn("recorded: struct toliman_machine of 56 bytes -> of 64 bytes", output)
+        self.assertIn("recorded: struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes", output)
         self.assertEqual(self.check(), (0, ""))
 
 

@@ -13,6 +13,7 @@ import threading
 import time
 import typing
 import unittest
+import unittest.mock
 from contextlib import redirect_stderr
 
 import numpy
@@ -21,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bindings" / "python"
 sys.path.insert(0, str(PACKAGE))
 import toliman  # noqa: E402
-from toliman import _library, _raw  # noqa: E402
+from toliman import _arguments, _library, _raw  # noqa: E402
 from toliman._words import words  # noqa: E402
 
 # What Python has in another way.
@@ -83,6 +84,16 @@ class Results(unittest.TestCase):
             self.assertEqual(str(again[0](*again[1])), str(raised.exception))
         self.assertEqual(f"{toliman.Error.__module__}.{toliman.Error.__name__}", "toliman.Error")
 
+    def test_numbers_at_the_edge(self):
+        self.assertEqual(_arguments.whole("n", 3, 4), 3)
+        for bad in (4, -1):
+            with self.assertRaisesRegex(ValueError, rf"n = {bad}: must be in \[0, 3\]"):
+                _arguments.whole("n", bad, 4)
+
+    def test_words_of_a_newer_library(self):
+        outcome = toliman.Outcome._of(_raw.toliman_outcome(verdict=4, reason=99))
+        self.assertEqual((outcome.verdict, outcome.reason), ("rejected", "99"))
+
     def test_closed_objects(self):
         periodogram = toliman.Periodogram(0.1, 0.1, 3)
         self.assertTrue(periodogram)  # though it holds nothing
@@ -137,6 +148,7 @@ class Stopping(unittest.TestCase):
     def test_ctrl_c(self):
         """A second of training in, while no callback of anybody's is asked for."""
         code = ("import os, signal, threading, toliman\n"
+                "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
                 "network = toliman.CAE(toliman.Simulator('chapter.json'))\n"
                 "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
                 "try:\n    network.train(steps=100000)\n"
@@ -200,6 +212,13 @@ class Importing(unittest.TestCase):
         self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.1 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 
+    def test_wherever_the_package_stands(self):
+        """In a folder too near the root for its prefix; the name of the library is then the system's to find."""
+        for path in ("/a/_library.py", "/_library.py"):
+            with unittest.mock.patch.object(_library, "__file__", path), unittest.mock.patch.dict(os.environ):
+                os.environ["TOLIMAN_LIBRARY"] = ""
+                self.assertEqual(list(_library._candidates())[-1], _library.SONAME)
+
     def test_every_path_that_was_tried_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             package = pathlib.Path(folder) / "lib/python3/dist-packages/toliman"
@@ -221,6 +240,10 @@ class Importing(unittest.TestCase):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
                 _library._fit(Fit(**functions))
         refused("its ABI is 7, theirs 0", toliman_abi_version=lambda: 7)
+
+        def larger(name):
+            return _library.library.toliman_get_struct_size(name) + 8
+        _library._fit(Fit(toliman_get_struct_size=larger))  # a newer library
 
         def smaller(name):
             return _library.library.toliman_get_struct_size(name) - (8 if name == b"toliman_period_peak" else 0)

@@ -1,4 +1,5 @@
 """Networks, templates and components of Python, against the program, numpy, and each other."""
+import copy
 import json
 import os
 import pathlib
@@ -6,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 import numpy
@@ -53,6 +55,11 @@ class Network(unittest.TestCase):
         self.assertEqual(network.encode(frames[:0]).shape, (0,))
 
     def test_frames_that_are_none(self):
+        for bad in (None, "frame", frames[0].astype("M8[s]"), [object()], frames[0].astype(str)):
+            with self.assertRaisesRegex(TypeError, "frames is a .*: give plain numbers"):
+                network.encode(bad)
+        with self.assertRaisesRegex(ValueError, "masked"):
+            network.encode([numpy.ma.masked_greater(frame, 10) for frame in frames])
         for bad, what in ((frames[0].T, r"\(270, 260\): must be \(260, 270\)"), (frames[0, 0], "must be"),
                           (frames[:, :5], r"must be \(any, 260, 270\)")):
             with self.assertRaisesRegex(ValueError, what):
@@ -121,6 +128,50 @@ class Network(unittest.TestCase):
         self.assertEqual(other.to_bytes(), before)
 
 
+    def test_a_tracker_holds_its_estimator(self):
+        for estimator in (toliman.CAE.from_bytes(network.to_bytes()), toliman.Template(simulator)):
+            expected = estimator.encode(frames[1])
+            tracker = toliman.Tracker(estimator, 0.01, 0.001, 100)
+            with estimator:
+                pass
+            junk = [numpy.ones((300, 300)) for _ in range(30)]
+            self.assertEqual(tracker.push(toliman.Frame(frames[1], 1, 0)).value, expected)
+            del junk
+            with self.assertRaisesRegex(ValueError, "closed"):
+                estimator.encode(frames[:0])
+
+    def test_training_of_what_is_in_use(self):
+        other = toliman.CAE(simulator)
+        tracker = toliman.Tracker(other, 0.01, 0.001, 100)
+        with self.assertRaisesRegex(RuntimeError, "a Tracker uses this CAE"):
+            other.train(steps=2)
+        tracker.close()
+        with self.assertRaisesRegex(RuntimeError, "this CAE is being trained"):
+            other.train(steps=2, progress=lambda stage, fraction: other.train())
+        other.train(steps=2)
+        with self.assertRaisesRegex(ValueError, "frames are for"):
+            other.train(frames=frames)
+
+    def test_closing_while_it_trains(self):
+        other = toliman.CAE(simulator)
+        self.assertEqual(other.train(steps=3, progress=lambda stage, fraction: other.close()).steps, 3)
+        thread = threading.Thread(target=simulator.frames, kwargs={"count": 200})
+        copy = toliman.CAE(simulator)
+        thread = threading.Thread(target=copy.encode, args=(numpy.repeat(frames, 5, axis=0),))
+        thread.start()
+        copy.close()
+        thread.join()
+
+    def test_copies(self):
+        latents = network.encode(frames)
+        again = copy.copy(network)
+        again.close()
+        self.assertTrue((network.encode(frames) == latents).all())
+        for other in (simulator, toliman.Template(simulator)):
+            with self.assertRaisesRegex(TypeError, "cannot be pickled: make it anew"):
+                copy.copy(other)
+
+
 class Linear(unittest.TestCase):
     def test_template_is_weighted_least_squares(self):
         """Numpy's own, with the expected counts as weights."""
@@ -152,6 +203,12 @@ class Linear(unittest.TestCase):
             expected *= numpy.sign(expected[abs(expected).argmax()])
             numpy.testing.assert_allclose(values, expected, atol=1e-5 * strengths[0])
             self.assertAlmostEqual(share, strengths[place]**2 / (strengths**2).sum(), delta=1e-6)
+        seeds = []
+        for seed in (1, 1, 2):
+            components.train("dictionary", 2, iterations=1, seed=seed)
+            seeds.append(components.series()[0].tolist())
+        self.assertEqual(seeds[0], seeds[1])
+        self.assertNotEqual(seeds[0], seeds[2])
         components.reset()
         self.assertEqual(len(components), 0)
         with self.assertRaisesRegex(toliman.Error, "TOLIMAN_E_STATE|frames"):

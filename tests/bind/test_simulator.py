@@ -50,6 +50,8 @@ class Frames(unittest.TestCase):
         self.assertEqual(len(frames), 3)
         self.assertTrue((few.frames(1) == frames[1:]).all())
         self.assertTrue((few.frames(2, displacements=[0.01])[0] == few.frame(2, displacement=0.01)).all())
+        moved = numpy.linspace(-0.01, 0.01, 70)  # more than are given to C at a time
+        self.assertTrue((few.frames(0, displacements=moved)[69] == few.frame(69, displacement=0.01)).all())
         self.assertEqual(few.frames(0, 0).shape, (0, ROWS, COLS))
         with self.assertRaisesRegex(toliman.InputError, "cadence"):
             few.frames(2, 2)
@@ -114,6 +116,8 @@ class Scenes(unittest.TestCase):
         self.assertEqual(toliman.plan(scene(accuracy=numpy.float64(1e-6))).wavelengths, plain.wavelengths)
         with self.assertRaisesRegex(TypeError, "scene.accuracy is a complex, which a scene cannot have"):
             toliman.plan(scene(accuracy=1j))
+        with self.assertRaisesRegex(ValueError, "scene.noise.seed = .*2\\^53"):
+            toliman.plan(scene(noise={"photon": True, "seed": 2**53 + 1}))
 
     def test_refusals(self):
         with self.assertRaisesRegex(toliman.InputError, "accuracyy.*unknown key") as raised:

@@ -2,7 +2,6 @@
 
 A line is a kind, a name and what belongs to it; members of structs are named struct.member.
 """
-import glob
 import os
 import re
 import sys
@@ -45,7 +44,18 @@ def call(item):
     return f"({arguments or 'void'}) -> {item.returns.declare('').strip()}"
 
 
-def item_lines(table, item, measured):
+def oldest(top, item, measured):
+    """The smallest size of a struct that the library takes: lib/api/oldest.hpp, or today's."""
+    path = os.path.join(top, "lib/api/oldest.hpp")
+    if not os.path.exists(path):
+        return measured[item.name]
+    with open(path, encoding="utf-8") as stream:
+        text = re.sub(r"//.*", "", stream.read())
+    match = re.search(rf"kOldest<{item.name}> =\s+(?:(\d+)|offsetof\({item.name}, (\w+)\));", text)
+    return measured[item.name] if not match else match.group(1) or measured[f"{item.name}.{match.group(2)}"]
+
+
+def item_lines(table, item, measured, top):
     """The lines of one declaration."""
     name = item.name
     if isinstance(item, model.Function):
@@ -59,7 +69,7 @@ def item_lines(table, item, measured):
     elif isinstance(item, model.Handle):
         yield f"handle {name}"
     else:
-        yield f"struct {name} of {measured[name]} bytes"
+        yield f"struct {name} of {measured[name]} bytes, taken from {oldest(top, item, measured)}"
         for field in item.fields:
             place = f"{name}.{field.name}"
             yield f"    member {place} at {measured[place]}: {declared(table, field.type)}"
@@ -73,7 +83,7 @@ def describe(top):
     lines = [f"version abi {measured['TOLIMAN_ABI_VERSION']} of {major}.{minor}"]
     for item in table.items:
         if not item.name.startswith(("TOLIMAN_VERSION", "TOLIMAN_ABI_VERSION")):
-            lines += item_lines(table, item, measured)
+            lines += item_lines(table, item, measured, top)
     return HEADING + "\n".join(lines) + "\n"
 
 
@@ -103,24 +113,6 @@ def why_fixed(table, struct):
     return None
 
 
-def oldest(top, struct, members):
-    """The smallest size of a struct that lib/api takes, None where it takes today's alone."""
-    for path in sorted(glob.glob(os.path.join(top, "lib/api/*.?pp"))):
-        with open(path, encoding="utf-8") as stream:
-            match = re.search(rf"kOldest<{struct}> = (?:(\d+)|offsetof\({struct}, (\w+)\));", stream.read())
-        if match:
-            return int(match.group(1) or number("at", members["member", f"{struct}.{match.group(2)}"][1]))
-    return None
-
-
-def wrong_growth(top, table, new, struct, size):
-    """Why a struct of so many bytes may not grow, None if it may."""
-    least = oldest(top, struct, new)
-    if why_fixed(table, table.by_name[struct]) is None and (least is None or least > size):
-        return f"lib/api refuses the {size} bytes of programs built before: give it kOldest<{struct}> = {size}"
-    return why_fixed(table, table.by_name[struct])
-
-
 def wrong_addition(old, kind, name, text):
     """Why something new may not be added, None if it may."""
     struct = name.split(".")[0]
@@ -147,7 +139,7 @@ def lost_and_changed(old, new):
             continue  # the place is taken by what it was kept for
         if now is None:
             yield line, f"{kind} {name} is gone: {GONE.get(kind, 'programs that name it do not compile')}"
-        elif now == text or kind == "version" or (kind == "struct" and number("of", now) > number("of", text)):
+        elif now == text or kind == "version" or (kind == "struct" and number("of", now) >= number("of", text)):
             continue  # what makes a struct larger is told of its members
         elif kind == "member":
             moved.setdefault(struct, []).append((line, f"{name} {text} -> {now}"))
@@ -175,11 +167,16 @@ def compare(before, after, top):
                 additions.append(f"{kind} {name} {text}".strip())
         elif kind == "version" and text != known:
             additions.append(f"version {name} {known} -> {text}")
-        elif kind == "struct" and number("of", text) > number("of", known):
-            grown.append((line, name, number("of", known)))
+        elif kind == "struct" and text != known and number("of", text) >= number("of", known):
+            least, before_it = number("from", text), number("from", known)
+            if least > before_it:
+                breaks.append((line, f"struct {name}: lib/api refuses the {before_it} bytes of programs built before: "
+                                     f"give it kOldest<{name}> = {before_it} in oldest.hpp"))
+            if number("of", text) > number("of", known):
+                grown.append((line, name))
             additions.append(f"struct {name} {known} -> {text}")
-    for line, name, size in grown:
-        problem = wrong_growth(top, table, new, name, size)
+    for line, name in grown:
+        problem = why_fixed(table, table.by_name[name])
         if problem and not any(f" {name}." in why for _, why in breaks):
             breaks.append((line, f"struct {name} may not grow: {problem}"))
     return sorted(breaks), additions

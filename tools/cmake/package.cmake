@@ -34,6 +34,7 @@ toliman_package(program toliman science "${same}" "period of a planet from frame
 toliman_package(python python3-toliman python "${same}, python3, python3-numpy" "libtoliman for Python 3")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev") # static
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS toliman) # which has the scenes
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)

@@ -70,7 +70,7 @@ def member(model, item, field):
             bit = model.by_name[constant]
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
     elif name in WORDS:
-        yield name, "str", field.doc, f', words="{WORDS[name]}"'
+        yield name, "str", re.sub(r"\w+, \.\.\.", "...", field.doc), f', words="{WORDS[name]}"'
     elif name in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""
     elif kind.base == "char":

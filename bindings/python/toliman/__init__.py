@@ -1,13 +1,12 @@
 """libtoliman for Python: scene -> frames -> latent -> period, over ctypes and numpy.
 
-    from toliman import CAE, Periodogram, Simulator
+    from toliman import CAE, Periodogram, Simulator, suited_grid
 
     simulator = Simulator("chapter.json", progress=True)       # or a dict, or a file of your own
     network = CAE(simulator)
     network.train()
     times, _ = simulator.series()
-    T = times[-1] - times[0]
-    with Periodogram(f0=1.5 / T, df=0.1 / T, nf=5461) as periodogram:
+    with Periodogram(*suited_grid(times)) as periodogram:
         for k, t in enumerate(times):
             periodogram.push(t, network.encode(simulator.frame(k)))
         print(periodogram.peak())
@@ -15,7 +14,7 @@
 Images are numpy arrays [row][column] of float64; results are frozen dataclasses, which print and notebooks show as
 tables. Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the power is astropy's "standard",
 between 0 and 1, never NaN. A failed call raises toliman.Error with the library's message; InputError is also a
-ValueError, NotFoundError a FileNotFoundError, and so on. Ctrl-C and `progress` stop long work, which stays usable.
+ValueError, NotFoundError a FileNotFoundError, and so on. Ctrl-C and what is given as `progress` stop long work, which stays usable.
 Remarks of the library go to Python's logging under the name "toliman". Objects free themselves, or by `with`.
 
 toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.
@@ -27,9 +26,15 @@ from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, Netwo
 from .cae import CAE, Reconstruction
 from .linear import Components, Template
 from .machine import blas_speed, machine
-from .period import Peak, Periodogram, batch
+from .period import Grid, Peak, Periodogram, batch, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
 from .track import REASONS, VERDICTS, Frame, Tracker
 
 __version__ = version()
-__all__ = [name for name in dir() if not name.startswith("_")]
+__all__ = [
+    "CAE", "Cancelled", "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Frame", "Grid", "InputError",
+    "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Peak", "Periodogram",
+    "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "Stream",
+    "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch",
+    "blas_speed", "library_path", "machine", "plan", "shipped_scenes", "suited_grid", "version",
+]

@@ -13,7 +13,10 @@ SONAME = f"libtoliman.so.{_raw.TOLIMAN_VERSION_MAJOR}.{_raw.TOLIMAN_VERSION_MINO
 
 
 class Error(Exception):
-    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C."""
+    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C; `outcomes`, of
+    Tracker.push_many, what became of the frames before."""
+
+    outcomes: list[typing.Any]
 
     def __init__(self, status: int, message: str):
         super().__init__(message)
@@ -71,16 +74,21 @@ def check(status: int) -> None:
         raise _KINDS.get(status, Error)(status, library.toliman_last_error().decode(errors="replace"))
 
 
+def above(levels: int) -> pathlib.Path:
+    """The folder so many levels above this package's."""
+    parents = pathlib.Path(__file__).resolve().parents
+    return parents[min(levels, len(parents) - 1)]
+
+
 def _candidates() -> typing.Iterator[str]:
     """Where the library may be: as it was told, beside these files, in their prefix or source tree, in Python's prefix,
     and wherever the system looks."""
-    if "TOLIMAN_LIBRARY" in os.environ:
+    if os.environ.get("TOLIMAN_LIBRARY"):
         yield os.environ["TOLIMAN_LIBRARY"]
         return
-    here = pathlib.Path(__file__).resolve()
-    yield str(here.parent / SONAME)
-    yield str(here.parents[3] / SONAME)  # installed: lib/python3/dist-packages/toliman
-    yield str(here.parents[3] / "build" / "lib" / SONAME)  # the source tree
+    yield str(above(0) / SONAME)
+    yield str(above(3) / SONAME)  # installed: lib/python3/dist-packages/toliman
+    yield str(above(3) / "build" / "lib" / SONAME)  # the source tree
     yield str(pathlib.Path(sys.prefix) / "lib" / SONAME)
     yield SONAME
 

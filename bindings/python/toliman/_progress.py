@@ -63,25 +63,25 @@ class Watch:
         self._progress = self._bar if progress is True else progress or None
         self._raised: BaseException | None = None
         self._before: typing.Any = None  # the handler of Ctrl-C
+        self._outside = False  # in code of the caller's, which Ctrl-C may break off
         self.callback = _raw.toliman_progress_fn(self._call)
 
     def _call(self, stage: bytes, fraction: float, _: object) -> int:
-        try:
-            if self._progress and self._progress(stage.decode(errors="replace"), fraction):
-                return 1
-        except BaseException as raised:  # C cannot carry it; check() raises it again
-            self._raised = raised
+        progress: typing.Any = self._progress
+        if callable(progress) and self.run(lambda: int(bool(progress(stage.decode(errors="replace"), fraction)))):
+            return 1
         return int(self._raised is not None)
 
-    def guard(self, work: typing.Callable[..., int]) -> typing.Callable[..., int]:
-        """A callback of C whose exceptions are kept likewise: it then answers 1."""
-        def guarded(*arguments: typing.Any) -> int:
-            try:
-                return work(*arguments)
-            except BaseException as raised:
-                self._raised = self._raised or raised
-                return _raw.TOLIMAN_E_CANCELLED
-        return guarded
+    def run(self, work: typing.Callable[..., int], *arguments: typing.Any) -> int:
+        """Code of the caller's that C calls. C cannot carry what it raises: check() raises the first of it again."""
+        try:
+            self._outside = True
+            return work(*arguments)
+        except BaseException as raised:
+            self._raised = self._raised or raised
+            return _raw.TOLIMAN_E_CANCELLED
+        finally:
+            self._outside = False
 
     def step(self, stage: str, fraction: float) -> None:
         """Progress of work that is done in parts by Python."""
@@ -97,7 +97,9 @@ class Watch:
         check(status)
 
     def _interrupt(self, *_: object) -> None:
-        self._raised = KeyboardInterrupt()
+        if self._outside:
+            raise KeyboardInterrupt
+        self._raised = self._raised or KeyboardInterrupt()
 
     def __enter__(self) -> Watch:
         # Python would raise it in front of the callback's first statement, where nothing can catch it.

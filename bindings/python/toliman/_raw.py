@@ -40,7 +40,7 @@ TOLIMAN_E_CANCELLED = 9  # the progress callback asked to stop
 TOLIMAN_E_RANGE = 10  # an argument is outside the range fixed at creation or by the format
 TOLIMAN_E_MISMATCH = 11  # two objects or files do not belong together
 TOLIMAN_E_CAPACITY = 12  # a buffer given by the caller is too small, or a capacity is used up
-TOLIMAN_E_STATE = 13  # the object is not ready for this call (an untrained network, too few samples)
+TOLIMAN_E_STATE = 13  # the object is not ready for this call (too few samples, nothing trained yet)
 
 # Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
 # 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the
@@ -645,9 +645,7 @@ class toliman_period_model(Sized):
     rank: 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none
     frequency: f0 + k df
     power: P
-    amplitude: phase in rad
-    phase: phase in rad
-    offset: phase in rad
+    phase: rad
     amplitude_error: standard errors, scaled by the residual; +infinity where the
         samples cannot tell, 0 of a fixed offset
     phase_error: standard errors, scaled by the residual; +infinity where the
@@ -1915,7 +1913,8 @@ errors as of create and push, after which some lines may be in, and count again 
         ),
         """Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
 duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
-those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since. Since 0.1.""",
+those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since: some lines
+may then be written. Since 0.1.""",
     ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),

@@ -113,7 +113,7 @@ class NetworkInfo(Result):
     crop_row: int = told("first row and column of the 256x256 crop")
     crop_col: int = told("first row and column of the 256x256 crop")
     projected: int = told("nuisance images projected out")
-    input: str = told("whitened, ...", words="TOLIMAN_CAE_WHITENED")
+    input: str = told("...", words="TOLIMAN_CAE_WHITENED")
     crb_px: float = told("Cramer-Rao bound with exactly those free")
     cosine: float = told("after training; 0 before")
     input_scale: float = told("factor between the input and the first convolution: 1e-3 for TIED, else 1")
@@ -172,9 +172,9 @@ class Model(Result):
     rank: int = told("2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none")
     frequency: float = told("f0 + k df")
     power: float = told("P")
-    amplitude: float = told("phase in rad")
-    phase: float = told("phase in rad")
-    offset: float = told("phase in rad")
+    amplitude: float
+    phase: float = told("rad")
+    offset: float
     amplitude_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     phase_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     offset_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")

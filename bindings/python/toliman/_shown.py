@@ -42,7 +42,8 @@ class Result:
             return bool(struct.flags & field.metadata["flag"])
         value = getattr(struct, field.name)
         if field.metadata.get("words"):
-            return words_of(field.metadata["words"])[value]
+            known = words_of(field.metadata["words"])
+            return known[value] if value < len(known) else str(value)  # of a newer library
         if field.type == "bool":
             return bool(value)
         if field.type == "str":

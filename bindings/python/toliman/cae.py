@@ -5,13 +5,16 @@ import ctypes
 import functools
 import os
 import typing
+import weakref
 
 import numpy
 from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._objects import Doubles, Handle, encode, options_of, pointer, saved, shaped, whole
+from ._arguments import Doubles, file_name, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._encode import encode
+from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import NetworkInfo, Training
 from ._words import number
@@ -43,7 +46,8 @@ class CAE(Handle):
         network = CAE.load("weights.tlmw")
 
     seed: of the random weights, by default the scene's. layout: flight, which reaches the photon limit, or paper, the
-    chapter's. input: whitened, residual or raw.
+    chapter's. input: whitened, residual or raw. With random weights it encodes too, as a control: some hundred times as
+    noisy; info.trained tells.
     """
 
     _kind, _end = _raw.toliman_cae, "toliman_cae_destroy"
@@ -53,8 +57,13 @@ class CAE(Handle):
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
                              layout=number("layout", layout, "TOLIMAN_CAE_FLIGHT"),
                              input=number("input", input, "TOLIMAN_CAE_WHITENED"))
+        of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._made(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
+
+    @functools.cached_property
+    def _trackers(self) -> weakref.WeakSet[Handle]:
+        return weakref.WeakSet()
 
     @property
     def info(self) -> NetworkInfo:
@@ -72,28 +81,32 @@ class CAE(Handle):
         back. 0 is the default everywhere. The network is not for other calls meanwhile. Ctrl-C and a progress function
         that raises or answers something true stop; what is done so far can be taken up.
         """
-        with Watch(progress) as watch:
+        if mode == "tied" and (frames is not None or count is not None):
+            raise ValueError("frames are for mode = 'unsupervised'")
+        if any(tracker._pointer is not None for tracker in self._trackers):
+            raise RuntimeError("a Tracker uses this CAE: its values would be of two networks; train another")
+        with self._alone(), Watch(progress) as watch:
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
                 _raw.toliman_cae_train_options, library.toliman_cae_train_options_init,
                 mode=number("mode", mode, "TOLIMAN_CAE_TIED"), steps=whole("steps", steps, 2**32),
-                epochs=whole("epochs", epochs, 2**32), learning_rate=learning_rate, progress=watch.callback,
+                epochs=whole("epochs", epochs, 2**32), learning_rate=real("learning_rate", learning_rate),
+                progress=watch.callback,
                 frames=source, frame_count=count, validation=whole("validation", validation),
                 batch=whole("batch", batch, 2**32), threads=whole("threads", threads, 2**32))
             report = _raw.toliman_cae_training()
             watch.check(library.toliman_cae_train(self._c, ctypes.byref(options), ctypes.byref(report)))
         return Training._of(report)
 
-    def encode(self, frames: ArrayLike, *, threads: int = 0) -> typing.Any:
+    def encode(self, frames: ArrayLike, *, threads: int = 0, progress: Progress | bool | None = None) -> typing.Any:
         """Latent (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. float64 frames in
         C order are read where they lie; others are copied."""
-        rows, cols = self.shape
         threads = whole("threads", threads, 2**32)
 
         def many(handle: typing.Any, counts: typing.Any, count: int, latents: typing.Any) -> int:
             return library.toliman_cae_encode_many(handle, counts, count, threads, latents)
 
-        return encode(self, library.toliman_cae_encode, frames, rows, cols, many)
+        return encode(lambda: self._c, library.toliman_cae_encode, many, frames, self.shape, progress)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -104,7 +117,7 @@ class CAE(Handle):
     def decode(self, latent: float) -> Doubles:
         """Whitened residual [256][256], in sigmas of a pixel, that the decoder paints for a latent (px)."""
         image = numpy.empty((_SIDE, _SIDE))
-        check(library.toliman_cae_decode(self._c, latent, pointer(image), _SIDE))
+        check(library.toliman_cae_decode(self._c, real("latent", latent), pointer(image), _SIDE))
         return image
 
     def target(self) -> Doubles:
@@ -125,7 +138,7 @@ class CAE(Handle):
              training: bool = False) -> None:
         """Writes the weights blob, as a whole or not at all. weights, planes (variance, target and nuisance images):
         float32, bf16 or fp16. training: also where the last training stands, to go on with."""
-        check(library.toliman_cae_save_file(self._c, _save_options(weights, planes, training), os.fsencode(path)))
+        check(library.toliman_cae_save_file(self._c, _save_options(weights, planes, training), file_name(path)))
 
     def to_bytes(self, *, weights: str = "float32", planes: str = "float32", training: bool = False) -> bytes:
         """The same as bytes."""
@@ -135,20 +148,21 @@ class CAE(Handle):
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> CAE:
         """A network from a weights blob."""
-        return cls._adopt(cls._made(library.toliman_cae_load_file, os.fsencode(path), None))
+        return cls._adopt(cls._made(library.toliman_cae_load_file, file_name(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> CAE:
         """A network from the bytes of a weights blob."""
+        content = memoryview(content).tobytes()
         return cls._adopt(cls._made(library.toliman_cae_load, content, len(content), None))
 
     def __reduce__(self):
-        return CAE.from_bytes, (self.to_bytes(),)
+        return type(self).from_bytes, (self.to_bytes(),)
 
-    def __repr__(self) -> str:
+    def _told(self) -> str:
         info = self.info
         state = f"trained, cosine {info.cosine:.4f}" if info.trained else "not trained"
-        return f"<CAE of layout {info.layout} for frames of {info.rows}x{info.cols}, {state}>"
+        return f"CAE of layout {info.layout} for frames of {info.rows}x{info.cols}, {state}"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
@@ -181,4 +195,4 @@ def _source(watch: Watch, frames: Frames | None, count: int | None, info: Networ
         numpy.ctypeslib.as_array(counts, wanted)[:] = shaped("frames", of_range(first, number), wanted)
         return _raw.TOLIMAN_OK
 
-    return _raw.toliman_frames_fn(watch.guard(fill)), whole("count", count)
+    return _raw.toliman_frames_fn(lambda *arguments: watch.run(fill, *arguments)), whole("count", count)

@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._objects import Doubles, Handle, encode, options_of, pointer, shaped, whole
+from ._arguments import Doubles, of_kind, options_of, pointer, real, shaped, whole
+from ._encode import encode
+from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import ComponentsInfo, ComponentsTraining
 from ._words import number
@@ -26,12 +28,23 @@ class Template(Handle):
     _kind, _end = _raw.toliman_linear, "toliman_linear_destroy"
 
     def __init__(self, simulator: Simulator):
+        of_kind("simulator", simulator, Simulator)
         super().__init__(self._made(library.toliman_linear_create, simulator._c, None))
         self.shape = simulator.shape
 
-    def encode(self, frames: ArrayLike) -> typing.Any:
+    def encode(self, frames: ArrayLike, *, progress: Progress | bool | None = None) -> typing.Any:
         """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array."""
-        return encode(self, library.toliman_linear_encode, frames, *self.shape)
+        def many(handle: typing.Any, counts: typing.Any, count: int, values: typing.Any) -> int:
+            rows, cols = self.shape
+            for place in range(count):
+                frame = ctypes.cast(ctypes.byref(counts.contents, 8 * rows * cols * place), type(counts))
+                value = ctypes.cast(ctypes.byref(values.contents, 8 * place), type(values))
+                status = library.toliman_linear_encode(handle, frame, cols, value)
+                if status != _raw.TOLIMAN_OK:
+                    return status
+            return _raw.TOLIMAN_OK
+
+        return encode(lambda: self._c, library.toliman_linear_encode, many, frames, self.shape, progress)
 
     @property
     def sigma(self) -> float:
@@ -39,6 +52,9 @@ class Template(Handle):
         sigma = ctypes.c_double()
         check(library.toliman_linear_get_sigma(self._c, ctypes.byref(sigma)))
         return sigma.value
+
+    def _told(self) -> str:
+        return f"Template for frames of {self.shape[0]}x{self.shape[1]}, sigma {self.sigma:.3g} px"
 
 
 class Components(Handle):
@@ -51,6 +67,7 @@ class Components(Handle):
     _kind, _end = _raw.toliman_linear_components, "toliman_linear_destroy_components"
 
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
+        of_kind("simulator", simulator, Simulator)
         options = options_of(_raw.toliman_linear_components_options, library.toliman_linear_components_options_init,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
         super().__init__(self._made(library.toliman_linear_create_components, simulator._c, ctypes.byref(options)))
@@ -76,13 +93,14 @@ class Components(Handle):
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:
         """Finds components of the frames: pca, or dictionary with at most so many iterations (200) and the weight
         `sparsity` (1 rms pixel) of the codes' L1 norm; 0 is the default."""
-        with Watch(progress) as watch:
+        with self._alone(), Watch(progress) as watch:
             options = options_of(
                 _raw.toliman_linear_train_options, library.toliman_linear_train_options_init,
                 method=number("method", method, "TOLIMAN_LINEAR_PCA"),
                 components=whole("components", components, 2**32),
                 iterations=whole("iterations", iterations, 2**32), seed=whole("seed", seed, 2**64),
-                threads=whole("threads", threads, 2**32), progress=watch.callback, **{"lambda": sparsity})
+                threads=whole("threads", threads, 2**32), progress=watch.callback,
+                **{"lambda": real("sparsity", sparsity)})
             report = _raw.toliman_linear_training()
             watch.check(library.toliman_linear_train_components(self._c, ctypes.byref(options), ctypes.byref(report)))
         return ComponentsTraining._of(report)
@@ -96,6 +114,10 @@ class Components(Handle):
 
     def __len__(self) -> int:
         return self.info.frames
+
+    def _told(self) -> str:
+        info = self.info
+        return f"Components of {info.frames} frames, {info.components} found"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()

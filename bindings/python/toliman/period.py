@@ -4,7 +4,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import math
-import operator
 import os
 import typing
 
@@ -13,7 +12,9 @@ from numpy.typing import ArrayLike
 
 from . import _raw, _results
 from ._library import check, library
-from ._objects import Doubles, Handle, array_of, options_of, plain, pointer, saved, whole
+from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_of, plain, pointer, real, saved, whole,
+                         whole_float, within)
+from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import Model, PeriodogramInfo, Sampling
 from ._shown import result
@@ -32,7 +33,7 @@ class Peak(_results.Peak):
 def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Doubles, Doubles, Doubles | None]:
     """Arrays of equal length; one sigma stands for all."""
     if sigma is not None and numpy.ndim(sigma) == 0:
-        sigma = numpy.full(numpy.shape(t), float(sigma))  # type: ignore[arg-type]
+        sigma = numpy.full(numpy.shape(t), real("sigma", sigma))
     times, values = plain("t", t), plain("y", y)
     sigmas = None if sigma is None else plain("sigma", sigma)
     shapes = {array.shape for array in (times, values, sigmas) if array is not None}
@@ -41,9 +42,28 @@ def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Double
     return times, values, sigmas
 
 
-def _whole_float(name: str, value: float) -> int:
-    """A whole number that may come as a float, as of a formula."""
-    return whole(name, operator.index(int(value) if float(value).is_integer() else value))  # type: ignore[arg-type]
+class Grid(typing.NamedTuple):
+    """Frequencies f0 + k df, k < nf."""
+
+    f0: float
+    df: float
+    nf: int
+
+
+def suited_grid(t: ArrayLike) -> Grid:
+    """The grid that suits times t, as the program's: 1.5/T, steps of 0.1/T, up to 1/(2 median step), T the time span and
+    a median step.
+
+        grid = suited_grid(t)
+        with Periodogram(*grid) as periodogram: ...
+    """
+    times = numpy.unique(plain("t", t))
+    if len(times) < 2 or not numpy.isfinite(times).all():
+        raise ValueError("t: must have two different times, and be finite")
+    step = float(numpy.median(numpy.diff(times)))
+    span = float(times[-1] - times[0]) + step
+    f0, df = 1.5 / span, 0.1 / span
+    return Grid(f0, df, max(1, int((0.5 / step - f0) / df * (1 + 1e-12)) + 1))
 
 
 def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
@@ -52,12 +72,12 @@ def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: Arra
     """Power of a whole archive at f0 + k df, k < nf, each within the tolerance of the exact one; much quicker than a
     Periodogram, but without a state."""
     times, values, sigmas = _series(t, y, sigma)
-    power = numpy.empty(_whole_float("nf", nf))
+    power = numpy.empty(whole_float("nf", nf))
     with Watch(progress) as watch:
         options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
-                             flags=0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN, tolerance=tolerance,
+                             flags=0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN, tolerance=real("tolerance", tolerance),
                              threads=whole("threads", threads, 2**32), progress=watch.callback)
-        watch.check(library.toliman_period_batch(f0, df, len(power), pointer(times), pointer(values), pointer(sigmas),
+        watch.check(library.toliman_period_batch(real("f0", f0), real("df", df), len(power), pointer(times), pointer(values), pointer(sigmas),
                                                  len(times), ctypes.byref(options), pointer(power)))
     return power
 
@@ -66,12 +86,6 @@ class View(Handle):
     """What can be asked of a periodogram; that of a Tracker can only be asked."""
 
     _kind = _raw.toliman_period
-
-    @property
-    def _c(self) -> typing.Any:
-        if self._keep is not None:
-            self._keep._c  # the tracker that it ends with: not closed
-        return super()._c
 
     @property
     def info(self) -> PeriodogramInfo:
@@ -124,15 +138,15 @@ class View(Handle):
         method: baluev, naive, single, or sequential for looking again and again while samples come in.
         """
         fap = ctypes.c_double()
-        check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"), log10_residual,
-                                               ctypes.byref(fap)))
+        check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"),
+                                               real("log10_residual", log10_residual), ctypes.byref(fap)))
         return fap.value
 
     def level(self, log10_fap: float, method: str = "baluev") -> float:
         """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
         residual = ctypes.c_double()
-        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"), log10_fap,
-                                                 ctypes.byref(residual)))
+        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"),
+                                                 real("log10_fap", log10_fap), ctypes.byref(residual)))
         return residual.value
 
     def bootstrap(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, count: int = 1000, seed: int = 0,
@@ -167,6 +181,10 @@ class View(Handle):
     def __len__(self) -> int:
         return library.toliman_period_count(self._c)
 
+    def _told(self) -> str:
+        info = self.info
+        return f"{type(self).__name__} of {info.count} samples on {info.f0:g} + k {info.df:g}, k < {info.nf}"
+
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
 
@@ -179,7 +197,7 @@ class Periodogram(View):
     order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
     wide=True keeps all digits where sampling().narrow says that they are lost, as over small parts of a cycle.
     Whole nanoseconds, for push_ns, count from time_offset_ns and have unit_ns in a unit of t.
-    A grid that suits data of time span T and median step dt: f0 = 1.5/T, df = 0.1/T, nf = (0.5/dt - f0)/df.
+    suited_grid(t) gives a grid that suits times.
     """
 
     _end = "toliman_period_destroy"
@@ -188,11 +206,12 @@ class Periodogram(View):
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
                  sigma_ceiling: float = 0.0, wide: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
         options = options_of(
-            _raw.toliman_period_options, library.toliman_period_options_init, time_offset=time_offset,
-            value_offset=value_offset, value_bound=value_bound, sigma_floor=sigma_floor, sigma_ceiling=sigma_ceiling,
-            time_offset_ns=operator.index(time_offset_ns), unit_ns=unit_ns,
+            _raw.toliman_period_options, library.toliman_period_options_init, time_offset=real("time_offset", time_offset),
+            value_offset=real("value_offset", value_offset), value_bound=real("value_bound", value_bound),
+            sigma_floor=real("sigma_floor", sigma_floor), sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
+            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
             flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0))
-        super().__init__(self._made(library.toliman_period_create, f0, df, _whole_float("nf", nf),
+        super().__init__(self._made(library.toliman_period_create, real("f0", f0), real("df", df), whole_float("nf", nf),
                                     ctypes.byref(options)))
 
     @functools.cached_property
@@ -200,19 +219,21 @@ class Periodogram(View):
         return self.info.sigma_floor
 
     def _sigma(self, sigma: float | None) -> float:
-        return self._unweighted if sigma is None else sigma
+        return self._unweighted if sigma is None else real("sigma", sigma)
 
     def push(self, t: float, y: float, sigma: float | None = None) -> None:
         """Adds one sample; without sigma it is unweighted."""
-        check(library.toliman_period_push(self._c, t, y, self._sigma(sigma)))
+        check(library.toliman_period_push(self._c, real("t", t), real("y", y), self._sigma(sigma)))
 
     def push_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
         """Adds one sample whose time is whole nanoseconds."""
-        check(library.toliman_period_push_ns(self._c, operator.index(t_ns), y, self._sigma(sigma)))
+        check(library.toliman_period_push_ns(self._c, within("t_ns", t_ns, -INT64, INT64), real("y", y),
+                                              self._sigma(sigma)))
 
     def push_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
         """Adds one sample whose time is t + t_low, as astropy's Time.jd1 and jd2."""
-        check(library.toliman_period_push_pair(self._c, t, t_low, y, self._sigma(sigma)))
+        check(library.toliman_period_push_pair(self._c, real("t", t), real("t_low", t_low), real("y", y),
+                                                self._sigma(sigma)))
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Adds arrays of samples, all or none; sigma may be one number. Without it they are unweighted."""
@@ -221,15 +242,17 @@ class Periodogram(View):
 
     def retract(self, t: float, y: float, sigma: float | None = None) -> None:
         """Takes back a sample that was pushed, given by the same numbers."""
-        check(library.toliman_period_retract(self._c, t, y, self._sigma(sigma)))
+        check(library.toliman_period_retract(self._c, real("t", t), real("y", y), self._sigma(sigma)))
 
     def retract_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
         """The same of push_ns."""
-        check(library.toliman_period_retract_ns(self._c, operator.index(t_ns), y, self._sigma(sigma)))
+        check(library.toliman_period_retract_ns(self._c, within("t_ns", t_ns, -INT64, INT64), real("y", y),
+                                              self._sigma(sigma)))
 
     def retract_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
         """The same of push_pair."""
-        check(library.toliman_period_retract_pair(self._c, t, t_low, y, self._sigma(sigma)))
+        check(library.toliman_period_retract_pair(self._c, real("t", t), real("t_low", t_low), real("y", y),
+                                                self._sigma(sigma)))
 
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Takes back arrays of samples, all or none."""
@@ -239,7 +262,7 @@ class Periodogram(View):
 
     def merge(self, other: View) -> None:
         """Adds all samples of another periodogram, which stays as it is: a shard of the same grid."""
-        check(library.toliman_period_merge(self._c, other._c))
+        check(library.toliman_period_merge(self._c, of_kind("other", other, View)._c))
 
     def reset(self) -> None:
         """Forgets every sample."""
@@ -247,17 +270,18 @@ class Periodogram(View):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes all sums to a file, as a whole or not at all."""
-        check(library.toliman_period_save_file(self._c, os.fsencode(path)))
+        check(library.toliman_period_save_file(self._c, file_name(path)))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Periodogram:
         """A periodogram from such a file; it goes on where the other stood."""
-        return cls._adopt(cls._made(library.toliman_period_load_file, os.fsencode(path), None))
+        return cls._adopt(cls._made(library.toliman_period_load_file, file_name(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Periodogram:
         """The same from bytes."""
+        content = memoryview(content).tobytes()
         return cls._adopt(cls._made(library.toliman_period_load, content, len(content), None))
 
     def __reduce__(self):
-        return Periodogram.from_bytes, (self.to_bytes(),)
+        return type(self).from_bytes, (self.to_bytes(),)

@@ -14,8 +14,9 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import check, library
-from ._objects import Doubles, Handle, options_of, pointer, shaped, whole
+from ._library import NotFoundError, above, check, library
+from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, whole
+from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import Plan, SceneInfo
 from ._words import number
@@ -44,23 +45,28 @@ def _logged(level: int, text: bytes, _: object) -> None:
 
 def shipped_scenes() -> list[pathlib.Path]:
     """The scenes that come with the library; a scene is found by its name alone where there is no such file."""
-    here = pathlib.Path(__file__).resolve()
-    libraries = pathlib.Path(library._name).resolve().parent
-    folders = [here.parents[4] / "share" / "toliman" / "scenes", here.parents[3] / "examples" / "scenes",
-               libraries.parent / "share" / "toliman" / "scenes", pathlib.Path("/usr/share/toliman/scenes"),
-               pathlib.Path("/usr/local/share/toliman/scenes")]
+    shared = pathlib.Path("share", "toliman", "scenes")
+    library_prefix = pathlib.Path(library._name).resolve().parent.parent
+    folders = [above(4) / shared, above(3) / "examples" / "scenes", library_prefix / shared, "/usr" / shared,
+               "/usr/local" / shared]
     return next((sorted(folder.glob("*.json")) for folder in folders if folder.is_dir()), [])
 
 
 def _path_of(scene: str | os.PathLike[str]) -> bytes:
-    path = os.fspath(scene)
+    path = os.fsdecode(file_name(scene))
     if os.sep not in path and not os.path.exists(path):
-        path = next((str(shipped) for shipped in shipped_scenes() if shipped.name == path), path)
+        shipped = {known.name: known for known in shipped_scenes()}
+        if path not in shipped:
+            raise NotFoundError(_raw.TOLIMAN_E_NOT_FOUND,
+                                f"{path}: No such file, and none of the shipped scenes: {', '.join(shipped)}")
+        path = str(shipped[path])
     return os.fsencode(path)
 
 
 def _json_of(value: typing.Any, place: str) -> typing.Any:
     """A part of a scene as JSON has it: numpy's numbers and arrays, and paths, are taken for what they are."""
+    if getattr(value, "unit", None) is not None:
+        raise TypeError(f"{place} is in {value.unit}: give plain numbers, in the unit of its name")
     if isinstance(value, (numpy.generic, numpy.ndarray)):
         value = value.tolist()
     if isinstance(value, dict):
@@ -71,6 +77,8 @@ def _json_of(value: typing.Any, place: str) -> typing.Any:
         return os.fspath(value)
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"{place} = {value}: must be finite")
+    if isinstance(value, int) and abs(value) > 2**53:
+        raise ValueError(f"{place} = {value}: JSON holds whole numbers up to 2^53")
     if value is not None and not isinstance(value, (str, int, float, bool)):
         raise TypeError(f"{place} is a {type(value).__name__}, which a scene cannot have")
     return value
@@ -81,7 +89,7 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
     """Calls the function for a path or the one for a text."""
     if isinstance(scene, dict):
         text = json.dumps(_json_of(scene, "scene")).encode()
-        return of_text(text, len(text), None if folder is None else os.fsencode(folder), *rest)
+        return of_text(text, len(text), None if folder is None else file_name(folder), *rest)
     if folder is not None:
         raise ValueError("folder is for a scene that is a dict: a file's names start at the file's own folder")
     return of_path(_path_of(scene), *rest)
@@ -125,8 +133,8 @@ class Simulator(Handle):
         with Watch(progress) as watch:
             options = _options(watch, log, threads, engine)
             made = self._made(_with_scene, scene, folder, library.toliman_sim_create, library.toliman_sim_create_json,
-                              ctypes.byref(options), check=watch.check)
-        super().__init__(made, keep=(watch, log))
+                              ctypes.byref(options), keep=(options, log), check=watch.check)
+        super().__init__(made)
 
     @functools.cached_property
     def info(self) -> SceneInfo:
@@ -193,18 +201,18 @@ class Simulator(Handle):
 
     def propagate(self, displacement: float) -> Doubles:
         """Expected image with the star displaced by so many px, each wavelength propagated anew: slow and exact."""
-        return self._image(library.toliman_sim_propagate, displacement)
+        return self._image(library.toliman_sim_propagate, real("displacement", displacement))
 
     def expect(self, displacement: float) -> Doubles:
         """Expected image by the series in the displacement (px), as frames use it."""
-        return self._image(library.toliman_sim_expect, displacement)
+        return self._image(library.toliman_sim_expect, real("displacement", displacement))
 
     def frame(self, k: int, *, displacement: float | None = None, seed: int | None = None) -> Doubles:
         """Frame k, [row][column]: a function of (scene, displacement, seed, k) alone. Without a displacement (px) it
         has the scene's own, without a seed the scene's."""
-        if displacement is None:
-            displacement = self.series(k, 1)[1][0]
-        return self._image(library.toliman_sim_frame, displacement, self._seed(seed), whole("k", k))
+        k = whole("k", k)
+        moved = self.series(k, 1)[1][0] if displacement is None else real("displacement", displacement)
+        return self._image(library.toliman_sim_frame, moved, self._seed(seed), k)
 
     def frames(self, first: int = 0, count: int | None = None, *, displacements: ArrayLike | None = None,
                seed: int | None = None, threads: int = 0, progress: Progress | bool | None = None) -> NDArray:
@@ -236,8 +244,8 @@ class Simulator(Handle):
         check(function(self._c, *arguments, pointer(image), self.info.cols))
         return image
 
-    def __repr__(self) -> str:
-        return f"<Simulator of {self.name!r}: {self.info.frames} frames of {self.info.rows}x{self.info.cols}>"
+    def _told(self) -> str:
+        return f"Simulator of {self.name!r}: {self.info.frames} frames of {self.info.rows}x{self.info.cols}"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-import operator
 import os
 import typing
 
@@ -11,8 +10,10 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import Error, check, library
-from ._objects import Handle, array_of, options_of, whole
+from ._library import check, library
+from ._arguments import (INT64, array_of, file_name, of_kind, options_of, real, refuse_lost, text, whole, whole_float,
+                         within)
+from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
@@ -27,10 +28,9 @@ VERDICTS = words("TOLIMAN_TRACK_ACCEPTED")
 REASONS = words("TOLIMAN_REASON_NONE")
 
 _PIXELS = {kind: place for place, kind in enumerate(("u1", "u2", "u4", "i2", "i4", "f4", "f8"))}
-_FRAMES_AT_A_TIME = 64  # between two looks at progress and Ctrl-C
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class Frame:
     """A frame as it arrived. pixels: [row][column] of 8, 16 or 32 bits without sign, 16 or 32 with, float32 or float64,
     read where they lie if rows are contiguous. A frame is known by session, frame_id and roi. camera_ns: the camera's
@@ -45,6 +45,13 @@ class Frame:
     sigma: float = 0.0
 
 
+class _Callers:
+    """Who looks after the estimator's function: the call that runs."""
+
+    def __init__(self) -> None:
+        self.watch = Watch(None)
+
+
 class Tracker(Handle):
     """Takes frames in any order, twice or damaged, and keeps the periodogram of all that are good.
 
@@ -54,7 +61,7 @@ class Tracker(Handle):
             tracker.save()
 
     estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number
-    that tells it from others, and `sigma`, the standard deviation of its values; None where nothing is pushed. Frequencies
+    that tells it from others, `sigma`, the standard deviation of its values, rows, cols and image_shape; None where nothing is pushed. Frequencies
     are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the
     ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
@@ -62,6 +69,7 @@ class Tracker(Handle):
     """
 
     _kind, _end = _raw.toliman_track, "toliman_track_destroy"
+    _at_a_time = 64  # frames between two looks at progress and Ctrl-C
 
     def __init__(self, estimator: Estimator | None, f0: float = 0.0, df: float = 0.0, nf: int = 0, *,
                  folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
@@ -72,35 +80,39 @@ class Tracker(Handle):
                  sync: str = "group", group: int = 64, read_only: bool = False, rebuild: bool = False):
         options = options_of(
             _raw.toliman_track_options, library.toliman_track_options_init,
-            f0=f0, df=df, nf=whole("nf", nf), capacity=whole("capacity", capacity), sigma=sigma,
-            estimator_id=whole("estimator_id", estimator_id, 2**64), value_limit=value_limit,
+            f0=real("f0", f0), df=real("df", df), nf=whole_float("nf", nf), capacity=whole("capacity", capacity),
+            sigma=real("sigma", sigma),
+            estimator_id=whole("estimator_id", estimator_id, 2**64), value_limit=real("value_limit", value_limit),
             rows=whole("rows", rows), cols=whole("cols", cols), crop_row=whole("crop", crop[0]),
             crop_col=whole("crop", crop[1]), bin=whole("bin", bin), image_rows=whole("image_shape", image_shape[0]),
             image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
-            hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=operator.index(time_offset_ns),
-            unit_ns=unit_ns, threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
+            hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
+            unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
             sync=number("sync", sync, "TOLIMAN_SYNC_GROUP"),
             period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0))
         if folder is not None:
-            options.folder = os.fsencode(folder)
+            options.folder = file_name(folder)
         if clock is not None:
             options.clock, options.clock_points = _clock_of(clock)
-        self._watch = Watch(None)
-        kept = _set_estimator(options, estimator, self._watch)
-        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options)),
-                         keep=(options, estimator, kept))
+        self._callers, self._read_only = _Callers(), read_only
+        kept = _set_estimator(options, estimator, self._callers)
+        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options), keep=kept))
+        if isinstance(estimator, CAE):
+            estimator._trackers.add(self)
+        if callable(estimator):  # no more of them after what it raises
+            self._at_a_time = threads or os.cpu_count() or 1
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
         """A folder as it stands, to be asked, beside its writer if need be."""
-        options, name = _raw.toliman_track_options(), os.fsencode(folder)
+        options, name = _raw.toliman_track_options(), file_name(folder)
         check(library.toliman_track_load_options(name, ctypes.byref(options)))
         options.folder = name
         options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
         self = cls.__new__(cls)
-        self._watch = Watch(None)
-        Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)), keep=options)
+        self._callers, self._read_only = _Callers(), True
+        Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)))
         return self
 
     def push(self, frame: Frame) -> Outcome:
@@ -108,32 +120,30 @@ class Tracker(Handle):
         return self.push_many([frame])[0]
 
     def push_many(self, frames: typing.Iterable[Frame], *, progress: Progress | bool | None = None) -> list[Outcome]:
-        """Takes frames, many at once, which several threads need. After an Error its `outcomes` are those of the frames
-        that are in. What an estimator raises goes through, after the frame is rejected."""
-        frames, outcomes = list(frames), []
+        """Takes frames, many at once, which several threads need. After an exception its `outcomes` are those of the
+        frames that are in. What an estimator raises goes through, after the frame is rejected."""
+        self._c  # not closed
+        frames = list(frames)
+        outcomes: list[Outcome] = []
         try:
-            with Watch(progress) as watch, self._watch:
-                for start in range(0, len(frames), _FRAMES_AT_A_TIME):
-                    part = frames[start:start + _FRAMES_AT_A_TIME]
-                    outcomes += self._push(part)
+            with Watch(progress) as watch:
+                self._callers.watch = watch
+                for start in range(0, len(frames), self._at_a_time):
+                    part = frames[start:start + self._at_a_time]
+                    self._push(part, outcomes)
                     watch.step("frames", (start + len(part)) / len(frames))
-        except Error as error:
-            error.outcomes = outcomes + getattr(error, "outcomes", [])  # type: ignore[attr-defined]
+        except BaseException as error:
+            error.outcomes = outcomes  # type: ignore[attr-defined]
             raise
         return outcomes
 
-    def _push(self, frames: list[Frame]) -> list[Outcome]:
+    def _push(self, frames: list[Frame], told: list[Outcome]) -> None:
         pixels = [_pixels_of(frame) for frame in frames]
         given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels))
         outcomes, done = array_of(_raw.toliman_outcome, len(frames)), ctypes.c_size_t()
         status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
-        found = [Outcome._of(outcome) for outcome in outcomes[:done.value if status else len(frames)]]
-        try:
-            self._watch.check(status)
-        except Error as error:
-            error.outcomes = found  # type: ignore[attr-defined]
-            raise
-        return found
+        told += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
+        self._callers.watch.check(status)
 
     def commit(self) -> None:
         """Brings every line to the disk: all frames that were pushed are then safe."""
@@ -147,8 +157,16 @@ class Tracker(Handle):
         """Takes the lines of another folder, as if its frames had been pushed here. salvage: leave out what is damaged;
         how many lines that were is returned."""
         lost, flags = ctypes.c_int64(), _raw.TOLIMAN_TRACK_SALVAGE if salvage else 0
-        check(library.toliman_track_merge(self._c, os.fsencode(folder), flags, ctypes.byref(lost)))
+        check(library.toliman_track_merge(self._c, file_name(folder), flags, ctypes.byref(lost)))
         return lost.value
+
+    def close(self) -> None:
+        """Commits, and frees the memory. Without it the garbage collector or the end of Python commits, in silence."""
+        try:
+            if self._pointer is not None and not self._read_only:
+                self.commit()
+        finally:
+            super().close()
 
     @property
     def info(self) -> TrackInfo:
@@ -158,9 +176,7 @@ class Tracker(Handle):
     @property
     def period(self) -> View:
         """The periodogram, which follows every push."""
-        view = View._adopt(View._made(library.toliman_track_get_period, self._c))
-        view._keep = self
-        return view
+        return _Followed(self)
 
     def fit(self) -> Peak:
         """The highest peak refined by least squares on the values in the periodogram."""
@@ -170,7 +186,8 @@ class Tracker(Handle):
         """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line;
         verdict and reason are numbers, VERDICTS and REASONS their words."""
         first = whole("first", first)
-        count = whole("count", max(self.info.lines - first, 0) if count is None else count)
+        there = max(self.info.lines - first, 0)
+        count = there if count is None else min(whole("count", count), there)
         found, done = array_of(_raw.toliman_track_line, count), ctypes.c_size_t()
         check(library.toliman_track_get_lines(self._c, first, count, found, ctypes.byref(done)))
         names = [name for name, _ in _raw.toliman_track_line._fields_ if name != "struct_size"]
@@ -194,41 +211,61 @@ class Tracker(Handle):
                                                   len(pairs), ctypes.byref(points)))
         return pairs
 
+    def _told(self) -> str:
+        info = self.info
+        return f"Tracker of {info.accepted} frames, {info.received - info.accepted} others"
+
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
 
 
-def _set_estimator(options: typing.Any, estimator: Estimator | None, watch: Watch) -> typing.Any:
-    """Puts the estimator into the options; returns what must be kept."""
+class _Followed(View):
+    """The periodogram of a tracker, which ends with it."""
+
+    def __init__(self, tracker: Tracker):
+        super().__init__(None)
+        self._tracker = tracker
+
+    @property
+    def _c(self) -> typing.Any:
+        tracker = self._tracker._c
+        return self._made(library.toliman_track_get_period, tracker, keep=tracker)
+
+
+def _set_estimator(options: typing.Any, estimator: Estimator | None, callers: _Callers) -> typing.Any:
+    """Puts the estimator into the options; returns what must live as long as the tracker."""
     if isinstance(estimator, CAE):
         options.cae = estimator._c
-    elif isinstance(estimator, Template):
+        return estimator._c
+    if isinstance(estimator, Template):
         options.linear = estimator._c
-    elif callable(estimator):
+        return estimator._c
+    if callable(estimator):
         function = estimator
 
         def estimate(image: typing.Any, rows: int, cols: int, value: typing.Any, _: object) -> int:
-            value[0] = float(function(numpy.ctypeslib.as_array(image, (rows, cols))))
+            value[0] = float(function(numpy.ctypeslib.as_array(image, (rows, cols)).copy()))  # to keep, if it likes
             return 0
-        options.estimate = _raw.toliman_estimate_fn(watch.guard(estimate))
-    elif estimator is not None:
+        options.estimate = callback = _raw.toliman_estimate_fn(lambda *arguments: callers.watch.run(estimate, *arguments))
+        return callback
+    if estimator is not None:
         raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a function or None")
-    return options.estimate
+    return None
 
 
 def _clock_of(clock: ArrayLike) -> tuple[typing.Any, int]:
     pairs = numpy.asarray(clock)
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iuO":
         raise ValueError(f"clock has the shape {pairs.shape} and type {pairs.dtype}: must be whole numbers (any, 2)")
-    return (ctypes.c_int64 * pairs.size)(*map(int, pairs.flat)), len(pairs)
+    times = [within("clock", time, -INT64, INT64) for time in pairs.flat]
+    return (ctypes.c_int64 * pairs.size)(*times), len(pairs)
 
 
 def _pixels_of(frame: Frame) -> NDArray:
     """The pixels in the machine's byte order, with contiguous rows."""
-    pixels = numpy.asanyarray(frame.pixels)
-    if numpy.ma.is_masked(pixels):
-        raise ValueError("pixels has masked values: they must be plain")
-    pixels = numpy.asarray(pixels)
+    of_kind("frame", frame, Frame)
+    refuse_lost("pixels", frame.pixels)
+    pixels = numpy.asarray(frame.pixels)
     kind = pixels.dtype.newbyteorder("=")
     if pixels.ndim != 2 or kind.str[1:] not in _PIXELS:
         raise TypeError(f"pixels has the shape {pixels.shape} and type {pixels.dtype}: must be (rows, columns) of "
@@ -236,13 +273,15 @@ def _pixels_of(frame: Frame) -> NDArray:
     pixels = pixels.astype(kind, copy=False)
     rows_apart, apart = pixels.strides
     if apart != kind.itemsize or rows_apart < pixels.shape[1] * apart or rows_apart % apart or not pixels.flags.aligned:
-        pixels = numpy.ascontiguousarray(pixels)
+        pixels = numpy.require(pixels, requirements=["C", "A"])
     return pixels
 
 
 def _struct_of(frame: Frame, pixels: NDArray) -> typing.Any:
     return _raw.toliman_frame(
-        pixel=_PIXELS[pixels.dtype.str[1:]], session=frame.session.encode(), roi=frame.roi.encode(),
-        frame_id=operator.index(frame.frame_id), camera_ns=operator.index(frame.camera_ns),
-        dropped=operator.index(frame.dropped), pixels=pixels.ctypes.data, rows=pixels.shape[0], cols=pixels.shape[1],
-        stride=pixels.strides[0] // pixels.itemsize, sigma=frame.sigma)
+        pixel=_PIXELS[pixels.dtype.str[1:]], session=text("session", frame.session),
+        roi=text("roi", frame.roi),
+        frame_id=within("frame_id", frame.frame_id, -INT64, INT64),
+        camera_ns=within("camera_ns", frame.camera_ns, -INT64, INT64),
+        dropped=within("dropped", frame.dropped, -INT64, INT64), pixels=pixels.ctypes.data, rows=pixels.shape[0], cols=pixels.shape[1],
+        stride=pixels.strides[0] // pixels.itemsize, sigma=real("sigma", frame.sigma))

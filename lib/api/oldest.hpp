@@ -1,0 +1,16 @@
+// Bytes of the smallest layout ever published for a struct, which the library goes on taking: today's, but for the
+// structs that grew since, each with a line of this form. tools/check/abi reads and records them.
+#pragma once
+#include <cstddef>
+
+#include <toliman/toliman.h>
+
+namespace toliman::api {
+
+template <class T> constexpr size_t kOldest = sizeof(T);
+
+template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, engine);
+template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
+template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
+
+} // namespace toliman::api
