@@ -48,7 +48,8 @@ class Handle:
         check(create(*arguments, ctypes.byref(made)))
         if cls._end:
             address = ctypes.c_void_p.from_buffer(made).value or 0  # cast() would make it refer to itself
-            weakref.finalize(made, _free, cls._end, cls._kind, address, keep)
+            finalizer = weakref.finalize(made, _free, cls._end, cls._kind, address, keep)
+            finalizer.atexit = cls._kind is _raw.toliman_track  # others may be at work in daemon threads
         else:
             made.keep = keep
         return made
