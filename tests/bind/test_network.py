@@ -56,7 +56,7 @@ class Network(unittest.TestCase):
 
     def test_frames_that_are_none(self):
         for bad in (None, "frame", frames[0].astype("M8[s]"), [object()], frames[0].astype(str)):
-            with self.assertRaisesRegex(TypeError, "frames is a .*: give plain numbers"):
+            with self.assertRaisesRegex(TypeError, "frames is an? .*: give plain numbers"):
                 network.encode(bad)
         with self.assertRaisesRegex(ValueError, "masked"):
             network.encode([numpy.ma.masked_greater(frame, 10) for frame in frames])

@@ -85,7 +85,7 @@ class Arguments(unittest.TestCase):
                 with self.assertRaisesRegex(TypeError, why):
                     periodogram.push(*bad)
             for bad in (t.astype("M8[D]"), t.astype("m8[D]"), t.astype(str)):
-                with self.assertRaisesRegex(TypeError, "t is a array of .*: give plain numbers"):
+                with self.assertRaisesRegex(TypeError, "t is an array of .*: give plain numbers"):
                     periodogram.push_many(bad, y)
             with self.assertRaisesRegex(ValueError, "t is an array of int64 that doubles do not hold"):
                 periodogram.push_many(numpy.arange(200) + 2**53, y)

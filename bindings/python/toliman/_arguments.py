@@ -87,14 +87,14 @@ def plain(name: str, values: ArrayLike) -> Doubles:
     except ValueError as error:  # rows of unequal length
         raise ValueError(f"{name} is no array: {error}") from None
     if array.dtype.kind not in "biuf":
-        what = type(values).__name__ if array.dtype.kind == "O" else f"array of {array.dtype}"
-        raise TypeError(f"{name} is a {what}: give plain numbers")
-    doubles = numpy.require(array, numpy.float64, ["C", "A"])
+        what = f"a {type(values).__name__}" if array.dtype.kind == "O" else f"an array of {array.dtype}"
+        raise TypeError(f"{name} is {what}: give plain numbers")
+    exact = numpy.require(array, numpy.float64, ["C", "A"])
     if array.dtype.kind in "iuf" and array.dtype.itemsize >= 8 and array.dtype != numpy.float64:
         with numpy.errstate(invalid="ignore"):
-            if not numpy.array_equal(doubles.astype(array.dtype), array, equal_nan=array.dtype.kind == "f"):
+            if not numpy.array_equal(exact.astype(array.dtype), array, equal_nan=array.dtype.kind == "f"):
                 raise ValueError(f"{name} is an array of {array.dtype} that doubles do not hold: subtract an offset first")
-    return doubles
+    return exact
 
 
 def pointer(array: NDArray | None) -> typing.Any:
