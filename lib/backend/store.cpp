@@ -188,9 +188,10 @@ class Folder final : public Store {
 
 void read_all(Store &store, const std::string &name, uint64_t at, void *data, size_t size) {
     const size_t done = store.read(name, at, data, size);
+    const unsigned long long end = at + done;
     if (done < size)
         fail(Status::format, "%s: truncated: %zu more bytes are needed at %llu", store.path(name).c_str(), size - done,
-             static_cast<unsigned long long>(at + done));
+             end);
 }
 
 void replace_whole(Store &store, const std::string &name, const std::vector<uint8_t> &bytes) {

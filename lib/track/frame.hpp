@@ -15,11 +15,11 @@ size_t size_of(Pixel pixel) noexcept;
 struct Frame {
     const char *session, *roi;
     int64_t frame_id, camera_ns;
-    uint16_t dropped;
     double sigma; // of its value; 0: as the terms have it
-    Pixel pixel;
     const void *pixels;
     size_t rows, cols, stride; // in pixels
+    Pixel pixel;
+    uint16_t dropped;
 };
 
 // What frames must be like, and what becomes of them: rows x cols pixels; of these bin x bin pixels each are added up,

@@ -375,6 +375,7 @@ std::vector<NamedStream> Tracker::streams() const {
                 found->second = {found->second.count, session, roi};
         });
     std::vector<NamedStream> streams;
+    streams.reserve(known.size());
     for (auto &[digest, stream] : known)
         streams.push_back(std::move(stream));
     std::stable_sort(streams.begin(), streams.end(), [](const NamedStream &a, const NamedStream &b) {
