@@ -103,10 +103,10 @@ class CAE(Handle):
         C order are read where they lie; others are copied."""
         threads = whole("threads", threads, 2**32)
 
-        def many(handle: typing.Any, counts: typing.Any, count: int, latents: typing.Any) -> int:
-            return library.toliman_cae_encode_many(handle, counts, count, threads, latents)
+        def many(images: Doubles, latents: Doubles) -> int:
+            return library.toliman_cae_encode_many(self._c, pointer(images), len(images), threads, pointer(latents))
 
-        return encode(lambda: self._c, library.toliman_cae_encode, many, frames, self.shape, progress)
+        return encode(many, frames, self.shape, progress)
 
     @property
     def shape(self) -> tuple[int, int]:

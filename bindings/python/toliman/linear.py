@@ -34,17 +34,16 @@ class Template(Handle):
 
     def encode(self, frames: ArrayLike, *, progress: Progress | bool | None = None) -> typing.Any:
         """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array."""
-        def many(handle: typing.Any, counts: typing.Any, count: int, values: typing.Any) -> int:
-            rows, cols = self.shape
-            for place in range(count):
-                frame = ctypes.cast(ctypes.byref(counts.contents, 8 * rows * cols * place), type(counts))
-                value = ctypes.cast(ctypes.byref(values.contents, 8 * place), type(values))
-                status = library.toliman_linear_encode(handle, frame, cols, value)
+        self._c  # not closed
+
+        def many(images: Doubles, values: Doubles) -> int:
+            for place, image in enumerate(images):
+                status = library.toliman_linear_encode(self._c, pointer(image), self.shape[1], pointer(values[place:]))
                 if status != _raw.TOLIMAN_OK:
                     return status
             return _raw.TOLIMAN_OK
 
-        return encode(lambda: self._c, library.toliman_linear_encode, many, frames, self.shape, progress)
+        return encode(many, frames, self.shape, progress)
 
     @property
     def sigma(self) -> float:
