@@ -43,17 +43,26 @@ std::string folder_of(const std::string &path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-// A new file beside target, whose name is left in `temporary`; negative with errno on failure. Names that are taken, by
-// other writers or by some that died, are passed over. The umask of the process applies.
-int open_beside(const std::string &target, std::string &temporary) {
+// A new file beside target with these permissions, less the umask; its name is left in `temporary`; negative with errno
+// on failure. Names that are taken, by other writers or by some that died, are passed over.
+int open_beside(const std::string &target, std::string &temporary, mode_t mode) {
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
         temporary = target + "." + std::to_string(i) + ".tmp";
-        descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
         if (descriptor >= 0 || errno != EEXIST)
             break;
     }
     return descriptor;
+}
+
+// Closes a new, still empty file to all others; `mode` is what it had, which tells the umask without changing it.
+bool keep_private(int descriptor, mode_t &mode) noexcept {
+    struct stat facts = {};
+    if (::fstat(descriptor, &facts) != 0)
+        return false;
+    mode = facts.st_mode & 0777;
+    return ::fchmod(descriptor, 0600) == 0;
 }
 
 bool write_all(int descriptor, const void *data, size_t size) noexcept {
@@ -134,11 +143,13 @@ void replace(const std::string &path, const void *data, size_t size) {
         fail(Status::write, "%s: cannot be written: its folder cannot be opened: %s", path.c_str(),
              std::strerror(errno));
     std::string temporary;
-    Descriptor output(open_beside(target, temporary));
+    mode_t mode = exists ? facts.st_mode & 0777 : 0;
+    Descriptor output(open_beside(target, temporary, exists ? 0600 : 0666));
     if (output.get() < 0)
         fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
-    if ((exists && ::fchmod(output.get(), facts.st_mode & 0777) != 0) || !write_all(output.get(), data, size) ||
-        ::fsync(output.get()) != 0 || output.close() != 0 || ::rename(temporary.c_str(), target.c_str()) != 0) {
+    if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
+        ::fchmod(output.get(), mode) != 0 || ::fsync(output.get()) != 0 || output.close() != 0 ||
+        ::rename(temporary.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(temporary.c_str());
         fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));

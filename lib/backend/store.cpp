@@ -66,7 +66,7 @@ class Folder final : public Store {
         forget(name);
         if (::unlinkat(folder_, name.c_str(), 0) != 0 && errno != ENOENT)
             complain(Status::write, name);
-        open(name, Missing::made, O_EXCL);
+        open(name, Missing::made, O_EXCL, 0600);
     }
 
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
@@ -94,7 +94,15 @@ class Folder final : public Store {
             complain(Status::write, name);
     }
 
+    // A file that is made whole before it is shown was its owner's alone; now it is open to whom its predecessor was,
+    // or else the lock, which any writer makes first.
     void rename(const std::string &from, const std::string &to) override {
+        struct stat facts = {};
+        if ((::fstatat(folder_, to.c_str(), &facts, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(facts.st_mode)) &&
+            ::fstatat(folder_, kLock, &facts, AT_SYMLINK_NOFOLLOW) != 0)
+            complain(Status::write, kLock);
+        if (::fchmod(open(from, Missing::refused), facts.st_mode & 0777) != 0)
+            complain(Status::write, from);
         if (::renameat(folder_, from.c_str(), folder_, to.c_str()) != 0)
             complain(Status::write, to);
         for (const std::string &name : {from, to}) // descriptors follow the file, not the name
@@ -158,13 +166,13 @@ class Folder final : public Store {
     enum class Missing { allowed, refused, made };
 
     // Negative only for a file that may be missing and is. Opening a pipe would otherwise wait for its other end.
-    int open(const std::string &name, Missing missing, int exclusive = 0) {
+    int open(const std::string &name, Missing missing, int exclusive = 0, mode_t mode = 0666) {
         const auto found = files_.find(name);
         if (found != files_.end())
             return found->second;
         const bool make = missing == Missing::made;
         const int flags = (access_ == Access::write ? O_RDWR : O_RDONLY) | (make ? O_CREAT | exclusive : 0);
-        const int file = ::openat(folder_, name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+        const int file = ::openat(folder_, name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode);
         if (file < 0 && errno == ENOENT && missing == Missing::allowed)
             return file;
         if (file < 0)

@@ -26,7 +26,8 @@ enum class Status : int32_t {
 
 constexpr size_t kErrorTextSize = 1024;
 
-// Carries its text in place, so that throwing allocates nothing beyond the exception itself.
+// Carries its text in place, so that throwing allocates nothing beyond the exception itself: one line, control bytes
+// shown as ?.
 class Error final : public std::exception {
   public:
     Error(Status status, const char *text) noexcept;

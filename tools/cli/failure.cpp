@@ -1,8 +1,22 @@
 #include "failure.hpp"
 
+#include <algorithm>
 #include <new>
 
 namespace cli {
+
+namespace {
+
+// Names and values in files may hold bytes that a terminal obeys.
+std::string harmless(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char byte) { return (byte >= 0 && byte < ' ') || byte == '\x7f'; }, '?');
+    return text;
+}
+
+} // namespace
+
+Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(harmless(text)), code_(code) {}
 
 void malformed(const std::string &path, const std::string &why) {
     throw Failure(kExitInput, path + ": " + why);

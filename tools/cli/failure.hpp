@@ -21,9 +21,10 @@ enum ExitCode {
     kExitTerminated = 143,
 };
 
+// One line of text, control bytes shown as ?.
 class Failure : public std::runtime_error {
   public:
-    Failure(ExitCode code, const std::string &text) : std::runtime_error(text), code_(code) {}
+    Failure(ExitCode code, const std::string &text);
     ExitCode code() const noexcept { return code_; }
 
   private:

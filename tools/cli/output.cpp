@@ -38,34 +38,38 @@ OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard 
     } else {
         const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
         target_ = real ? real.get() : path;
-        mode_ = exists ? static_cast<int>(facts.st_mode & 0777) : -1;
-        descriptor = open_temporary();
+        mode_ = exists ? facts.st_mode & 0777 : 0;
+        descriptor = open_temporary(exists ? 0600 : 0666);
     }
     if (descriptor >= 0)
         file_ = ::fdopen(descriptor, "wb");
     if (file_ == nullptr)
         fail();
-    if (!keep_mode()) {
+    if (!temporary_.empty() && !exists && !keep_private()) {
         abandon();
         fail();
     }
 }
 
 // Passes over names that are taken, by other writers or by some that died.
-int OutputFile::open_temporary() {
+int OutputFile::open_temporary(mode_t mode) {
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
         temporary_ = target_ + "." + std::to_string(i) + ".tmp";
-        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
         if (descriptor >= 0 || errno != EEXIST)
             break;
     }
     return descriptor;
 }
 
-// A file that is replaced keeps its permissions.
-bool OutputFile::keep_mode() const noexcept {
-    return mode_ < 0 || ::fchmod(::fileno(file_), static_cast<mode_t>(mode_)) == 0;
+// Closes a new, still empty file to all others; the permissions that it had tell the umask without changing it.
+bool OutputFile::keep_private() noexcept {
+    struct stat facts = {};
+    if (::fstat(::fileno(file_), &facts) != 0)
+        return false;
+    mode_ = facts.st_mode & 0777;
+    return ::fchmod(::fileno(file_), 0600) == 0;
 }
 
 OutputFile::~OutputFile() {
@@ -132,9 +136,10 @@ void OutputFile::print(const char *format, ...) {
 void OutputFile::commit() {
     if (file_ == nullptr)
         file_ = std::fopen(temporary_.c_str(), "rb");
-    if (file_ == nullptr || std::fflush(file_) != 0 || !keep_mode())
+    if (file_ == nullptr || std::fflush(file_) != 0)
         fail();
-    if (!temporary_.empty() && (::fsync(::fileno(file_)) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0))
+    if (!temporary_.empty() && (::fchmod(::fileno(file_), mode_) != 0 || ::fsync(::fileno(file_)) != 0 ||
+                                ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
     temporary_.clear();
     std::fclose(file_);

@@ -2,13 +2,15 @@
 #pragma once
 #include <cstdio>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace cli {
 
 // Written beside `path` as `path`.0.tmp, or the next number that is free; commit() renames it, destruction without
 // commit removes it. A symbolic link keeps standing and its target is replaced. "-" (standard output), a pipe or a
-// device is written straight. A file that is replaced gives its permissions to the new one.
+// device is written straight. Until then it is its owner's alone; it takes the permissions of the file that it
+// replaces, or those of any new file of this process.
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path);
@@ -26,12 +28,12 @@ class OutputFile {
 
   private:
     [[noreturn]] void fail() const;
-    int open_temporary();
-    bool keep_mode() const noexcept;
+    int open_temporary(mode_t mode);
+    bool keep_private() noexcept;
     void abandon() noexcept;
     std::string path_;               // as messages name it
     std::string target_, temporary_; // both empty when written straight; the second also once it is renamed
-    int mode_ = -1;                  // permissions of the file that is replaced
+    mode_t mode_ = 0;                // permissions when whole
     std::FILE *file_;                // null when handed over
 };
 
