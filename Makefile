@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything fap soak abi install package format lint clean help
+.PHONY: all deps demo check check-deps everything fap soak same abi install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -27,6 +27,9 @@ soak: everything ## track a million frames; 200 kills, 20,000 power cuts, 10,000
 	@TOLIMAN_KILLS=200 $(BUILD)/bin/test_track_folder
 	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
+
+same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
+	@TOLIMAN_RESULTS=$(BUILD)/bin/same_results TOLIMAN_ORDERS=20 $(PYTHON) tests/same/test_results.py
 
 abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
