@@ -63,10 +63,10 @@ static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
 /* Seconds of one broadband image of the moving star. */
 static double image_s(const toliman_sim *sim, int repeats) {
     double times[REPEATS];
-    double *const image = doubles((size_t)(info_of(sim).rows * info_of(sim).cols));
+    double *const image = doubles((size_t)(sim_info_of(sim).rows * sim_info_of(sim).cols));
     for (int i = 0; i < repeats; i++) {
         const double start = processor_s();
-        assert_ok(toliman_sim_propagate(sim, 1e-3 * i, image, (size_t)info_of(sim).cols));
+        assert_ok(toliman_sim_propagate(sim, 1e-3 * i, image, (size_t)sim_info_of(sim).cols));
         times[i] = processor_s() - start;
     }
     free(image);
@@ -117,7 +117,7 @@ static void errors_of(const toliman_sim *sim, const points *p, double d, const l
         product += change * (moved[i] - still[i]);
         norm += change * change;
     }
-    *error = (double)(worst / info_of(sim).peak_photons);
+    *error = (double)(worst / sim_info_of(sim).peak_photons);
     *shift = (double)fabsl(d * (product / norm - 1));
     free(both);
     free(there);
@@ -171,7 +171,7 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
     double *const a = image_of(nodes, TOLIMAN_IMAGE_BOTH), *const b = image_of(exact, TOLIMAN_IMAGE_BOTH);
     double node_error = 0, error, shift;
     for (int i = 0; i < 256 * 256; i++)
-        node_error = fmax(node_error, fabs(a[i] - b[i]) / info_of(exact).peak_photons);
+        node_error = fmax(node_error, fabs(a[i] - b[i]) / sim_info_of(exact).peak_photons);
     errors_of(exact, &p, 1e-6, still, still, &error, &shift);
     printf("{\"part\": \"image\", \"geometry\": \"%s\", \"pixel_arcsec\": %g, \"min_nm\": %g, \"nodes\": %d, "
            "\"node_seconds\": %.5g, \"node_error\": %.3g, \"wavelengths\": %d, \"seconds\": %.5g, \"error\": %.3g}\n",
@@ -185,7 +185,7 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
 }
 
 static double frames_s(const toliman_sim *sim, int64_t count) {
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     double *const images = doubles((size_t)(BATCH * info.rows * info.cols));
     const double zero[BATCH] = {0}, start = processor_s();
     for (int64_t first = 0; first < count; first += BATCH) {

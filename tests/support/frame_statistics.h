@@ -9,7 +9,7 @@
 static inline void check_frames(const toliman_sim *sim, const double *mean, const double *variance, double kurtosis,
                                 int whole_counts) {
     enum { count = 100 };
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     const size_t pixels = (size_t)(info.rows * info.cols);
     double *const frames = malloc(count * pixels * sizeof *frames), still[count] = {0};
     assert_non_null(frames);

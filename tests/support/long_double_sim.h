@@ -30,7 +30,7 @@ static inline double *doubles(size_t count) {
 }
 
 static inline reference reference_of(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec) {
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     reference r = {.n = (int)info.pupil_samples, .aperture = aperture_m, .p = pixel_arcsec * PI_L / 648000};
     const size_t cells = (size_t)(r.n * r.n);
     r.wavelengths = info.wavelengths;

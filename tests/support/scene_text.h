@@ -83,14 +83,14 @@ static inline void check_additions(const char *json, const char *place, const ch
     }
 }
 
-static inline toliman_sim_info info_of(const toliman_sim *sim) {
+static inline toliman_sim_info sim_info_of(const toliman_sim *sim) {
     toliman_sim_info info = {.struct_size = sizeof info};
     assert_ok(toliman_sim_get_info(sim, &info));
     return info;
 }
 
 static inline double *image_of(const toliman_sim *sim, int32_t kind) {
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     double *const image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
     assert_non_null(image);
     assert_ok(toliman_sim_get_image(sim, kind, image, (size_t)info.cols));

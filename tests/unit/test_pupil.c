@@ -142,7 +142,7 @@ static void even_loss_changes_nothing(void **state) {
     for (int i = 0; i < N * N; i++)
         assert_close(grey[i], 0.5 * open[i], 0, 0);
     assert_same(image_of(lossy, TOLIMAN_IMAGE_BOTH), image_of(clear, TOLIMAN_IMAGE_BOTH), 1e-14);
-    assert_close(info_of(lossy).crb_px, info_of(clear).crb_px, 1e-12, 0);
+    assert_close(sim_info_of(lossy).crb_px, sim_info_of(clear).crb_px, 1e-12, 0);
     toliman_sim_destroy(lossy);
     toliman_sim_destroy(clear);
 }
@@ -152,8 +152,8 @@ static void light_sums_to_one(void **state) {
     (void)state;
     write_map("amplitude.npy", soft);
     toliman_sim *const sim = star_with(kAmplitude, 0, 0), *const hard = star_with("", 0, 0);
-    assert_close(info_of(sim).total_photons, 1e6, 3e-3, 0);
-    assert_true(info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge reach beyond */
+    assert_close(sim_info_of(sim).total_photons, 1e6, 3e-3, 0);
+    assert_true(sim_info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge reach beyond */
     toliman_sim_destroy(sim);
     toliman_sim_destroy(hard);
 }

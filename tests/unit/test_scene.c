@@ -302,7 +302,7 @@ static void sizes_far_below_use(void **state) {
     /* One pixel in the middle of a star: its light does not change to first order. */
     char *still = replaced(kSingleScene, "[32, 32]", "[1, 1]");
     toliman_sim *const silent = sim_of(still);
-    assert_true(isinf(info_of(silent).crb_px));
+    assert_true(isinf(sim_info_of(silent).crb_px));
     toliman_sim_destroy(silent);
     still = replaced_again(still, "\"cadence\"",
                            "\"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
@@ -318,7 +318,7 @@ static void sizes_far_below_use(void **state) {
                  {"\"separation_arcsec\": 4", "\"separation_arcsec\": 1e-6"}};
     for (size_t i = 0; i < sizeof least / sizeof *least; i++) {
         toliman_sim *const sim = sim_with(kBinaryScene, least[i].from, least[i].to);
-        const toliman_sim_info info = info_of(sim);
+        const toliman_sim_info info = sim_info_of(sim);
         assert_true(info.crb_px > 0 && isfinite(info.crb_px) && isfinite(info.truncation));
         for (int32_t kind = TOLIMAN_IMAGE_BOTH; kind <= TOLIMAN_IMAGE_VARIANCE; kind++) {
             double *const image = image_of(sim, kind);
@@ -506,7 +506,7 @@ static void times_are_listed(void **state) {
                  path_of("times.csv"));
         toliman_sim *const sim = sim_with(kBinaryScene, cadence, list);
         double displacements[3];
-        assert_int_equal(info_of(sim).frames, 3);
+        assert_int_equal(sim_info_of(sim).frames, 3);
         assert_ok(toliman_sim_get_series(sim, 0, 3, times, displacements));
         assert_true(times[0] == 0.5 && times[1] == 40.5 && times[2] == -30);
         assert_close(displacements[0], displacements[1], 1e-12, 0); /* one period apart */

@@ -6,7 +6,7 @@
 /* Largest error over some 200 pixels, relative to the peak. */
 static double error_to_peak(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec,
                             const int *columns, int count_x, const int *rows, int count_y) {
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     reference r = reference_of(sim, aperture_m, pixel_arcsec);
     double u[32], v[32];
     long double sum[1024] = {0};
@@ -139,12 +139,12 @@ static void series_is_as_good_as_predicted(void **state) {
         assert_ok(toliman_sim_get_plan(sim, &plan));
         const double error = series_error(sim, derivative, d, 64), rounding = 1e-14 / d;
         print_message("series at %g px for %g: order %d, %.2g of the signal, predicted %.2g, planned %.2g\n", d,
-                      accuracy, plan.order, error, info_of(sim).truncation, plan.series_error);
+                      accuracy, plan.order, error, sim_info_of(sim).truncation, plan.series_error);
         assert_at_most(plan.series_error, accuracy + rounding);
         assert_at_most(error, plan.series_error);
         assert_at_most(plan.series_error, 20 * error);
         if (error > 10 * rounding) /* below, rounding is larger than what the series leaves out */
-            assert_close(info_of(sim).truncation, error, 0.2, 0);
+            assert_close(sim_info_of(sim).truncation, error, 0.2, 0);
         free(derivative);
         toliman_sim_destroy(sim);
         free(text);

@@ -90,8 +90,8 @@ static void offsets_with(const char *place, const char *extra_detector, double o
     text = replaced_again(text, "[64, 64]", extra_detector);
     toliman_sim *const sim = sim_of(text);
     assert_ok(toliman_sim_get_offsets(sim, offset));
-    assert_close(info_of(sim).separation_px, hypot(offset[2] - offset[0], offset[3] - offset[1]), 1e-14, 0);
-    assert_close(info_of(sim).flux_ratio, 3, 1e-14, 0);
+    assert_close(sim_info_of(sim).separation_px, hypot(offset[2] - offset[0], offset[3] - offset[1]), 1e-14, 0);
+    assert_close(sim_info_of(sim).flux_ratio, 3, 1e-14, 0);
     toliman_sim_destroy(sim);
     free(text);
 }
@@ -153,8 +153,8 @@ static void energy_is_conserved(void **state) {
     assert_close(none, 0, 0, 0);
     /* Airy: 1 - J0^2 - J1^2 of the light within a radius; 51 arcsec here. */
     const double v = kPi * 0.125 * 128 * 0.4 * kPi / 648000 / 550e-9;
-    assert_close(info_of(sim).total_photons / photons, 1 - j0(v) * j0(v) - j1(v) * j1(v), 2e-3, 0);
-    assert_true(info_of(sim).total_photons < photons);
+    assert_close(sim_info_of(sim).total_photons / photons, 1 - j0(v) * j0(v) - j1(v) * j1(v), 2e-3, 0);
+    assert_true(sim_info_of(sim).total_photons < photons);
     toliman_sim_destroy(sim);
     free(text);
 }
@@ -175,8 +175,8 @@ static void cropping_loses_light(void **state) {
     for (int i = 0; i < 5; i++)
         photons += a[i] + b[i];
     assert_close(photons, 4e4 * 100, 1e-14, 0);
-    assert_true(info_of(small).total_photons < info_of(large).total_photons);
-    assert_true(info_of(large).total_photons < photons);
+    assert_true(sim_info_of(small).total_photons < sim_info_of(large).total_photons);
+    assert_true(sim_info_of(large).total_photons < photons);
     free(of_large);
     free(of_small);
     toliman_sim_destroy(large);
@@ -207,7 +207,7 @@ static void lines_are_exact(void **state) {
     char *text = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
                           "{\"kind\": \"lines\", \"wavelength_nm\": [589.6, 575, 589.0], \"weight\": [1, 3, 2]}");
     toliman_sim *const sim = sim_of(text);
-    assert_int_equal(info_of(sim).wavelengths, 7);
+    assert_int_equal(sim_info_of(sim).wavelengths, 7);
     double wavelength[7], a[7], b[7];
     assert_ok(toliman_sim_get_spectrum(sim, 7, wavelength, a, b));
     assert_close(wavelength[3], 587.5e-9, 1e-15, 0);
@@ -263,8 +263,8 @@ static void series_of_times(void **state) {
         assert_close(times[i], 2 * (97 + i), 0, 0);
         assert_close(displacements[i], 1e-3 * sin(2 * kPi * 2 * (97 + i) / 40), 0, 1e-16);
     }
-    assert_close(info_of(sim).max_displacement_px, 1e-3, 1e-12, 0);
-    assert_close(info_of(sim).min_displacement_px, -1e-3, 1e-12, 0);
+    assert_close(sim_info_of(sim).max_displacement_px, 1e-3, 1e-12, 0);
+    assert_close(sim_info_of(sim).min_displacement_px, -1e-3, 1e-12, 0);
     assert_fails(toliman_sim_get_series(sim, 98, 3, times, NULL), TOLIMAN_E_RANGE, "cadence of 100 frames");
     assert_fails(toliman_sim_get_series(sim, -1, 1, times, NULL), TOLIMAN_E_RANGE, "first = -1");
     toliman_sim_destroy(sim);

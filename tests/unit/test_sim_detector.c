@@ -76,7 +76,7 @@ static void check_stage(const char *stages, const char *noise, double factor, do
         assert_close(variance[i], (expected + added) / unit / unit, 1e-13, 0);
     }
     check_frames(sim, mean, variance, 0.5, whole);
-    assert_int_equal(info_of(sim).whole_counts, whole);
+    assert_int_equal(sim_info_of(sim).whole_counts, whole);
     free(bare);
     free(slope);
     free(mean);
@@ -102,7 +102,7 @@ static void stages_have_their_mean_and_variance(void **state) {
 static void facts_tell_photons_from_counts(void **state) {
     (void)state;
     toliman_sim *const bare = make("", kPhotons), *const sim = make("\"qe\": 0.25", kPhotons);
-    const toliman_sim_info less = info_of(sim), info = info_of(bare);
+    const toliman_sim_info less = sim_info_of(sim), info = sim_info_of(bare);
     assert_close(less.peak_photons, info.peak_photons, 0, 0);
     assert_close(less.total_photons, info.total_photons, 0, 0);
     assert_close(less.peak_counts, 0.25 * info.peak_photons, 1e-15, 0);
@@ -111,7 +111,7 @@ static void facts_tell_photons_from_counts(void **state) {
     toliman_sim_destroy(bare);
     toliman_sim_destroy(sim);
     toliman_sim *const units = make("\"qe\": 0.25, \"gain_e_per_dn\": 7, \"bias_dn\": 50", kPhotons);
-    const toliman_sim_info dn = info_of(units);
+    const toliman_sim_info dn = sim_info_of(units);
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
     assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit tells nothing */
     assert_int_equal(dn.whole_counts, 0);
@@ -119,7 +119,7 @@ static void facts_tell_photons_from_counts(void **state) {
     assert_int_equal(less.unit, TOLIMAN_UNIT_ELECTRON);
     assert_int_equal(dn.unit, TOLIMAN_UNIT_DN);
     toliman_sim *const fractional = make("\"full_well_e\": 1000.5", kPhotons);
-    assert_int_equal(info_of(fractional).whole_counts, 0);
+    assert_int_equal(sim_info_of(fractional).whole_counts, 0);
     toliman_sim_destroy(fractional);
     double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_IMAGE_BOTH);
     assert_ok(toliman_sim_expect(units, 0, expected, SIDE));
@@ -277,7 +277,7 @@ static void the_template_reaches_the_bound(void **state) {
     assert_null(strstr(heard, "detector."));
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     double sigma, sum = 0, squares = 0, image[PIXELS];
     assert_ok(toliman_linear_get_sigma(linear, &sigma));
     assert_close(sigma, info.crb_px, 1e-9, 0);

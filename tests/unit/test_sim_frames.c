@@ -121,7 +121,7 @@ static void images_do_not_depend_on_threads(void **state) {
 static void info_says_what_a_header_needs(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
-    toliman_sim_info info = info_of(sim);
+    toliman_sim_info info = sim_info_of(sim);
     assert_close(info.aperture_m, 0.125, 0, 0);
     assert_close(info.pixel_scale_arcsec, 0.2, 0, 0);
     assert_int_equal(info.whole_counts, 0); /* read noise */
@@ -132,10 +132,10 @@ static void info_says_what_a_header_needs(void **state) {
     toliman_sim_destroy(sim);
 
     toliman_sim *const counts = sim_with(kBinaryScene, ", \"read_e\": 2.5", "");
-    assert_int_equal(info_of(counts).whole_counts, 1);
+    assert_int_equal(sim_info_of(counts).whole_counts, 1);
     toliman_sim_destroy(counts);
     toliman_sim *const still = sim_with(kBinaryScene, "\"photon\": true, \"read_e\": 2.5", "\"photon\": false");
-    assert_int_equal(info_of(still).whole_counts, 0);
+    assert_int_equal(sim_info_of(still).whole_counts, 0);
     toliman_sim_destroy(still);
 }
 

@@ -36,7 +36,7 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
     double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
     for (int i = 0; i < PARAMETERS; i++)
         images[i] = image_of(sim, kinds[i]);
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     assert_close(info.crb_px, deviation(images, 1, variance, 64 * 64), 1e-12, 0);
     assert_close(info.crb_projected_px, deviation(images, 3, variance, 64 * 64), 1e-12, 0);
     assert_close(info.crb_flux_shift_px, deviation(images, 5, variance, 64 * 64), 1e-12, 0);
@@ -53,7 +53,7 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
 static void a_single_star_has_no_separation(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kSingleScene);
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     assert_true(info.crb_px > 0 && isfinite(info.crb_px));
     assert_true(isinf(info.crb_flux_shift_px));
     assert_close(info.separation_px, 0, 0, 0);
@@ -67,8 +67,8 @@ static void bounds_scale_with_light(void **state) {
     char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
     toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
                        *const noisy = sim_of(kBinaryScene);
-    assert_close(info_of(bright).crb_px, info_of(faint).crb_px / 2, 1e-10, 0);
-    assert_true(info_of(noisy).crb_px > info_of(faint).crb_px);
+    assert_close(sim_info_of(bright).crb_px, sim_info_of(faint).crb_px / 2, 1e-10, 0);
+    assert_true(sim_info_of(noisy).crb_px > sim_info_of(faint).crb_px);
     toliman_sim_destroy(faint);
     toliman_sim_destroy(bright);
     toliman_sim_destroy(noisy);
@@ -79,7 +79,7 @@ static void chapter_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &sim));
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     assert_string_equal(toliman_sim_get_name(sim), "chapter");
     assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* measured with another simulator, pupil without grey edges */
     assert_int_equal(info.wavelengths, 51);
@@ -96,7 +96,7 @@ static void mission_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create("examples/scenes/mission.json", NULL, &sim));
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     double wavelength[111], a[111], b[111], total_a = 0, total_b = 0;
     assert_int_equal(info.wavelengths, 111);
     assert_int_equal(info.frames, 1437);

@@ -38,7 +38,7 @@ static double error_against(const toliman_sim *sim, int64_t k, const char *text)
     assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
-    worst /= info_of(still).peak_photons;
+    worst /= sim_info_of(still).peak_photons;
     toliman_sim_destroy(still);
     return worst;
 }
@@ -151,7 +151,7 @@ static void shapes_move_along(void **state) {
     assert_ok(toliman_sim_frame(still, displacement, 1, 4, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
-    assert_at_most(worst / info_of(still).peak_photons, 3e-8); /* the turn of the axis under the signal apart */
+    assert_at_most(worst / sim_info_of(still).peak_photons, 3e-8); /* the turn of the axis under the signal apart */
     toliman_sim_destroy(sim);
     toliman_sim_destroy(still);
 }

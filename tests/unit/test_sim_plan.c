@@ -19,7 +19,7 @@ static double *doubles(size_t count) {
 /* Largest difference of two simulators' frames over the first one's peak. */
 static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
     double *const a = image_of(sim, TOLIMAN_IMAGE_BOTH), *const b = image_of(other, TOLIMAN_IMAGE_BOTH);
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     double error = 0;
     for (int64_t i = 0; i < info.rows * info.cols; i++)
         error = fmax(error, fabs(a[i] - b[i]));
@@ -177,7 +177,7 @@ static void pixels_integrate(void **state) {
         free(part);
         toliman_sim_destroy(moved);
     }
-    const double peak = info_of(sim).peak_photons;
+    const double peak = sim_info_of(sim).peak_photons;
     double error = 0;
     for (int k = 0; k < 32 * 32; k++)
         error = fmax(error, fabs(image[k] - sum[k]) / peak);
@@ -216,7 +216,7 @@ static void engines_agree(void **state) {
         for (int32_t kind = TOLIMAN_IMAGE_SEPARATION; kind <= TOLIMAN_IMAGE_FOCUS; kind++) {
             double *const a = image_of(exact, kind), *const b = image_of(fft, kind);
             double error = 0, largest = 0;
-            for (int64_t k = 0; k < info_of(exact).rows * info_of(exact).cols; k++) {
+            for (int64_t k = 0; k < sim_info_of(exact).rows * sim_info_of(exact).cols; k++) {
                 error = fmax(error, fabs(a[k] - b[k]));
                 largest = fmax(largest, fabs(a[k]));
             }
@@ -240,7 +240,7 @@ static void padded_fft_is_off_as_planned(void **state) {
     double *const a = image_of(exact, TOLIMAN_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_IMAGE_BOTH);
     double *const slope = image_of(exact, TOLIMAN_IMAGE_SHIFT_X), shift = 0, norm = 0;
     for (int k = 0; k < 33 * 129; k++) {
-        shift += (b[k] / info_of(fft).peak_photons * info_of(exact).peak_photons - a[k]) * slope[k];
+        shift += (b[k] / sim_info_of(fft).peak_photons * sim_info_of(exact).peak_photons - a[k]) * slope[k];
         norm += slope[k] * slope[k];
     }
     const double off = shift / norm / 9, planned = plan_of(fft).plate_scale_error;
@@ -289,7 +289,7 @@ static void wavelengths_suffice_for_far_signals(void **state) {
         assert_ok(toliman_sim_propagate(sim, 90 * side, a, 64));
         assert_ok(toliman_sim_propagate(all, 90 * side, b, 64));
         for (int i = 0; i < 64 * 64; i++)
-            error = fmax(error, fabs(a[i] - b[i]) / info_of(all).peak_photons);
+            error = fmax(error, fabs(a[i] - b[i]) / sim_info_of(all).peak_photons);
     }
     print_message("%d nodes, 90 px away: error/peak %.2g, planned %.2g\n", plan_of(sim).wavelengths, error,
                   plan_of(sim).spectrum_error);

@@ -33,7 +33,7 @@ static void earths_of_alpha_centauri(void **state) {
                  "{\"kind\": \"planet\", \"star\": \"%s\", \"mass_earth\": 1, \"semi_major_au\": %s}", cases[i].star,
                  cases[i].axis);
         toliman_sim *const sim = sim_with_signal(signal);
-        const toliman_sim_info info = info_of(sim);
+        const toliman_sim_info info = sim_info_of(sim);
         assert_close(info.period_days / 365.25, cases[i].years, 0, 0.005);
         assert_close(info.amplitude_uas, cases[i].uas, 0, 0.005);
         assert_close(info.amplitude_px, cases[i].px, 0, 0.01e-6);
@@ -55,7 +55,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
     toliman_sim *const turned =
         sim_with_signal("{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3,"
                         " \"eccentricity\": 0, \"argument_deg\": 90, \"phase_rad\": 0.7}");
-    const toliman_sim_info info = info_of(circular);
+    const toliman_sim_info info = sim_info_of(circular);
     snprintf(sinusoid, sizeof sinusoid,
              "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": %.17g, \"period_days\": %.17g,"
              " \"phase_rad\": 0.7}",
@@ -71,7 +71,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
         assert_close(of_planet[i], info.amplitude_px * sin(mean), 0, 1e-14 * info.amplitude_px);
         assert_close(of_turned[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
     }
-    assert_close(info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
+    assert_close(sim_info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
     toliman_sim_destroy(circular);
     toliman_sim_destroy(turned);
     toliman_sim_destroy(same);
@@ -98,7 +98,7 @@ static void eccentricity_is_continuous(void **state) {
 static void no_signal(void **state) {
     (void)state;
     toliman_sim *const sim = sim_with_signal("{\"kind\": \"none\"}");
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     assert_close(info.amplitude_px + info.amplitude_uas + info.period_days, 0, 0, 0);
     assert_close(info.min_displacement_px, 0, 0, 0);
     assert_close(info.max_displacement_px, 0, 0, 0);
@@ -113,8 +113,8 @@ static void a_single_star_has_a_planet(void **state) {
                           "{\"A\": [0, 0]}, \"distance_pc\": 2},"
                           " \"signal\": {\"kind\": \"planet\", \"mass_earth\": 1, \"semi_major_au\": 1}");
     toliman_sim *const sim = sim_of(text);
-    assert_close(info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
-    assert_close(info_of(sim).period_days, 365.2563, 1e-6, 0);
+    assert_close(sim_info_of(sim).amplitude_uas, 3.00349 / 2, 1e-5, 0);
+    assert_close(sim_info_of(sim).period_days, 365.2563, 1e-6, 0);
     toliman_sim_destroy(sim);
     free(text);
 }
@@ -130,7 +130,7 @@ static void an_older_info(void **state) {
     assert_ok(toliman_sim_get_info(sim, &info));
     assert_close(info.amplitude_px, 1e-3, 0, 0);
     assert_memory_equal(&info.amplitude_uas, &before, sizeof before);
-    assert_close(info_of(sim).amplitude_uas, 1e-3 * 0.2e6, 1e-14, 0);
+    assert_close(sim_info_of(sim).amplitude_uas, 1e-3 * 0.2e6, 1e-14, 0);
     toliman_sim_destroy(sim);
 }
 

@@ -1,0 +1,222 @@
+/* Threads that make, use and end objects of every kind at once, while the host plans FFTs and multiplies matrices of
+ * its own: each gets the bits that one thread alone gets, and so does the host. For ThreadSanitizer, too. Usage:
+ * threads ROUNDS [WORKERS]; ROUNDS objects a worker. */
+#include <complex.h>
+#include <fftw3.h>
+#include <pthread.h>
+
+#include "cae_scene.h"
+#include "scene_text.h"
+#include "track_frames.h"
+
+#include <toliman/toliman.h>
+
+void cblas_dgemm(int layout, int transposed_a, int transposed_b, int m, int n, int k, double alpha, const double *a,
+                 int lda, const double *b, int ldb, double beta, double *c, int ldc);
+
+enum { SIDE_PX = 32, KINDS = 6, MOST_WORKERS = 64, SIZE = 48, MOST_RESULTS = 64 };
+
+typedef struct results {
+    double values[MOST_RESULTS];
+    size_t count;
+} results;
+
+typedef struct worker {
+    pthread_t thread;
+    int rounds, failed;
+    uint64_t seed;
+} worker;
+
+static results alone[KINDS];
+static toliman_sim *shared_sim;
+static toliman_period *shared_period;
+static double shared_frame[SIDE_PX * SIDE_PX], times[MOST_RESULTS], values[MOST_RESULTS];
+static int host_ends;
+
+static void add(results *all, double value) {
+    all->values[all->count++] = value;
+}
+
+static int use_sim(results *found) {
+    double frame[SIDE_PX * SIDE_PX];
+    toliman_sim *sim = NULL;
+    int32_t status = toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, NULL, &sim);
+    if (status == TOLIMAN_OK)
+        status = toliman_sim_frame(sim, 0, 3, 9, frame, SIDE_PX);
+    add(found, frame[SIDE_PX * SIDE_PX / 2 + SIDE_PX / 2]);
+    toliman_sim_destroy(sim);
+    return status != TOLIMAN_OK;
+}
+
+/* A simulator that all use. */
+static int use_shared(results *found) {
+    double frames[2 * SIDE_PX * SIDE_PX], power[3];
+    int32_t status = toliman_sim_frame_many(shared_sim, 5, 1, 2, NULL, 2, frames);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_query_power(shared_period, TOLIMAN_POWER_STANDARD, 0, 3, power);
+    for (size_t i = 0; i < 2 * SIDE_PX * SIDE_PX; i += 100)
+        add(found, frames[i]);
+    for (int i = 0; i < 3; i++)
+        add(found, power[i]);
+    return status != TOLIMAN_OK;
+}
+
+static int use_linear(results *found) {
+    double value = 0;
+    toliman_linear *linear = NULL;
+    int32_t status = toliman_linear_create(shared_sim, NULL, &linear);
+    if (status == TOLIMAN_OK)
+        status = toliman_linear_encode(linear, shared_frame, SIDE_PX, &value);
+    add(found, value);
+    toliman_linear_destroy(linear);
+    return status != TOLIMAN_OK;
+}
+
+static int use_period(results *found) {
+    toliman_period *period = NULL, *again = NULL;
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    unsigned char state[8192];
+    size_t size = 0;
+    int32_t status = toliman_period_create(0.01, 0.002, 40, NULL, &period);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_push_many(period, times, values, NULL, MOST_RESULTS);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_save(period, state, sizeof state, &size);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_load(state, size, NULL, &again);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_query_peak(again, &peak);
+    add(found, peak.power);
+    add(found, peak.frequency);
+    toliman_period_destroy(period);
+    toliman_period_destroy(again);
+    return status != TOLIMAN_OK;
+}
+
+static int use_batch(results *found) {
+    enum { GRID = 3000 };
+    static __thread double power[GRID];
+    toliman_period_batch_options options;
+    toliman_period_batch_options_init(&options, sizeof options);
+    options.threads = 2;
+    const int32_t status = toliman_period_batch(0.01, 1e-4, GRID, times, values, NULL, MOST_RESULTS, &options, power);
+    for (int i = 0; i < GRID; i += 300)
+        add(found, power[i]);
+    return status != TOLIMAN_OK;
+}
+
+static int use_track(results *found) {
+    toliman_track_options options = small_options(NULL);
+    options.capacity = 100;
+    options.threads = 2;
+    toliman_track *track = NULL;
+    const toliman_period *sums = NULL;
+    double power[3] = {0};
+    int32_t status = toliman_track_create(&options, &track);
+    for (int64_t id = 1; id <= 10 && status == TOLIMAN_OK; id++) {
+        small_frame frame;
+        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        size_t done;
+        make_frame(&frame, id);
+        status = toliman_track_push(track, &frame.frame, 1, &outcome, &done);
+    }
+    if (status == TOLIMAN_OK)
+        status = toliman_track_get_period(track, &sums);
+    if (status == TOLIMAN_OK)
+        status = toliman_period_query_power(sums, TOLIMAN_POWER_STANDARD, 0, 3, power);
+    for (int i = 0; i < 3; i++)
+        add(found, power[i]);
+    toliman_track_destroy(track);
+    return status != TOLIMAN_OK;
+}
+
+static int (*const uses[KINDS])(results *) = {use_sim, use_shared, use_linear, use_period, use_batch, use_track};
+
+/* A call that fails, and whose message must be this thread's. */
+static int fail_alone(uint64_t seed) {
+    char text[64];
+    toliman_period *none = NULL;
+    const double wrong = -1 - (double)(seed % 1000);
+    snprintf(text, sizeof text, "%g", wrong);
+    return toliman_period_create(0.1, wrong, 10, NULL, &none) != TOLIMAN_E_ARGUMENT ||
+           strstr(toliman_last_error(), text) == NULL;
+}
+
+static void *work(void *given) {
+    worker *self = given;
+    for (int round = 0; round < self->rounds; round++) {
+        const size_t kind = draw(&self->seed, KINDS);
+        results found = {.count = 0};
+        int failed = uses[kind](&found) || found.count != alone[kind].count ||
+                     memcmp(found.values, alone[kind].values, found.count * sizeof *found.values) != 0;
+        failed |= round % 16 == 0 && fail_alone(self->seed);
+        self->failed += failed;
+    }
+    return NULL;
+}
+
+static double plan_and_transform(int size) {
+    fftw_complex *data = fftw_alloc_complex((size_t)size);
+    fftw_plan plan = fftw_plan_dft_1d(size, data, data, FFTW_FORWARD, FFTW_ESTIMATE);
+    for (int i = 0; i < size; i++)
+        data[i] = i % 7;
+    fftw_execute(plan);
+    const double sum = creal(data[0]) + cimag(data[1]);
+    fftw_destroy_plan(plan);
+    fftw_free(data);
+    return sum;
+}
+
+static double multiply(void) {
+    static double a[SIZE * SIZE], c[SIZE * SIZE];
+    for (int i = 0; i < SIZE * SIZE; i++)
+        a[i] = i % 11;
+    cblas_dgemm(101, 111, 111, SIZE, SIZE, SIZE, 1, a, SIZE, a, SIZE, 0, c, SIZE);
+    return c[SIZE + 1];
+}
+
+static void *host(void *failed) {
+    const double product = multiply(), transformed = plan_and_transform(100);
+    for (int size = 16; !__atomic_load_n(&host_ends, __ATOMIC_ACQUIRE); size = size % 500 + 1) {
+        plan_and_transform(size);
+        *(int *)failed += multiply() != product || plan_and_transform(100) != transformed;
+    }
+    return NULL;
+}
+
+static void prepare(void) {
+    shared_sim = sim_of(kSingleScene);
+    assert_ok(toliman_sim_frame(shared_sim, 0, 1, 1, shared_frame, SIDE_PX));
+    assert_ok(toliman_period_create(0.01, 0.01, 3, NULL, &shared_period));
+    for (int i = 0; i < MOST_RESULTS; i++) {
+        times[i] = i;
+        values[i] = sin(i * 0.7) + 0.001 * (double)(mixed((uint64_t)i) % 100);
+        assert_ok(toliman_period_push(shared_period, times[i], values[i], 1));
+    }
+    for (int kind = 0; kind < KINDS; kind++)
+        assert_int_equal(uses[kind](&alone[kind]), 0);
+}
+
+int main(int count, char **arguments) {
+    const int rounds = count > 1 ? atoi(arguments[1]) : 40, workers = count > 2 ? atoi(arguments[2]) : 8;
+    static worker all[MOST_WORKERS];
+    pthread_t host_thread;
+    int failed = 0;
+    assert_in_range(workers, 1, MOST_WORKERS);
+    prepare();
+    assert_int_equal(pthread_create(&host_thread, NULL, host, &failed), 0);
+    for (int i = 0; i < workers; i++) {
+        all[i] = (worker){.rounds = rounds, .seed = mixed((uint64_t)i)};
+        assert_int_equal(pthread_create(&all[i].thread, NULL, work, &all[i]), 0);
+    }
+    for (int i = 0; i < workers; i++) {
+        pthread_join(all[i].thread, NULL);
+        failed += all[i].failed;
+    }
+    __atomic_store_n(&host_ends, 1, __ATOMIC_RELEASE);
+    pthread_join(host_thread, NULL);
+    toliman_sim_destroy(shared_sim);
+    toliman_period_destroy(shared_period);
+    printf("%d threads of %d objects: %d failed\n", workers, rounds, failed);
+    return failed != 0;
+}
