@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything fap soak same abi install package format lint clean help
+.PHONY: all deps demo check check-deps everything fap soak same races abi install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -22,11 +22,23 @@ bench-%: everything ## measure: sim, cae, period against their errors and others
 fap: everything ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 
-soak: everything ## track a million frames; 200 kills, 20,000 power cuts, 10,000 passes out of order (5 minutes)
+soak: everything ## a million frames; 200 kills, 20,000 power cuts, 10,000 passes, 10^6 objects, storms (10 minutes)
 	@$(BUILD)/bin/bench_track
 	@TOLIMAN_KILLS=200 $(BUILD)/bin/test_track_folder
 	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
+	@TOLIMAN_OBJECTS=1000000 $(BUILD)/bin/test_round_trips
+	@TOLIMAN_STORMS=2000 $(BUILD)/bin/test_not_finite
+
+check-%: check-deps ## every test in a build with sanitizers, asan-ubsan or tsan (half an hour)
+	@cmake --preset $* -DTOLIMAN_TESTS=ON >/dev/null
+	@cmake --build build-$(firstword $(subst -, ,$*)) --parallel $(JOBS)
+	ctest --test-dir build-$(firstword $(subst -, ,$*)) --output-on-failure --parallel $(JOBS)
+
+races: check-deps ## 8 threads of 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
+	@cmake --preset tsan -DTOLIMAN_TESTS=ON >/dev/null
+	@cmake --build build-tsan --parallel $(JOBS) --target same_threads
+	@build-tsan/bin/same_threads 10000
 
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 	@TOLIMAN_RESULTS=$(BUILD)/bin/same_results TOLIMAN_ORDERS=20 $(PYTHON) tests/same/test_results.py

@@ -201,10 +201,10 @@ int main(int count, char **arguments) {
     const int rounds = count > 1 ? atoi(arguments[1]) : 40, workers = count > 2 ? atoi(arguments[2]) : 8;
     static worker all[MOST_WORKERS];
     pthread_t host_thread;
-    int failed = 0;
+    int failed = 0, host_failed = 0;
     assert_in_range(workers, 1, MOST_WORKERS);
     prepare();
-    assert_int_equal(pthread_create(&host_thread, NULL, host, &failed), 0);
+    assert_int_equal(pthread_create(&host_thread, NULL, host, &host_failed), 0);
     for (int i = 0; i < workers; i++) {
         all[i] = (worker){.rounds = rounds, .seed = mixed((uint64_t)i)};
         assert_int_equal(pthread_create(&all[i].thread, NULL, work, &all[i]), 0);
@@ -215,6 +215,7 @@ int main(int count, char **arguments) {
     }
     __atomic_store_n(&host_ends, 1, __ATOMIC_RELEASE);
     pthread_join(host_thread, NULL);
+    failed += host_failed;
     toliman_sim_destroy(shared_sim);
     toliman_period_destroy(shared_period);
     printf("%d threads of %d objects: %d failed\n", workers, rounds, failed);

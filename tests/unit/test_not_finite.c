@@ -1,0 +1,284 @@
+/* Storms of numbers that are none, or nearly none, in everything that takes numbers: what is not finite is refused and
+ * changes nothing, and whatever else comes in, nothing comes out that is not finite. As many rounds as TOLIMAN_STORMS
+ * says. */
+#include <float.h>
+
+#include "tlmw.h"
+#include "track_frames.h"
+
+#include <toliman/linear.h>
+#include <toliman/period.h>
+
+enum { SAMPLES = 30, GRID = 20 };
+
+static uint64_t storms = 30, draws = 1, not_finite = 0, odd = 0;
+
+static double from_bits(uint64_t bits) {
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+/* NaN of any sign and payload, signalling or not, or an infinity. */
+static double wrong_number(void) {
+    const uint64_t sign = draw(&draws, 2) << 63, payload = draw(&draws, (uint64_t)1 << 52);
+    not_finite++;
+    return from_bits(sign | 0x7ff0000000000000u | (draw(&draws, 3) ? payload : 0));
+}
+
+/* A subnormal number, zero of either sign, or one of the largest or smallest. */
+static double odd_number(void) {
+    const uint64_t sign = draw(&draws, 2) << 63;
+    odd++;
+    switch (draw(&draws, 4)) {
+    case 0:
+        return from_bits(sign);
+    case 1:
+        return from_bits(sign | 0x7fefffffffffffffu);
+    case 2:
+        return from_bits(sign | 0x0010000000000000u);
+    default:
+        return from_bits(sign | draw(&draws, (uint64_t)1 << 52));
+    }
+}
+
+static void assert_finite(const double *values, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            fail_msg("value %zu is %g", i, values[i]);
+}
+
+static void assert_refused(int32_t status) {
+    if (status != TOLIMAN_E_ARGUMENT && status != TOLIMAN_E_RANGE)
+        fail_msg("%s: %s", toliman_status_name(status), toliman_last_error());
+}
+
+static void make_samples(double *t, double *y, double *sigma) {
+    for (int i = 0; i < SAMPLES; i++) {
+        t[i] = i + 0.01 * (double)draw(&draws, 50);
+        y[i] = 0.1 * (double)draw(&draws, 100);
+        sigma[i] = 1 + 0.01 * (double)draw(&draws, 100);
+    }
+}
+
+static void assert_finite_power(const toliman_period *period) {
+    double power[GRID];
+    for (uint32_t kind = TOLIMAN_POWER_STANDARD; kind <= TOLIMAN_POWER_PSD; kind++) {
+        const int32_t status = toliman_period_query_power(period, kind, 0, GRID, power);
+        if (status == TOLIMAN_OK)
+            assert_finite(power, GRID);
+        else
+            assert_true(status == TOLIMAN_E_RANGE || status == TOLIMAN_E_STATE);
+    }
+}
+
+static void periodograms(void **unused) {
+    (void)unused;
+    static unsigned char before[STATE_ROOM], after[STATE_ROOM];
+    double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], power[GRID];
+    double *const arrays[] = {t, y, sigma};
+    for (uint64_t storm = 0; storm < 20 * storms; storm++) {
+        size_t size = 0, size_after = 0;
+        toliman_period *period = NULL;
+        toliman_period_options options;
+        toliman_period_options_init(&options, sizeof options);
+        options.flags = draw(&draws, 2) ? TOLIMAN_PERIOD_WIDE : 0;
+        make_samples(t, y, sigma);
+        assert_ok(toliman_period_create(0.01, 0.02, GRID, &options, &period));
+        assert_ok(toliman_period_push_many(period, t, y, NULL, SAMPLES / 2));
+        const size_t place = SAMPLES / 2 + draw(&draws, SAMPLES / 2), which = draw(&draws, 3);
+        const double good = arrays[which][place];
+        arrays[which][place] = wrong_number();
+        assert_ok(toliman_period_save(period, before, sizeof before, &size));
+        assert_refused(toliman_period_push(period, t[place], y[place], sigma[place]));
+        assert_refused(
+            toliman_period_push_many(period, t + SAMPLES / 2, y + SAMPLES / 2, sigma + SAMPLES / 2, SAMPLES / 2));
+        assert_ok(toliman_period_save(period, after, sizeof after, &size_after));
+        assert_int_equal(size, size_after);
+        assert_memory_equal(before, after, size);
+        power[0] = -7;
+        assert_refused(toliman_period_batch(0.01, 0.02, GRID, t, y, sigma, SAMPLES, NULL, power));
+        assert_true(power[0] == -7);
+        arrays[which][place] = odd_number();
+        const int32_t status = toliman_period_push(period, t[place], y[place], sigma[place]);
+        if (status != TOLIMAN_OK)
+            assert_refused(status);
+        assert_finite_power(period);
+        if (toliman_period_batch(0.01, 0.02, GRID, t, y, sigma, SAMPLES, NULL, power) == TOLIMAN_OK)
+            assert_finite(power, GRID);
+        arrays[which][place] = good;
+        toliman_period_destroy(period);
+    }
+}
+
+static void grids(void **unused) {
+    (void)unused;
+    for (uint64_t storm = 0; storm < 20 * storms; storm++) {
+        double grid[2] = {0.01, 0.02};
+        toliman_period *period = NULL;
+        grid[draw(&draws, 2)] = wrong_number();
+        assert_refused(toliman_period_create(grid[0], grid[1], GRID, NULL, &period));
+        assert_null(period);
+        grid[0] = 0.01, grid[1] = 0.02;
+        grid[draw(&draws, 2)] = odd_number();
+        if (toliman_period_create(grid[0], grid[1], GRID, NULL, &period) != TOLIMAN_OK)
+            continue;
+        for (int i = 0; i < 8; i++)
+            if (toliman_period_push(period, i, i % 3, 1) != TOLIMAN_OK)
+                assert_refused(toliman_period_push(period, i, i % 3, 1));
+        assert_finite_power(period);
+        toliman_period_destroy(period);
+    }
+}
+
+/* A frame with some wrong pixels, or odd ones. */
+static void spoil(double *frame, double (*number)(void)) {
+    for (uint64_t left = 1 + draw(&draws, 4); left > 0; left--)
+        frame[draw(&draws, kPixels)] = number();
+}
+
+static void pixels(void **unused) {
+    (void)unused;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "\"shift_x\"");
+    toliman_cae *cae = make_cae(sim, 1, 3, NULL);
+    toliman_linear *linear = NULL;
+    toliman_linear_components *components = NULL;
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    assert_ok(toliman_linear_create_components(sim, NULL, &components));
+    double *good = new_image(kPixels), *frame = new_image(kPixels), *image = new_image(kPixels), value = -7;
+    assert_ok(toliman_sim_frame(sim, 0, 1, 1, good, kSide));
+    for (uint64_t storm = 0; storm < storms; storm++) {
+        memcpy(frame, good, kPixels * sizeof *frame);
+        spoil(frame, wrong_number);
+        value = -7;
+        assert_refused(toliman_cae_encode(cae, frame, kSide, &value));
+        assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
+        assert_refused(toliman_linear_encode(linear, frame, kSide, &value));
+        assert_refused(toliman_linear_push_frame(components, frame, kSide));
+        assert_true(value == -7);
+        memcpy(frame, good, kPixels * sizeof *frame);
+        spoil(frame, odd_number);
+        if (toliman_cae_encode(cae, frame, kSide, &value) == TOLIMAN_OK)
+            assert_finite(&value, 1);
+        if (toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL) == TOLIMAN_OK)
+            assert_finite(image, kPixels);
+        if (toliman_linear_encode(linear, frame, kSide, &value) == TOLIMAN_OK)
+            assert_finite(&value, 1);
+        value = wrong_number();
+        assert_refused(toliman_sim_frame(sim, value, 1, 1, image, kSide));
+        assert_refused(toliman_sim_expect(sim, value, image, kSide));
+        assert_refused(toliman_sim_propagate(sim, value, image, kSide));
+        assert_refused(toliman_cae_decode(cae, value, image, kSide));
+        value = odd_number();
+        if (toliman_sim_frame(sim, value, 1, 1, image, kSide) == TOLIMAN_OK)
+            assert_finite(image, kPixels);
+        if (toliman_cae_decode(cae, value, image, kSide) == TOLIMAN_OK)
+            assert_finite(image, kPixels);
+    }
+    toliman_linear_components_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_linear_get_components_info(components, &info));
+    assert_int_equal(info.frames, 0);
+    free(good), free(frame), free(image);
+    toliman_linear_destroy_components(components);
+    toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
+/* Weights and planes with numbers that are not finite or subnormal, under a right checksum. */
+static void weights(void **unused) {
+    (void)unused;
+    static const uint32_t bad[] = {0x7f800000u, 0xff800000u, 0x7fc00000u, 0xffc12345u,
+                                   0x7f800001u, 1u,          0x807fffffu, 0x00400000u};
+    enum { kPlanes = 4 }; /* reference (two), variance, target */
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL);
+    size_t size;
+    uint8_t *blob = saved(cae, &size);
+    float *numbers = malloc(kPlanes * kPixels * sizeof *numbers);
+    for (uint64_t storm = 0; storm < storms; storm++) {
+        const int planes = (int)draw(&draws, 2);
+        const size_t count = planes ? (size_t)kPlanes * kPixels : kParameters;
+        for (size_t i = 0; i < count; i++)
+            numbers[i] = 0.5f;
+        memcpy(numbers + draw(&draws, count), &bad[draw(&draws, sizeof bad / sizeof *bad)], sizeof *numbers);
+        size_t spoilt_size;
+        uint8_t *spoilt = with_payloads(blob, planes ? NULL : numbers, planes ? numbers : NULL, kPlanes, &spoilt_size);
+        refused(spoilt, spoilt_size, planes ? "planes[" : "weights[");
+        free(spoilt);
+    }
+    free(numbers), free(blob);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
+static void frames_of_a_pass(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    int64_t rejected = 0;
+    for (uint64_t storm = 0; storm < 20 * storms && storm < 4000; storm++) {
+        small_frame frame;
+        double image[PIXELS];
+        make_frame(&frame, (int64_t)storm + 1);
+        for (int i = 0; i < PIXELS; i++)
+            image[i] = frame.pixels[i];
+        const int is_wrong = (int)draw(&draws, 2);
+        image[draw(&draws, PIXELS)] = is_wrong ? wrong_number() : odd_number();
+        frame.frame.pixels = image;
+        frame.frame.pixel = TOLIMAN_PIXEL_F64;
+        const toliman_outcome outcome = push_one(track, &frame.frame);
+        rejected += is_wrong;
+        if (is_wrong)
+            assert_int_equal(outcome.reason, TOLIMAN_REASON_NOT_FINITE);
+        if (outcome.verdict == TOLIMAN_TRACK_ACCEPTED)
+            assert_finite(&outcome.value, 1);
+    }
+    assert_true(info_of(track).rejected >= rejected);
+    assert_finite_power(period_of(track));
+    toliman_track_destroy(track);
+}
+
+/* A number of the scene as JSON cannot hold it, or at the edge of what a double can. */
+static void scenes(void **unused) {
+    (void)unused;
+    static const char *const numbers[] = {"NaN",   "Infinity", "-Infinity", "nan",    "inf",  "1e999", "-1e999",
+                                          "1e308", "-1e308",   "5e-324",    "1e-320", "-0.0", "0"};
+    enum { UNREAL = 7 };
+    char json[4096], changed[8192];
+    for (uint64_t storm = 0; storm < 10 * storms; storm++) {
+        write_scene(json, sizeof json, kSide, kSide, 0, "\"shift_x\"");
+        const char *place = json + draw(&draws, strlen(json) - 1);
+        while (*place != '\0' && !(place[-1] == ' ' && strchr("-0123456789", *place) != NULL))
+            place++;
+        if (*place == '\0')
+            continue;
+        const size_t number = draw(&draws, sizeof numbers / sizeof *numbers);
+        const size_t length = strspn(place, "-+.0123456789eE");
+        snprintf(changed, sizeof changed, "%.*s%s%s", (int)(place - json), json, numbers[number], place + length);
+        toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+        const int32_t status = toliman_sim_plan_json(changed, strlen(changed), NULL, NULL, &plan);
+        if (number < UNREAL)
+            assert_true(status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_SCENE);
+        else if (status == TOLIMAN_OK)
+            assert_finite((const double[]){plan.accuracy, plan.spectrum_error, plan.pupil_error}, 3);
+    }
+}
+
+static int say(void **unused) {
+    (void)unused;
+    print_message("%llu numbers that are not finite, %llu odd ones\n", (unsigned long long)not_finite,
+                  (unsigned long long)odd);
+    return 0;
+}
+
+int main(void) {
+    const char *given = getenv("TOLIMAN_STORMS");
+    storms = given != NULL ? (uint64_t)atoll(given) : storms;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(periodograms),     cmocka_unit_test(grids),
+        cmocka_unit_test(pixels),           cmocka_unit_test(weights),
+        cmocka_unit_test(frames_of_a_pass), cmocka_unit_test(scenes),
+    };
+    return cmocka_run_group_tests(tests, NULL, say);
+}
