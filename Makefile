@@ -29,6 +29,7 @@ soak: everything ## a million frames; 200 kills, 20,000 power cuts, 10,000 passe
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
 	@TOLIMAN_OBJECTS=1000000 $(BUILD)/bin/test_round_trips
 	@TOLIMAN_STORMS=2000 $(BUILD)/bin/test_not_finite
+	@TOLIMAN_LIBRARY=$(BUILD)/lib/libtoliman.so $(PYTHON) tests/bench/long_stream.py
 
 check-%: check-deps ## every test in a build with sanitizers, asan-ubsan or tsan (half an hour)
 	@cmake --preset $* -DTOLIMAN_TESTS=ON >/dev/null
