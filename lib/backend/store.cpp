@@ -141,6 +141,15 @@ class Folder final : public Store {
         }
     }
 
+    void keep(const std::string &name, int file) {
+        try {
+            files_[name] = file;
+        } catch (...) { // out of memory
+            ::close(file);
+            throw;
+        }
+    }
+
     void forget(const std::string &name) noexcept {
         const auto found = files_.find(name);
         if (found == files_.end())
@@ -169,7 +178,7 @@ class Folder final : public Store {
             return file;
         if (file < 0)
             complain(make ? Status::write : Status::not_found, name);
-        files_[name] = file;
+        keep(name, file);
         struct stat facts = {};
         if (::fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)) {
             forget(name);
