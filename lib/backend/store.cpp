@@ -121,7 +121,7 @@ class Folder final : public Store {
         if (!made && errno != EEXIST)
             complain(Status::write, "");
         const int above = ::open((path_ + "/..").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        if (above < 0 && !made)
+        if (above < 0 && errno == EACCES && !made)
             return;
         const bool synced = above >= 0 && ::fsync(above) == 0;
         const int reason = errno;
