@@ -28,6 +28,10 @@ soak: everything ## track a million frames; 200 kills, 20,000 power cuts, 10,000
 	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
 
+faults: everything ## call every public function while each allocation and each call on files fails it (10 minutes)
+	@for what in memory files; do \
+	GLIBC_TUNABLES=glibc.malloc.perturb=165 $(BUILD)/bin/faults lib/api/toliman.sym $$what all || exit 1; done
+
 abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS) --target toliman_abi
