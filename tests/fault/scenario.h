@@ -31,7 +31,8 @@ typedef struct {
     void (*stage)(void);          /* puts down the files that a call finds; may be NULL */
     /* Looks at the files after a call, and may open a.object anew; may be NULL. */
     void (*check)(attempt *a, toliman_status status);
-    int slow; /* takes long: fewer calls in the short form */
+    toliman_status refused; /* what the call comes to when nothing fails; 0 = TOLIMAN_OK */
+    int slow;               /* takes long: fewer calls in the short form */
 } scenario;
 
 typedef struct {

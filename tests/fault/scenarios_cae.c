@@ -173,6 +173,12 @@ static toliman_status create_paper(attempt *a) {
 static toliman_status load(attempt *a) {
     return toliman_cae_load(trained_blob().bytes, trained_blob().size, NULL, (toliman_cae **)&a->made);
 }
+static toliman_status load_damaged(attempt *a) {
+    static unsigned char bytes[BLOB_ROOM];
+    memcpy(bytes, plain_blob().bytes, plain_blob().size);
+    bytes[plain_blob().size / 2] ^= 1;
+    return toliman_cae_load(bytes, plain_blob().size, NULL, (toliman_cae **)&a->made);
+}
 static toliman_status load_file(attempt *a) {
     return toliman_cae_load_file(in_folder(kFile), NULL, (toliman_cae **)&a->made);
 }
@@ -234,6 +240,12 @@ static const scenario all[] = {
     {.function = "toliman_cae_create", .call = create_flight, .made = &networks, .stage = put_blobs, .slow = 1},
     {.function = "toliman_cae_create", "paper", create_paper, .made = &networks, .stage = put_blobs, .slow = 1},
     {.function = "toliman_cae_load", .call = load, .made = &networks, .stage = put_blobs, .slow = 1},
+    {.function = "toliman_cae_load",
+     "damaged",
+     load_damaged,
+     .made = &networks,
+     .stage = put_blobs,
+     .refused = TOLIMAN_E_FORMAT},
     {.function = "toliman_cae_load_file", .call = load_file, .made = &networks, .stage = put_file, .slow = 1},
     {.function = "toliman_cae_save", .call = save, .slow = 1},
     {.function = "toliman_cae_save_file", .call = save_file, .stage = put_old, .check = check_saved, .slow = 1},

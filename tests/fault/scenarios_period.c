@@ -129,6 +129,12 @@ static toliman_status copy(attempt *a) {
 static toliman_status load(attempt *a) {
     return toliman_period_load(new_state()->bytes, new_state()->size, NULL, (toliman_period **)&a->made);
 }
+static toliman_status load_damaged(attempt *a) {
+    static unsigned char bytes[STATE_ROOM];
+    memcpy(bytes, new_state()->bytes, new_state()->size);
+    bytes[new_state()->size / 2] ^= 1;
+    return toliman_period_load(bytes, new_state()->size, NULL, (toliman_period **)&a->made);
+}
 static toliman_status load_file(attempt *a) {
     return toliman_period_load_file(in_folder(kFile), NULL, (toliman_period **)&a->made);
 }
@@ -153,6 +159,10 @@ static toliman_status push_ns(attempt *a) {
 }
 static toliman_status push_many(attempt *a) {
     return toliman_period_push_many(a->object, t + SAMPLES, y + SAMPLES, NULL, SAMPLES);
+}
+static toliman_status push_bad(attempt *a) {
+    static const double times[] = {70, NAN};
+    return toliman_period_push_many(a->object, times, y, NULL, 2);
 }
 static toliman_status retract(attempt *a) {
     return toliman_period_retract(a->object, t[3], y[3], 1);
@@ -262,6 +272,13 @@ static const scenario all[] = {
     ON_ONE(destroy),
     {.function = "toliman_period_copy", .call = copy, .make = make, .of = &periods, .made = &periods},
     {.function = "toliman_period_load", .call = load, .made = &periods, .stage = put_states},
+    {.function = "toliman_period_load",
+     "damaged",
+     load_damaged,
+     .made = &periods,
+     .stage = put_states,
+     .refused = TOLIMAN_E_FORMAT},
+    {.function = "toliman_period_push_many", "NaN", push_bad, make, &periods, .refused = TOLIMAN_E_ARGUMENT},
     {.function = "toliman_period_load_file", .call = load_file, .made = &periods, .stage = put_file},
     LOOKS(save, 0),
     {.function = "toliman_period_save_file", .call = save_file, .stage = put_old, .check = check_saved},

@@ -157,10 +157,12 @@ SCENE(binary_text, smaller(kBinaryScene))
 SCENE(everything_text, everything())
 SCENE(orbit_text, on_orbit())
 SCENE(fft_text, plain_fft())
+SCENE(impossible_text, replaced(kBinaryScene, "0.125", "-0.125"))
 
 /* What is asked for must be there before anything fails. */
 static void put_texts(void) {
     (void)binary_text(), (void)everything_text(), (void)orbit_text(), (void)fft_text();
+    (void)impossible_text();
 }
 
 static toliman_status create_json(attempt *a) {
@@ -177,6 +179,12 @@ static toliman_status create_orbit(attempt *a) {
 }
 static toliman_status create_fft(attempt *a) {
     return create_of(fft_text(), TOLIMAN_ENGINE_PADDED_FFT, 1, &a->made);
+}
+static toliman_status create_half(attempt *a) {
+    return toliman_sim_create_json(binary_text(), strlen(binary_text()) / 2, NULL, NULL, (toliman_sim **)&a->made);
+}
+static toliman_status create_impossible(attempt *a) {
+    return create_of(impossible_text(), 0, 1, &a->made);
 }
 static toliman_status create(attempt *a) {
     return toliman_sim_create(in_folder("scene.json"), NULL, (toliman_sim **)&a->made);
@@ -269,6 +277,18 @@ static void *make_orbit(void) {
 static const scenario all[] = {
     {.function = "toliman_sim_create", .call = create, .made = &sims, .stage = put_files},
     {.function = "toliman_sim_create_json", .call = create_json, .made = &sims, .stage = put_texts},
+    {.function = "toliman_sim_create_json",
+     "half a scene",
+     create_half,
+     .made = &sims,
+     .stage = put_texts,
+     .refused = TOLIMAN_E_FORMAT},
+    {.function = "toliman_sim_create_json",
+     "impossible",
+     create_impossible,
+     .made = &sims,
+     .stage = put_texts,
+     .refused = TOLIMAN_E_SCENE},
     {.function = "toliman_sim_create_json", "threads", create_threads, .made = &sims, .stage = put_texts, .slow = 1},
     {.function = "toliman_sim_create_json",
      "everything",

@@ -193,6 +193,11 @@ static toliman_status create_other_grid(attempt *a) {
     options.f0 = 0.002;
     return toliman_track_create(&options, (toliman_track **)&a->made);
 }
+static toliman_status create_mismatched(attempt *a) {
+    toliman_track_options options = options_in(kMission);
+    options.f0 = 0.002;
+    return toliman_track_create(&options, (toliman_track **)&a->made);
+}
 static toliman_status create_with_network(attempt *a) {
     static toliman_cae *cae;
     toliman_track_options options = options_in(NULL);
@@ -317,6 +322,12 @@ static const scenario all[] = {
     {.function = "toliman_track_create", "folder", create, .made = &trackers, .stage = put_mission},
     {.function = "toliman_track_create", "reader", create_reader, .made = &trackers, .stage = put_mission},
     {.function = "toliman_track_create", "other grid", create_other_grid, .made = &trackers, .stage = put_mission},
+    {.function = "toliman_track_create",
+     "mismatched",
+     create_mismatched,
+     .made = &trackers,
+     .stage = put_mission,
+     .refused = TOLIMAN_E_MISMATCH},
     {.function = "toliman_track_create", "in memory", create_in_memory, .made = &trackers},
     {.function = "toliman_track_create", "network", create_with_network, .made = &trackers},
     LOOKS(destroy, 0),
