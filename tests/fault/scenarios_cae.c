@@ -78,7 +78,7 @@ static toliman_cae_train_options unsupervised(uint32_t epochs, uint32_t threads)
 static toliman_cae_train_options tied(void) {
     toliman_cae_train_options options;
     toliman_cae_train_options_init(&options, sizeof options);
-    options.steps = 2;
+    options.steps = 5;
     return options;
 }
 
@@ -262,14 +262,7 @@ static const scenario all[] = {
     {.function = "toliman_cae_get_train_options",
      .call = get_train_options,
      .struct_size = sizeof(toliman_cae_train_options)},
-    {.function = "toliman_cae_train",
-     "tied",
-     train_tied,
-     make,
-     &networks,
-     .struct_size = REPORT,
-     .partial = PARTIAL,
-     .slow = 1},
+    {.function = "toliman_cae_train", "tied", train_tied, make, &networks, .struct_size = REPORT, .partial = PARTIAL},
     {.function = "toliman_cae_train",
      "unsupervised",
      train_unsupervised,
