@@ -44,6 +44,10 @@ races: check-deps ## 8 threads of 10,000 objects each under ThreadSanitizer, in 
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 	@TOLIMAN_RESULTS=$(BUILD)/bin/same_results TOLIMAN_ORDERS=20 $(PYTHON) tests/same/test_results.py
 
+faults: everything ## call every public function while each allocation and each call on files fails it (10 minutes)
+	@for what in memory files; do \
+	GLIBC_TUNABLES=glibc.malloc.perturb=165 $(BUILD)/bin/faults lib/api/toliman.sym $$what all || exit 1; done
+
 abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS) --target toliman_abi

@@ -56,4 +56,16 @@ if(NOT TOLIMAN_SANITIZE)
   add_test(NAME abi/manners COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_manners.py)
   set_tests_properties(abi/manners PROPERTIES ENVIRONMENT
                        "TOLIMAN_MANNERS=$<TARGET_FILE:manners>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
+
+  # Every public function while memory or files fail it.
+  add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
+                 fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_period.c fault/scenarios_track.c)
+  set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
+  target_compile_options(faults PRIVATE -fno-builtin)
+  target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA m)
+  foreach(what memory files)
+    add_test(NAME fault/${what} COMMAND faults ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym ${what})
+    # Blocks that are given back are filled, so that who still reads them sees it.
+    set_tests_properties(fault/${what} PROPERTIES ENVIRONMENT GLIBC_TUNABLES=glibc.malloc.perturb=165)
+  endforeach()
 endif()

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <vector>
 
 #include <toliman/period.h>
@@ -102,15 +101,13 @@ void check_meaningful(const period::Stream &stream) {
         fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
 }
 
-std::function<double(double)> normaliser(uint32_t normalisation, const period::PowerQuery &query) {
+double normalised(double power, uint32_t normalisation, double half_chi_square) noexcept {
     constexpr double kLeastResidual = 1e-15;
-    const double half = query.half_chi_square();
-    return [=](double power) {
-        const double residual = std::max(kLeastResidual, 1 - power);
-        return normalisation == TOLIMAN_POWER_MODEL ? power / residual
-               : normalisation == TOLIMAN_POWER_LOG ? -std::log(residual)
-                                                    : power * half;
-    };
+    const double residual = std::max(kLeastResidual, 1 - power);
+    return normalisation == TOLIMAN_POWER_MODEL ? power / residual
+           : normalisation == TOLIMAN_POWER_LOG ? -std::log(residual)
+           : normalisation == TOLIMAN_POWER_PSD ? power * half_chi_square
+                                                : power;
 }
 
 } // namespace
@@ -255,8 +252,9 @@ toliman_status toliman_period_query_power(const toliman_period *period, uint32_t
         const period::PowerQuery query(stream);
         query.check();
         query.range(first, count, power);
-        if (normalisation != TOLIMAN_POWER_STANDARD)
-            std::transform(power, power + count, power, normaliser(normalisation, query));
+        const double half_chi_square = query.half_chi_square();
+        for (size_t i = 0; i < count; i++)
+            power[i] = normalised(power[i], normalisation, half_chi_square);
     });
 }
 

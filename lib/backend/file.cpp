@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <memory>
+#include <new>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -41,6 +42,16 @@ std::string folder_of(const std::string &path) {
     if (slash == std::string::npos)
         return ".";
     return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// A symbolic link keeps standing: its target is replaced.
+std::string real_path(const std::string &path) {
+    const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
+    if (real == nullptr && errno == ENOMEM)
+        throw std::bad_alloc();
+    if (real == nullptr)
+        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+    return real.get();
 }
 
 // A new file beside target with these permissions, less the umask; its name is left in `temporary`; negative with errno
@@ -132,11 +143,11 @@ std::vector<uint8_t> head(const std::string &path, size_t size) {
 void replace(const std::string &path, const void *data, size_t size) {
     struct stat facts = {};
     const bool exists = ::stat(path.c_str(), &facts) == 0;
+    if (!exists && errno != ENOENT)
+        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
     if (exists && !S_ISREG(facts.st_mode))
         fail(Status::write, "%s: cannot be written: not a regular file", path.c_str());
-    // A symbolic link keeps standing: its target is replaced.
-    const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
-    const std::string target = real ? real.get() : path;
+    const std::string target = exists ? real_path(path) : path;
     // Opened first: after the renaming nothing but its sync can fail.
     Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() < 0)

@@ -1,8 +1,10 @@
 #include "backend/json.hpp"
 
+#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <memory>
+#include <new>
 
 #include <cjson/cJSON.h>
 
@@ -207,8 +209,11 @@ Value parse(const std::string &text, const std::string &source) {
         fail(Status::format, "%s: is empty", source.c_str());
     Scan(text, source).run();
     const char *end = nullptr;
+    errno = 0; // cJSON does not tell lack of memory from bad syntax
     const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(
         cJSON_ParseWithLengthOpts(text.c_str(), text.size() + 1, &end, 1), cJSON_Delete);
+    if (tree == nullptr && errno == ENOMEM)
+        throw std::bad_alloc();
     if (tree == nullptr)
         fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source,
                 "JSON syntax error");

@@ -129,7 +129,7 @@ class Folder final : public Store {
         if (!made && errno != EEXIST)
             complain(Status::write, "");
         const int above = ::open((path_ + "/..").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        if (above < 0 && !made)
+        if (above < 0 && errno == EACCES && !made)
             return;
         const bool synced = above >= 0 && ::fsync(above) == 0;
         const int reason = errno;
@@ -146,6 +146,15 @@ class Folder final : public Store {
             if (errno == EWOULDBLOCK)
                 fail(Status::state, "%s: another process is writing to it", path_.c_str());
             complain(Status::write, kLock);
+        }
+    }
+
+    void keep(const std::string &name, int file) {
+        try {
+            files_[name] = file;
+        } catch (...) { // out of memory
+            ::close(file);
+            throw;
         }
     }
 
@@ -177,7 +186,7 @@ class Folder final : public Store {
             return file;
         if (file < 0)
             complain(make ? Status::write : Status::not_found, name);
-        files_[name] = file;
+        keep(name, file);
         struct stat facts = {};
         if (::fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)) {
             forget(name);

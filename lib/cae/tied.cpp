@@ -156,19 +156,21 @@ void fit(const Buffer<double> &target, const TiedOptions &options, Training &sta
     Buffer<float> error(kPixels);
     paint(state.weights, forward);
     state.loss = distance(painted(forward), unit, error);
+    Training next = state; // a step counts as a whole or not at all
     while (state.done < options.steps) {
         put_inside(error.data(), kSide, kSide, 1, backward[0]);
-        backward_pass(state.weights, forward, backward, gradient);
+        backward_pass(next.weights, forward, backward, gradient);
         for (size_t i = 0; i < kTrained; i++)
-            state.first.values[i] = kInertia * state.first.values[i] + gradient.values[i];
+            next.first.values[i] = kInertia * next.first.values[i] + gradient.values[i];
         const double left = 1 - static_cast<double>(state.done) / options.steps;
         for (size_t s = 0; s <= kStages; s++) {
             const Channels layout = channels_of(s);
-            turn(layout, state.first[layout.tensor], options.learning_rate * left, state.weights[layout.tensor]);
+            turn(layout, next.first[layout.tensor], options.learning_rate * left, next.weights[layout.tensor]);
         }
-        paint(state.weights, forward);
-        state.loss = distance(painted(forward), unit, error);
-        state.steps = ++state.done;
+        paint(next.weights, forward);
+        next.loss = distance(painted(forward), unit, error);
+        next.steps = ++next.done;
+        state = next;
         char stage[96];
         std::snprintf(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
                       state.loss, std::sqrt(std::max(0.0, 1 - state.loss)));

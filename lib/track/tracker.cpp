@@ -404,9 +404,10 @@ void Tracker::save() {
     check_writable();
     if (!ledger_)
         return;
-    ledger_->sync(); // lines that the sums hold must not be lost without them
+    const std::vector<uint8_t> sums = checkpoint(); // before anything changes, as it takes the memory
+    ledger_->sync();                                // lines that the sums hold must not be lost without them
     names_->sync();
-    replace_whole(*store_, Checkpoint::kName, checkpoint());
+    replace_whole(*store_, Checkpoint::kName, sums);
 }
 
 } // namespace toliman::track

@@ -1,0 +1,50 @@
+/* base.h */
+#include <string.h>
+
+#include "scenario.h"
+
+static toliman_status texts(attempt *a) {
+    (void)a;
+    must(strlen(toliman_version()) > 0 && toliman_version_number() == TOLIMAN_VERSION_NUMBER, "version");
+    must(toliman_abi_version() == TOLIMAN_ABI_VERSION, "abi_version");
+    must(strcmp(toliman_status_name(TOLIMAN_E_MEMORY), "TOLIMAN_E_MEMORY") == 0, "status_name");
+    must(toliman_get_struct_size("toliman_machine") == sizeof(toliman_machine), "get_struct_size");
+    return TOLIMAN_OK;
+}
+
+/* An error's message needs no memory either. */
+static toliman_status message(attempt *a) {
+    double power;
+    char text[10];
+    (void)a;
+    must(toliman_period_batch(-0.5, 1, 1, NULL, NULL, NULL, 0, NULL, &power) == TOLIMAN_E_ARGUMENT, "not refused");
+    must(strstr(toliman_last_error(), "-0.5") != NULL, "the message does not name the value");
+    must(toliman_last_error_copy(text, sizeof text) == strlen(toliman_last_error()) && strlen(text) == 9, "copy");
+    return TOLIMAN_OK;
+}
+
+static toliman_status machine(attempt *a) {
+    return toliman_get_machine((void *)a->out);
+}
+
+/* Another number each time. */
+static toliman_status blas_speed(attempt *a) {
+    double speed = -1;
+    const toliman_status status = toliman_get_blas_speed(&speed);
+    (void)a;
+    must(status == TOLIMAN_OK ? speed > 0 : speed == -1, "speed");
+    return status;
+}
+
+static const scenario all[] = {
+    {.function = "toliman_version", .call = texts},
+    {.function = "toliman_version_number", .call = texts},
+    {.function = "toliman_abi_version", .call = texts},
+    {.function = "toliman_status_name", .call = texts},
+    {.function = "toliman_get_struct_size", .call = texts},
+    {.function = "toliman_last_error", .call = message},
+    {.function = "toliman_last_error_copy", .call = message},
+    {.function = "toliman_get_machine", .call = machine, .struct_size = sizeof(toliman_machine)},
+    {.function = "toliman_get_blas_speed", .call = blas_speed},
+};
+SCENARIO_LIST(base_scenarios, all);
