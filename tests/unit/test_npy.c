@@ -4,8 +4,8 @@
 enum { SIDE = 96, PIXELS = SIDE * SIDE };
 
 static toliman_status create(toliman_sim **sim) {
-    char *const text = replaced(kBinaryScene, "\"aperture_m\"",
-                                "\"aberrations\": {\"opd_file\": \"surface.npy\"}, \"aperture_m\"");
+    char *const text =
+        replaced(kBinaryScene, "\"aperture_m\"", "\"aberrations\": {\"opd_file\": \"surface.npy\"}, \"aperture_m\"");
     const toliman_status status = create_in_folder(text, sim);
     free(text);
     return status;
@@ -75,10 +75,34 @@ static void headers_of_all_versions(void **state) {
     }
 }
 
+/* By its whole path; and not with the engine that samples the pupil anew. */
+static void files_by_their_path(void **state) {
+    (void)state;
+    const char *const keys[] = {"\"amplitude\": {\"file\": ", "\"aberrations\": {\"opd_file\": "};
+    for (int key = 0; key < 2; key++) {
+        char text[200];
+        for (int i = 0; i < PIXELS; i++)
+            data[i] = key == 0 ? 1 : 1e-9;
+        write_npy("surface.npy", "<f8", "(96, 96)", data, sizeof data);
+        snprintf(text, sizeof text, "%s\"%s\"}, \"aperture_m\"", keys[key], path_of("surface.npy"));
+        char *const scene = replaced(kBinaryScene, "\"aperture_m\"", text);
+        toliman_sim *sim = sim_of(scene);
+        toliman_sim_destroy(sim);
+        sim = NULL;
+        toliman_sim_options options;
+        toliman_sim_options_init(&options, sizeof options);
+        options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+        assert_fails(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
+                     "no mask, amplitude or OPD file");
+        free(scene);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(other_files_are_refused),
         cmocka_unit_test(headers_of_all_versions),
+        cmocka_unit_test(files_by_their_path),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,4 +1,6 @@
 /* Groups of a scene that have variants: what is said of a key that stands in the wrong one. */
+#include <stdbool.h>
+
 #include "scene_text.h"
 
 static void keys_of_other_variants(void **state) {
@@ -61,6 +63,61 @@ static void values_of_other_kinds(void **state) {
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
 }
 
+static void sizes_out_of_reach(void **state) {
+    (void)state;
+    const refusal cases[] = {
+        {"[64, 64]", "[64, 64.5]", "detector.shape = [64, 64.5]: must be whole numbers"},
+        {"\"step_nm\": 12.5", "\"step_nm\": 100", "band.step_nm = 100: must divide the band of 50 nm"},
+        {"\"noise\"", "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": 0.09}}, \"noise\"",
+         "drift_per_day = 0.09: makes"},
+    };
+    check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
+    const refusal faint[] = {
+        {"5790}", "5790}, \"relative_flux\": 5e-324", "no light falls on the detector"},
+    };
+    check_refusals(kSingleScene, faint, 1);
+}
+
+/* UTF-8 as Unicode defines it, by decoding and encoding again: what is not comes before what is no name. */
+static bool is_utf8(const unsigned char *bytes, size_t count) {
+    const size_t length = bytes[0] < 0xc0 ? 0 : bytes[0] < 0xe0 ? 2 : bytes[0] < 0xf0 ? 3 : bytes[0] < 0xf8 ? 4 : 0;
+    if (length != count)
+        return false;
+    uint32_t point = bytes[0] & (0x7fu >> length);
+    for (size_t i = 1; i < count; i++) {
+        if (bytes[i] >> 6 != 2)
+            return false;
+        point = point << 6 | (bytes[i] & 0x3f);
+    }
+    return point >= (count == 2   ? 0x80u
+                     : count == 3 ? 0x800u
+                                  : 0x10000u) &&
+           point <= 0x10ffff && (point < 0xd800 || point > 0xdfff);
+}
+
+static void texts_are_utf8(void **state) {
+    (void)state;
+    static const unsigned char edges[] = {0x7f, 0x80, 0x8f, 0x90, 0x9f, 0xa0, 0xbf, 0xc0};
+    const char *const head = "{\"name\": \"", *const tail = "\"}";
+    for (unsigned first = 0x80; first < 0x100; first++)
+        for (size_t count = 1; count <= 4; count++)
+            for (int edge = 0; edge < 1 << 3 * (count - 1); edge++) {
+                unsigned char bytes[4] = {(unsigned char)first};
+                for (size_t i = 1; i < count; i++)
+                    bytes[i] = edges[edge >> 3 * (i - 1) & 7];
+                char text[40];
+                const int size = snprintf(text, sizeof text, "%s%.*s%s", head, (int)count, (char *)bytes, tail);
+                toliman_sim *sim = NULL;
+                const toliman_status status = toliman_sim_create_json(text, (size_t)size, NULL, NULL, &sim);
+                if (bytes[count - 1] == 0x7f) /* may end a character before it */
+                    continue;
+                assert_int_equal(status, is_utf8(bytes, count) ? TOLIMAN_E_SCENE : TOLIMAN_E_FORMAT);
+            }
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create_json("{\"\xe2\x82", 4, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "not UTF-8");
+    assert_fails(toliman_sim_create_json("{\"\xf0\x9f\x98", 5, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "not UTF-8");
+}
+
 static void a_single_star_has_no_other(void **state) {
     (void)state;
     const refusal cases[] = {
@@ -120,6 +177,8 @@ static void assert_same_images(const char *json, const char *from, const char *t
 
 static void two_ways_of_saying_it(void **state) {
     (void)state;
+    assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 125E-1");
+    assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 0.125e+2");
     assert_same_images(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_uas\": 200"); /* at 0.2 arcsec a pixel */
     assert_same_images(kSingleScene, "\"aperture_m\"", "\"mask\": {\"kind\": \"clear\"}, \"aperture_m\"");
     const refusal cases[] = {
@@ -136,6 +195,7 @@ int main(void) {
         cmocka_unit_test(keys_of_other_variants),     cmocka_unit_test(values_of_other_kinds),
         cmocka_unit_test(a_single_star_has_no_other), cmocka_unit_test(lines_shine_and_need_no_band),
         cmocka_unit_test(stars_in_one_place),         cmocka_unit_test(two_ways_of_saying_it),
+        cmocka_unit_test(sizes_out_of_reach),         cmocka_unit_test(texts_are_utf8),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
