@@ -22,7 +22,7 @@ const char *host_isa_name() noexcept;
 #define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
     extern const Table name##_baseline, name##_avx2, name##_avx512;                                                    \
     inline const Table &name##_kernels() noexcept {                                                                    \
-        const Table *const tables[] = {&name##_baseline, &name##_avx2, &name##_avx512}; /* as in Isa */                \
+        static const Table *const tables[] = {&name##_baseline, &name##_avx2, &name##_avx512}; /* as in Isa */         \
         return *tables[static_cast<int>(host_isa())];                                                                  \
     }
 #else
