@@ -1,9 +1,6 @@
 // The border: every exported function that can fail runs through guard(), the one place where exceptions end.
 #pragma once
 #include <cstdint>
-#include <cstdio>
-#include <new>
-#include <system_error>
 
 #include <toliman/base.h>
 
@@ -13,34 +10,20 @@
 namespace toliman::api {
 
 // Exact sums and the places of samples rest on rounding to nearest, in which every program starts; in another mode they
-// would be wrong, and arrays be left. Asked of the arithmetic itself, as the mode has no other portable home.
-inline void require_nearest() {
-    const volatile double one = 1, tiny = 0x1p-60;
-    if (one + tiny != one || one - tiny != one)
-        fail(Status::unsupported, "the thread's rounding mode is not to nearest (fegetround)");
-}
+// would be wrong, and arrays be left.
+void require_nearest();
 
-// Runs body(); an exception becomes a status code and the thread's last message.
+// The exception at hand as a status code and the thread's last message.
+toliman_status status_of_exception() noexcept;
+
+// Runs body(); an exception becomes a status code.
 template <class Body> toliman_status guard(Body &&body) noexcept {
     try {
         require_nearest();
         body();
         return TOLIMAN_OK;
-    } catch (const Error &error) {
-        set_last_error(error.what());
-        return static_cast<toliman_status>(error.status());
-    } catch (const std::bad_alloc &) {
-        set_last_error("out of memory");
-        return TOLIMAN_E_MEMORY;
-    } catch (const std::system_error &error) {
-        set_last_error(error.what());
-        return TOLIMAN_E_MEMORY;
-    } catch (const std::exception &error) {
-        set_last_error(error.what());
-        return TOLIMAN_E_INTERNAL;
     } catch (...) {
-        set_last_error("unknown exception");
-        return TOLIMAN_E_INTERNAL;
+        return status_of_exception();
     }
 }
 

@@ -203,8 +203,6 @@ const Value *Value::find(const std::string &name) const noexcept {
 }
 
 Value parse(const std::string &text, const std::string &source) {
-    if (text.size() > kLargestText)
-        fail(Status::format, "%s: %zu bytes: at most %zu are allowed", source.c_str(), text.size(), kLargestText);
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         fail(Status::format, "%s: is empty", source.c_str());
     Scan(text, source).run();

@@ -19,9 +19,9 @@ struct Value {
     const Value *find(const std::string &name) const noexcept; // nullptr if there is none
 };
 
-// The value of JSON text: at most 256 KiB, 16 levels and 4096 values, valid UTF-8 without U+0000, numbers within the
-// range of double, no key twice in an object. Status::format otherwise; the message starts with source and names line
-// and column.
+// The value of JSON text, which callers keep to kLargestText: at most 16 levels and 4096 values, valid UTF-8 without
+// U+0000, numbers within the range of double, no key twice in an object. Status::format otherwise; the message starts
+// with source and names line and column.
 Value parse(const std::string &text, const std::string &source);
 
 } // namespace toliman::json

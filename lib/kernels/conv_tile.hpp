@@ -100,11 +100,13 @@ template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &giv
 
 // outputs: a multiple of 8.
 template <size_t RUN = 0> void convolve(const Row &row) noexcept {
-    if (row.outputs % (2 * Wide::count) == 0)
-        return tiles<Wide, kPixels, 2, RUN>(row);
-    if (row.outputs % Wide::count == 0)
-        return tiles<Wide, 8, 1, RUN>(row);
-    tiles<Eight, 8, 1, RUN>(row);
+    if constexpr (Wide::count > 8)
+        if (row.outputs % Wide::count != 0)
+            return tiles<Eight, 8, 1, RUN>(row);
+    if constexpr (2 * Wide::count > 8)
+        if (row.outputs % (2 * Wide::count) != 0)
+            return tiles<Wide, 8, 1, RUN>(row);
+    tiles<Wide, kPixels, 2, RUN>(row);
 }
 
 // What `pixels` pixels add to the gradient of a kernel of three rows: of each a run of every input row times the
@@ -158,11 +160,13 @@ template <class Lanes, size_t J, size_t M> void outers(const Correlation &c) noe
 void correlate(const Correlation &c) noexcept {
     if (c.run == 3)
         return outers<Eight, 3, 1>(c);
-    if (c.outputs % (2 * Wide::count) == 0)
-        return outers<Wide, kRuns, 2>(c);
-    if (c.outputs % Wide::count == 0)
-        return outers<Wide, 2 * kRuns, 1>(c);
-    outers<Eight, 2 * kRuns, 1>(c);
+    if constexpr (Wide::count > 8)
+        if (c.outputs % Wide::count != 0)
+            return outers<Eight, 2 * kRuns, 1>(c);
+    if constexpr (2 * Wide::count > 8)
+        if (c.outputs % (2 * Wide::count) != 0)
+            return outers<Wide, 2 * kRuns, 1>(c);
+    outers<Wide, kRuns, 2>(c);
 }
 
 } // namespace

@@ -15,15 +15,8 @@ Isa host_isa() noexcept {
 }
 
 const char *host_isa_name() noexcept {
-    switch (host_isa()) {
-    case Isa::avx512:
-        return "avx512";
-    case Isa::avx2:
-        return "avx2";
-    case Isa::baseline:
-        break;
-    }
-    return "baseline";
+    constexpr const char *kNames[] = {"baseline", "avx2", "avx512"}; // as in Isa
+    return kNames[static_cast<int>(host_isa())];
 }
 
 } // namespace toliman::kernels

@@ -22,8 +22,8 @@ const char *host_isa_name() noexcept;
 #define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
     extern const Table name##_baseline, name##_avx2, name##_avx512;                                                    \
     inline const Table &name##_kernels() noexcept {                                                                    \
-        const Isa isa = host_isa();                                                                                    \
-        return isa == Isa::avx512 ? name##_avx512 : isa == Isa::avx2 ? name##_avx2 : name##_baseline;                  \
+        static const Table *const tables[] = {&name##_baseline, &name##_avx2, &name##_avx512}; /* as in Isa */         \
+        return *tables[static_cast<int>(host_isa())];                                                                  \
     }
 #else
 #define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \

@@ -134,11 +134,13 @@ void products_of(const float *patches, size_t in_channels, const float *weights,
 
 void multiply(const float *patches, size_t in_channels, const float *weights, size_t channels,
               float *products) noexcept {
-    if (channels % (2 * Wide::count) == 0)
-        return products_of<Wide, kPixels, 2>(patches, in_channels, weights, channels, products);
-    if (channels % Wide::count == 0)
-        return products_of<Wide, 8, 1>(patches, in_channels, weights, channels, products);
-    products_of<Eight, 8, 1>(patches, in_channels, weights, channels, products);
+    if constexpr (Wide::count > 8)
+        if (channels % Wide::count != 0)
+            return products_of<Eight, 8, 1>(patches, in_channels, weights, channels, products);
+    if constexpr (2 * Wide::count > 8)
+        if (channels % (2 * Wide::count) != 0)
+            return products_of<Wide, 8, 1>(patches, in_channels, weights, channels, products);
+    products_of<Wide, kPixels, 2>(patches, in_channels, weights, channels, products);
 }
 
 // A^T m A of kTiles products [16][kTiles][channels], on to their places.

@@ -77,8 +77,8 @@ void sample_stars(const Scene &scene, Light &light) {
         for (const Sample &sample : samples)
             sum += sample.weight;
         if (!(sum > 0) || !std::isfinite(sum))
-            fail(Status::scene, "%s: stars.%c.spectrum: no light in the band", scene.source.c_str(),
-                 star == 0 ? 'A' : 'B');
+            fail(Status::scene, "%s: stars.%c.spectrum: %s light in the band", scene.source.c_str(),
+                 star == 0 ? 'A' : 'B', sum > 0 ? "infinite" : "no");
         for (const Sample &sample : samples)
             photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * (sample.weight / sum);
     }

@@ -120,19 +120,26 @@ void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Pl
     plan.series_error = 0;
 }
 
-// The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
-// A stretch moves a pixel's light by its distance from the axis; defocus turns phases by up to sqrt(3) of its rms to
-// either side. Left out are the square of the stretch, the cube of the phase, and their products with all else.
-void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
+// Phases at 4 sigma: a stretch moves a pixel's light by its distance from the axis; defocus turns them by up to sqrt(3)
+// of its rms to either side.
+struct Shapes {
+    double stretched, turned;
+};
+
+Shapes shapes_of(const Scene &scene, const Light &light, double frequency, const Grid &pixels) {
     const Systematics &systematics = scene.systematics;
+    const double corner = 0.5 * std::hypot(static_cast<double>(pixels.rows), static_cast<double>(pixels.cols));
+    return {frequency * corner * reach_of(systematics.scale, scene.cadence),
+            2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence)};
+}
+
+// The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
+// Left out are the square of the stretch, the cube of the phase, and their products with all else.
+void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
     const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
-    const double corner =
-        0.5 * std::hypot(static_cast<double>(plan.pixels.rows), static_cast<double>(plan.pixels.cols));
-    const double stretched = frequency * corner * reach_of(systematics.scale, scene.cadence);
-    const double turned =
-        2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence);
-    const double rest = frequency * moved + reach_of(systematics.flux, scene.cadence);
+    const auto [stretched, turned] = shapes_of(scene, light, frequency, plan.pixels);
+    const double rest = frequency * moved + reach_of(scene.systematics.flux, scene.cadence);
     plan.scale_focus_error =
         stretched * stretched / 2 + turned * turned * turned / 6 + stretched * turned + (stretched + turned) * rest;
 
@@ -176,6 +183,10 @@ void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, 
         plan.anchors = static_cast<size_t>(anchors);
         plan.anchor_days = std::max(span / anchors, kShortestAnchor);
         plan.place_error = std::pow(frequency * (moved + speed * plan.anchor_days / 2), n) / factorial;
+    }
+    if (!plan.exact_frames) { // the shapes are those at the anchor
+        const auto [stretched, turned] = shapes_of(scene, light, frequency, plan.pixels);
+        plan.scale_focus_error += (stretched + turned) * frequency * speed * plan.anchor_days / 2;
     }
     plan.order = kLeastOrder;
     plan.series_error = plan.place_error;

@@ -200,11 +200,8 @@ std::vector<std::string> Reader::texts(const char *key) const {
     return texts;
 }
 
-size_t Reader::choice(const char *key, std::initializer_list<const char *> choices,
-                      std::initializer_list<const char *> later) const {
+size_t Reader::choice(const char *key, std::initializer_list<const char *> choices) const {
     const std::string &given = text(key);
-    if (among(given, later))
-        refuse(Status::unsupported, key, " = \"%s\": not supported yet", given.c_str());
     size_t index = 0;
     std::string list;
     for (const char *candidate : choices) {

@@ -47,9 +47,8 @@ class Reader {
     bool boolean_or(const char *key, bool otherwise) const;
     const std::string &text(const char *key) const;
     std::vector<std::string> texts(const char *key) const;
-    // Index of the text among the choices; those in later are valid but not built yet.
-    size_t choice(const char *key, std::initializer_list<const char *> choices,
-                  std::initializer_list<const char *> later = {}) const;
+    // Index of the text among the choices.
+    size_t choice(const char *key, std::initializer_list<const char *> choices) const;
     // A file's name, from `folder` on unless absolute; the file is there and can be read.
     std::string file(const char *key, const std::string &folder) const;
     Reader object(const char *key) const;

@@ -20,7 +20,7 @@ constexpr size_t kChunk = 1024; // lines read at once
 } // namespace
 
 uint32_t LedgerFile::checksum_in(const uint8_t *line) noexcept {
-    const uint8_t *at = line + kRecordSize - 4;
+    const uint8_t *at = line + (kRecordSize - 4);
     return static_cast<uint32_t>(take_number(at, 4));
 }
 
@@ -56,6 +56,11 @@ LedgerFile::LedgerFile(Store &store) : store_(&store) {
     chain_ = in.u32();
     if (chain_ != zip::crc32(bytes, sizeof bytes - 4))
         fail(Status::format, "%s: checksum mismatch, the header is damaged", path().c_str());
+    try {
+        terms_.check();
+    } catch (const Error &error) {
+        fail(Status::format, "%s: %s", path().c_str(), error.what());
+    }
 }
 
 void LedgerFile::check_terms(const Terms &terms) const {

@@ -57,8 +57,6 @@ std::string difference(const Terms &there, const Terms &here) {
         return number("sigma", there.sigma, here.sigma);
     if (there.value_limit != here.value_limit)
         return number("value limit", there.value_limit, here.value_limit);
-    if (there.estimator == here.estimator)
-        return "";
     std::snprintf(text, sizeof text, "estimator %016llx, here %016llx",
                   static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
     return text;

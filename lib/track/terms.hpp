@@ -21,7 +21,7 @@ struct Terms {
     bool allow(const Record &record) const noexcept;
 };
 
-// The first thing in which they differ, for messages; empty if there is none.
+// The first thing in which they differ, for messages.
 std::string difference(const Terms &there, const Terms &here);
 
 constexpr size_t kTermsSize = 9 * 8 + 3 * 8;

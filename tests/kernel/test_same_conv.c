@@ -14,9 +14,12 @@ void shim_unpool(int isa, const size_t *d, const float *pooled, const int32_t *s
 void shim_pick(int isa, const size_t *d, const float *image, const int32_t *switches, float *pooled);
 
 /* Rows, columns, channels in and out: every stage of the network by its channels, both ways. */
-enum { ROWS, COLS, IN, OUT, kShapes = 8 };
-static const size_t kShape[kShapes][4] = {{6, 16, 1, 8},   {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
-                                          {4, 16, 64, 32}, {4, 16, 32, 16}, {4, 16, 16, 8},  {6, 16, 8, 1}};
+enum { ROWS, COLS, IN, OUT, kPooled = 8, kShapes = kPooled + 4 };
+static const size_t kShape[kShapes][4] = {
+    {6, 16, 1, 8},   {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
+    {2, 16, 1, 16},  {4, 16, 1, 32},  {2, 32, 16, 8},  {2, 16, 8, 32}, /* and others */
+    {4, 16, 64, 32}, {4, 16, 32, 16}, {4, 16, 16, 8},  {6, 16, 8, 1},
+};
 
 static uint32_t state;
 
@@ -71,7 +74,7 @@ static void test_same(void **unused) {
 /* Against the convolution above; equal values, which a kernel of zeros makes everywhere, go to the first. */
 static void test_maximum(void **unused) {
     (void)unused;
-    for (size_t shape = 0; shape < 4; shape++)
+    for (size_t shape = 0; shape < kPooled; shape++)
         for (int tie = 0; tie < 2; tie++) {
             const size_t *s = kShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
             float *image = random_floats(s[ROWS] * s[COLS] * s[IN]), *kernel = random_floats(9 * s[IN] * s[OUT]);
@@ -102,7 +105,7 @@ static void test_maximum(void **unused) {
 
 static void test_weight_gradient(void **unused) {
     (void)unused;
-    for (size_t shape = 0; shape < 7; shape++) {
+    for (size_t shape = 0; shape < kShapes - 1; shape++) {
         const size_t *s = kShape[shape];
         float *in = random_floats(s[ROWS] * s[COLS] * s[IN]), *out = random_floats(s[ROWS] * s[COLS] * s[OUT]);
         float *gradient = malloc(9 * s[IN] * s[OUT] * sizeof *gradient);
@@ -125,7 +128,7 @@ static void test_weight_gradient(void **unused) {
 /* Values come back from where they were put, and nothing else is there. */
 static void test_unpool(void **unused) {
     (void)unused;
-    for (size_t shape = 0; shape < 4; shape++) {
+    for (size_t shape = 0; shape < kPooled; shape++) {
         const size_t *s = kShape[shape], pooled_size = s[ROWS] * s[COLS] * s[OUT] / 4;
         float *pooled = random_floats(pooled_size), *all = malloc(4 * pooled_size * sizeof *all);
         float *back = malloc(pooled_size * sizeof *back);

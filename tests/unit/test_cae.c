@@ -414,6 +414,8 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_save(trained, NULL, NULL, 0, NULL), TOLIMAN_E_ARGUMENT, "needed is NULL");
     assert_fails(toliman_cae_save(trained, NULL, image, 100, &needed), TOLIMAN_E_CAPACITY, "capacity = 100");
     toliman_cae_train_options_init(&options, sizeof options);
+    options.learning_rate = 1.5;
+    assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = 1.5");
     options.learning_rate = NAN;
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
     toliman_cae_training report = {.struct_size = 1};

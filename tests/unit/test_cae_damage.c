@@ -131,6 +131,12 @@ static void test_impossible_headers(void **unused) {
         seal(bytes, blob_size);
         refused(bytes, blob_size, cases[k].text);
     }
+    /* Raw input with nuisance planes. */
+    memcpy(bytes, blob, blob_size);
+    put(bytes + 20, (get(bytes + 20, 4) & ~6u) | 2, 4);
+    put(bytes + 64, 1, 4);
+    seal(bytes, blob_size);
+    refused(bytes, blob_size, "1 nuisance planes: input that is not whitened has none");
     /* One byte of the compressed weights belongs to the planes now. */
     memcpy(bytes, blob, blob_size);
     put(bytes + kAtWeights, get(blob + kAtWeights, 4) - 1, 4);

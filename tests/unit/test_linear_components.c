@@ -255,6 +255,9 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     image[5] = 1;
     assert_ok(toliman_linear_push_frame(components, image, SIDE));
     assert_fails(toliman_linear_push_frame(components, image, SIDE), TOLIMAN_E_CAPACITY, "capacity = 2");
+    training.reserved = 1;
+    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
+    training.reserved = 0;
     training.method = 2;
     assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 2");
     training.method = TOLIMAN_LINEAR_PCA;

@@ -373,6 +373,9 @@ static void bad_input_is_refused(void **unused) {
     REFUSED(0, 1, 1, N, ARGUMENT, "a grid needs a frequency above 0");
     REFUSED(0, 1e300, NF, N, RANGE, "2^50 cycles");
     REFUSED(0.1, 0.1, NF, SIZE_MAX / 8, RANGE, "does not fit in memory");
+    options.reserved = 1;
+    REFUSED(0.1, 0.1, NF, N, ARGUMENT, "options->reserved = 1: must be 0");
+    options.reserved = 0;
     static const struct {
         double *array, value;
         toliman_status code;

@@ -101,6 +101,31 @@ static void sigmas_beyond_the_promise_are_refused(void **unused) {
     assert_null(none);
 }
 
+static void impossible_grids_are_refused(void **unused) {
+    (void)unused;
+    toliman_period_options options;
+    toliman_period *none = NULL;
+    assert_fails(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT, "(nf - 1) df overflows");
+#define REFUSED(member, wrong)                                                                                         \
+    do {                                                                                                               \
+        toliman_period_options_init(&options, sizeof options);                                                         \
+        options.member = (wrong);                                                                                      \
+        assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, #member " = ");              \
+        assert_null(none);                                                                                             \
+    } while (0)
+    REFUSED(time_offset, NAN);
+    REFUSED(value_offset, INFINITY);
+    REFUSED(value_bound, NAN);
+    REFUSED(value_bound, 1e-101);
+    REFUSED(value_bound, 1e101);
+    REFUSED(sigma_floor, NAN);
+    REFUSED(sigma_floor, 1e-101);
+    REFUSED(sigma_floor, 1e101);
+    REFUSED(unit_ns, 0.5);
+    REFUSED(unit_ns, 1e31);
+    assert_int_equal(toliman_period_count(NULL), 0);
+}
+
 static void small_values_keep_their_digits_or_are_refused(void **unused) {
     (void)unused;
     static const struct {
@@ -274,6 +299,8 @@ static void crafted_state_is_refused(void **unused) {
         {PAIRS, (int64_t)11 << 18, "a sum is out of range"},
         {SUMS, INT64_MIN, "a sum is out of range"},
         {DIGITS + EXACT - 8, INT64_MIN, "last digit"},
+        {DIGITS + 8, -1, "digit 1 of an exact sum is out of range"},
+        {DIGITS + 16, (int64_t)1 << 32, "digit 2 of an exact sum is out of range"},
         {DIGITS + EXACT - 8, 1, "last digit"},
         {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
         {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
@@ -302,6 +329,8 @@ static void crafted_state_is_refused(void **unused) {
     memcpy(bad + size - 4, &crc, 4);
     assert_ok(toliman_period_load(bad, size, NULL, &loaded));
     assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE, "more than 8796093022208 samples");
+    assert_fails(toliman_period_merge(loaded, period), TOLIMAN_E_RANGE, "more than 8796093022208 samples together");
+    assert_fails(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE, "more than 8796093022208 samples together");
     toliman_period_destroy(loaded);
     loaded = NULL;
     /* The version before this one. */
@@ -478,6 +507,7 @@ int main(void) {
         cmocka_unit_test(times_have_a_bound),
         cmocka_unit_test(peak_at_the_edge_is_flagged),
         cmocka_unit_test(crafted_state_is_refused),
+        cmocka_unit_test(impossible_grids_are_refused),
         cmocka_unit_test(large_foreign_file_is_not_read),
         cmocka_unit_test(memory_is_taken_at_creation),
         cmocka_unit_test(million_pushes_take_nothing),

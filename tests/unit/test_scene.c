@@ -454,6 +454,7 @@ static void tables_are_read_and_refused(void **state) {
         {"one\ntwo\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
         {"# nothing\n", TOLIMAN_E_FORMAT, "holds no numbers"},
         {"540,0\n600,0\n", TOLIMAN_E_SCENE, "stars.B.spectrum: no light in the band"},
+        {"540,1e308\n600,1e308\n", TOLIMAN_E_SCENE, "stars.B.spectrum: infinite light in the band"},
     };
     toliman_sim *sim = NULL;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {

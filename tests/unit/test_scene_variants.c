@@ -1,4 +1,6 @@
 /* Groups of a scene that have variants: what is said of a key that stands in the wrong one. */
+#include <stdbool.h>
+
 #include "scene_text.h"
 
 static void keys_of_other_variants(void **state) {
@@ -31,9 +33,169 @@ static void keys_of_other_variants(void **state) {
     }
 }
 
+typedef struct refusal {
+    const char *from, *to, *message;
+} refusal;
+
+static void check_refusals(const char *scene, const refusal *cases, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        char *const text = replaced(scene, cases[i].from, cases[i].to);
+        toliman_sim *sim = NULL;
+        assert_fails(toliman_sim_create_json(text, strlen(text), NULL, NULL, &sim), TOLIMAN_E_SCENE, cases[i].message);
+        assert_null(sim);
+        free(text);
+    }
+}
+
+static void values_of_other_kinds(void **state) {
+    (void)state;
+    const refusal cases[] = {
+        {"\"aperture_m\": 0.125", "\"aperture_m\": true", "telescope.aperture_m = true: must be a number"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": false", "telescope.aperture_m = false: must be a number"},
+        {"\"aperture_m\": 0.125", "\"aperture_m\": {}", "telescope.aperture_m = an object: must be a number"},
+        {"\"noise\"", "\"preprocess\": {\"project\": [\"shift_x\", 1]}, \"noise\"",
+         "preprocess.project: 1 in it: must be a text"},
+        {"\"noise\"", "\"preprocess\": {\"project\": true}, \"noise\"",
+         "preprocess.project = true: must be an array of texts"},
+        {"{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}", "",
+         "telescope.mask.terms: 0 entries: must be 1 to"},
+    };
+    check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
+}
+
+static void sizes_out_of_reach(void **state) {
+    (void)state;
+    const refusal cases[] = {
+        {"[64, 64]", "[64, 64.5]", "detector.shape = [64, 64.5]: must be whole numbers"},
+        {"\"step_nm\": 12.5", "\"step_nm\": 100", "band.step_nm = 100: must divide the band of 50 nm"},
+        {"\"noise\"", "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": 0.09}}, \"noise\"",
+         "drift_per_day = 0.09: makes"},
+    };
+    check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
+    const refusal faint[] = {
+        {"5790}", "5790}, \"relative_flux\": 5e-324", "no light falls on the detector"},
+    };
+    check_refusals(kSingleScene, faint, 1);
+}
+
+/* UTF-8 as Unicode defines it, by decoding and encoding again: what is not comes before what is no name. */
+static bool is_utf8(const unsigned char *bytes, size_t count) {
+    const size_t length = bytes[0] < 0xc0 ? 0 : bytes[0] < 0xe0 ? 2 : bytes[0] < 0xf0 ? 3 : bytes[0] < 0xf8 ? 4 : 0;
+    if (length != count)
+        return false;
+    uint32_t point = bytes[0] & (0x7fu >> length);
+    for (size_t i = 1; i < count; i++) {
+        if (bytes[i] >> 6 != 2)
+            return false;
+        point = point << 6 | (bytes[i] & 0x3f);
+    }
+    return point >= (count == 2   ? 0x80u
+                     : count == 3 ? 0x800u
+                                  : 0x10000u) &&
+           point <= 0x10ffff && (point < 0xd800 || point > 0xdfff);
+}
+
+static void texts_are_utf8(void **state) {
+    (void)state;
+    static const unsigned char edges[] = {0x7f, 0x80, 0x8f, 0x90, 0x9f, 0xa0, 0xbf, 0xc0};
+    const char *const head = "{\"name\": \"", *const tail = "\"}";
+    for (unsigned first = 0x80; first < 0x100; first++)
+        for (size_t count = 1; count <= 4; count++)
+            for (int edge = 0; edge < 1 << 3 * (count - 1); edge++) {
+                unsigned char bytes[4] = {(unsigned char)first};
+                for (size_t i = 1; i < count; i++)
+                    bytes[i] = edges[edge >> 3 * (i - 1) & 7];
+                char text[40];
+                const int size = snprintf(text, sizeof text, "%s%.*s%s", head, (int)count, (char *)bytes, tail);
+                toliman_sim *sim = NULL;
+                const toliman_status status = toliman_sim_create_json(text, (size_t)size, NULL, NULL, &sim);
+                if (bytes[count - 1] == 0x7f) /* may end a character before it */
+                    continue;
+                assert_int_equal(status, is_utf8(bytes, count) ? TOLIMAN_E_SCENE : TOLIMAN_E_FORMAT);
+            }
+    toliman_sim *sim = NULL;
+    assert_fails(toliman_sim_create_json("{\"\xe2\x82", 4, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "not UTF-8");
+    assert_fails(toliman_sim_create_json("{\"\xf0\x9f\x98", 5, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "not UTF-8");
+}
+
+static void a_single_star_has_no_other(void **state) {
+    (void)state;
+    const refusal cases[] = {
+        {"\"cadence\"", "\"preprocess\": {\"project\": [\"flux_b\"]}, \"cadence\"",
+         "preprocess.project: \"flux_b\": the scene has star A only"},
+        {"\"offsets_px\": {\"A\": [0, 0]}", "\"separation_arcsec\": 4", "binary: a single star takes offsets_px only"},
+        {"\"cadence\"",
+         "\"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
+         "\"cadence\"",
+         "signal.star = \"B\": the scene has star A only"},
+        {"\"A\": [0, 0]", "\"A\": [0, 0], \"B\": [1, 1]", "binary.offsets_px.B: unknown key"},
+    };
+    check_refusals(kSingleScene, cases, sizeof cases / sizeof *cases);
+}
+
+static void lines_shine_and_need_no_band(void **state) {
+    (void)state;
+    const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
+    const refusal cases[] = {
+        {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [1]",
+         "stars.A.spectrum.weight: 1 numbers: must be one a line, 2"},
+        {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 0]",
+         "stars.A.spectrum.weight: all 0: at least one line must shine"},
+        {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 1]",
+         "band: not used: all spectra are lines"},
+    };
+    check_refusals(kSingleScene, cases, sizeof cases / sizeof *cases);
+}
+
+/* An orbit so small that it is a point. */
+static void stars_in_one_place(void **state) {
+    (void)state;
+    const refusal cases[] = {
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
+         "\"date\": 2000, \"orbit\": {\"period_years\": 80, \"semi_major_arcsec\": 5e-324, \"eccentricity\": 0.9,"
+         " \"inclination_deg\": 0, \"node_deg\": 0, \"periastron_deg\": 0, \"epoch\": 2000}",
+         "binary.orbit: both stars stand in one place: the separation has no direction"},
+    };
+    check_refusals(kBinaryScene, cases, 1);
+}
+
+/* The same scene by two ways of saying it: the same bytes. */
+static void assert_same_images(const char *json, const char *from, const char *to) {
+    toliman_sim *const one = sim_of(json), *const other = sim_with(json, from, to);
+    const toliman_sim_info info = info_of(one);
+    double *const image = image_of(one, TOLIMAN_IMAGE_BOTH), *const same = image_of(other, TOLIMAN_IMAGE_BOTH);
+    assert_memory_equal(image, same, (size_t)(info.rows * info.cols) * sizeof *image);
+    double displacement, its;
+    assert_ok(toliman_sim_get_series(one, 3, 1, NULL, &displacement));
+    assert_ok(toliman_sim_get_series(other, 3, 1, NULL, &its));
+    assert_close(its, displacement, 1e-14, 0);
+    free(image);
+    free(same);
+    toliman_sim_destroy(one);
+    toliman_sim_destroy(other);
+}
+
+static void two_ways_of_saying_it(void **state) {
+    (void)state;
+    assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 125E-1");
+    assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 0.125e+2");
+    assert_same_images(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_uas\": 200"); /* at 0.2 arcsec a pixel */
+    assert_same_images(kSingleScene, "\"aperture_m\"", "\"mask\": {\"kind\": \"clear\"}, \"aperture_m\"");
+    const refusal cases[] = {
+        {"\"aperture_m\"", "\"mask\": {\"kind\": \"clear\", \"opd_nm\": 1}, \"aperture_m\"",
+         "telescope.mask.opd_nm: needs kind \"spiral\" or \"file\""},
+        {"\"aperture_m\"", "\"mask\": {\"kind\": \"clear\", \"height_nm\": 1}, \"aperture_m\"",
+         "telescope.mask.height_nm: needs kind \"spiral\" or \"file\""},
+    };
+    check_refusals(kSingleScene, cases, sizeof cases / sizeof *cases);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keys_of_other_variants),
+        cmocka_unit_test(keys_of_other_variants),     cmocka_unit_test(values_of_other_kinds),
+        cmocka_unit_test(a_single_star_has_no_other), cmocka_unit_test(lines_shine_and_need_no_band),
+        cmocka_unit_test(stars_in_one_place),         cmocka_unit_test(two_ways_of_saying_it),
+        cmocka_unit_test(sizes_out_of_reach),         cmocka_unit_test(texts_are_utf8),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -156,12 +156,73 @@ static void shapes_move_along(void **state) {
     toliman_sim_destroy(still);
 }
 
+/* Largest difference over the peak of frame k between two simulators. */
+static double difference_of(const toliman_sim *a, const toliman_sim *b, double displacement, int64_t k) {
+    static double one[PIXELS], other[PIXELS];
+    double worst = 0;
+    assert_ok(toliman_sim_frame(a, displacement, 1, k, one, SIDE));
+    assert_ok(toliman_sim_frame(b, displacement, 1, k, other, SIDE));
+    for (int i = 0; i < PIXELS; i++)
+        worst = fmax(worst, fabs(one[i] - other[i]));
+    return worst / info_of(b).peak_photons;
+}
+
+/* With a signal far below what moves the stars else. */
+static char *calm_scene(double date, const char *moving, const char *cadence, const char *more) {
+    return replaced_again(scene_at(date, moving, cadence, more), "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1e-7");
+}
+
+/* The same from anchors: what stretches and blurs is that of the anchor, not of the very place, which the plan knows.
+ * Times listed are times all the same. */
+static void shapes_move_from_anchor_to_anchor(void **state) {
+    (void)state;
+    enum { FRAMES = 600, K = 517 };
+    const char *const kinds[] = {"\"scale_rms\": 1e-7", "\"focus_rms_nm\": 1"};
+    char cadence[8000] = "\"times_days\": [0";
+    for (int k = 1; k < FRAMES; k++)
+        sprintf(cadence + strlen(cadence), ", %d", k);
+    strcat(cadence, "]");
+    for (int kind = 0; kind < 2; kind++) {
+        char more[200];
+        snprintf(more, sizeof more, "\"systematics\": {%s}, \"accuracy\": 1e-9", kinds[kind]);
+        char *text = calm_scene(2027, ", \"moving\": true", cadence, more);
+        toliman_sim *const sim = sim_of(text);
+        free(text);
+        text = calm_scene(2027, ", \"moving\": true", "\"frames\": 600, \"interval_days\": 1", more);
+        toliman_sim *const even = sim_of(text);
+        free(text);
+        text = calm_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", more);
+        toliman_sim *const still = sim_of(text);
+        free(text);
+        text = calm_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", "\"accuracy\": 1e-9");
+        toliman_sim *const calm = sim_of(text);
+        free(text);
+        const toliman_sim_plan_info plan = plan_of(sim);
+        assert_true(plan.anchors > 1 && plan.exact_frames == 0);
+        assert_int_equal(plan_of(even).anchors, plan.anchors);
+        double displacement;
+        assert_ok(toliman_sim_get_series(sim, K, 1, NULL, &displacement));
+        const double effect = difference_of(still, calm, displacement, K);
+        const double error = difference_of(sim, still, displacement, K);
+        print_message("%s: %lld anchors, effect %.2g, error/peak %.2g, planned %.2g\n", kinds[kind],
+                      (long long)plan.anchors, effect, error, plan.scale_focus_error);
+        assert_true(effect > 10 * plan.place_error);
+        assert_at_most(error, plan.place_error + plan.scale_focus_error);
+        assert_at_most(plan.scale_focus_error, 1000 * effect);
+        assert_at_most(difference_of(sim, even, displacement, K), 1e-13);
+        toliman_sim_destroy(sim);
+        toliman_sim_destroy(even);
+        toliman_sim_destroy(still);
+        toliman_sim_destroy(calm);
+    }
+}
+
 /* In any order, on any threads: the same bytes. */
 static void anchors_are_made_in_any_order(void **state) {
     (void)state;
     enum { FRAMES = 12 };
     char *const text = scene_at(2027, ", \"moving\": true", "\"frames\": 12000, \"interval_days\": 0.1",
-                                "\"noise\": {\"photon\": true, \"seed\": 3}, \"accuracy\": 1e-6");
+                                "\"noise\": {\"photon\": true, \"seed\": 3}, \"accuracy\": 1e-9");
     toliman_sim *const sim = sim_of(text), *const other = sim_of(text);
     double *const frames = malloc(FRAMES * PIXELS * sizeof *frames), *const again = malloc(PIXELS * sizeof *again);
     assert_non_null(frames);
@@ -190,7 +251,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_follow_the_orbit),       cmocka_unit_test(wavelengths_suffice_everywhere),
         cmocka_unit_test(short_orbits_are_followed),     cmocka_unit_test(shapes_move_along),
-        cmocka_unit_test(anchors_are_made_in_any_order),
+        cmocka_unit_test(anchors_are_made_in_any_order), cmocka_unit_test(shapes_move_from_anchor_to_anchor),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -353,6 +353,9 @@ static void bad_plans_are_refused(void **state) {
     const char *const chapter = "examples/scenes/chapter.json";
     assert_ok(toliman_sim_plan(chapter, &options, &plan));
     assert_true(plan.wavelengths < plan.scene_wavelengths && plan.scene_wavelengths == 51);
+    options.reserved = 1;
+    assert_fails(toliman_sim_plan(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->reserved = 1: must be 0");
+    options.reserved = 0;
     options.engine = 3;
     assert_fails(toliman_sim_plan(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "engine = 3: must be in [0, 2]");
     options.engine = TOLIMAN_ENGINE_PADDED_FFT;

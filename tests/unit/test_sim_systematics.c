@@ -119,6 +119,38 @@ static void check_shift(double drift, int64_t k) {
     check_places(extra, k, places);
 }
 
+/* One star, in more wavelengths than are computed, against itself at the other place in each wavelength. */
+static void pointing_moves_a_single_star(void **state) {
+    (void)state;
+    static double moved[32 * 32], there[32 * 32];
+    char *text =
+        replaced(kSingleScene, "{\"wavelength_nm\": 550}", "{\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 1}");
+    text = replaced_again(text, "\"cadence\"",
+                          "\"systematics\": {\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": 1e-3}}, \"cadence\"");
+    text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1, \"interval_days\": 2");
+    text = replaced_again(text, "5790}", "5790}, \"photons_per_s\": 1e6");
+    toliman_sim *const sim = sim_of(text);
+    text = replaced_again(text, "\"drift_per_day\": 1e-3", "\"drift_per_day\": 0");
+    text = replaced_again(text, "\"A\": [0, 0]", "\"A\": [0.014, 0.014]");
+    text = replaced_again(text, "\"cadence\"", "\"accuracy\": 1e-15, \"cadence\"");
+    toliman_sim *const other = sim_of(text);
+    free(text);
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan}, exact = plan;
+    assert_ok(toliman_sim_get_plan(sim, &plan));
+    assert_ok(toliman_sim_get_plan(other, &exact));
+    assert_true(plan.wavelengths < exact.wavelengths);
+    assert_ok(toliman_sim_frame(sim, 0, 1, 7, moved, 32));
+    assert_ok(toliman_sim_propagate(other, 0, there, 32));
+    double worst = 0, peak = 0;
+    for (int i = 0; i < 32 * 32; i++) {
+        worst = fmax(worst, fabs(moved[i] - there[i]));
+        peak = fmax(peak, there[i]);
+    }
+    assert_at_most(worst / peak, 1e-9);
+    toliman_sim_destroy(sim);
+    toliman_sim_destroy(other);
+}
+
 static void pointing_moves_both_stars(void **state) {
     (void)state;
     check_shift(1e-4, 99); /* by the series */
@@ -454,6 +486,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_plan_knows_the_places),
         cmocka_unit_test(pointing_moves_both_stars),
+        cmocka_unit_test(pointing_moves_a_single_star),
         cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
         cmocka_unit_test(aliases_are_refused),
         cmocka_unit_test(fluxes_multiply),

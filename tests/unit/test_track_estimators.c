@@ -141,10 +141,41 @@ static void estimators_are_told_apart(void **unused) {
     toliman_sim_destroy(other_sim);
 }
 
+/* Counts of which a network makes no number: a rejected frame, not an error. A template's number is only too large. */
+static void counts_without_an_estimate(void **unused) {
+    (void)unused;
+    static double pixels[kPixels];
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL);
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    for (int i = 0; i < kPixels; i++)
+        pixels[i] = i % 2 ? 1e308 : -1e308;
+    for (int which = 0; which < 2; which++) {
+        const toliman_track_options options = options_of(which ? cae : NULL, which ? NULL : linear);
+        toliman_track *track = NULL;
+        assert_ok(toliman_track_create(&options, &track));
+        toliman_frame frame = frame_of(1, NULL);
+        frame.pixel = TOLIMAN_PIXEL_F64;
+        frame.pixels = pixels;
+        frame.rows = frame.cols = kSide;
+        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        size_t done = 0;
+        assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
+        assert_int_equal(outcome.verdict, which ? TOLIMAN_TRACK_REJECTED : TOLIMAN_TRACK_OUTLIER);
+        assert_int_equal(outcome.reason, which ? TOLIMAN_REASON_ESTIMATE : 0);
+        toliman_track_destroy(track);
+    }
+    toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(values_are_the_estimators_own),
         cmocka_unit_test(estimators_are_told_apart),
+        cmocka_unit_test(counts_without_an_estimate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 // toliman: the command line of libtoliman.
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "command.hpp"
 #include "failure.hpp"
@@ -20,8 +21,9 @@ int complain(int code, const char *text) {
 std::vector<std::string> asked_words(int argc, char **argv) {
     std::vector<std::string> words(argv + 1, argv + argc);
     if (!words.empty() && words[0] == "help") {
-        words.erase(words.begin());
-        words.insert(words.begin() + (words.empty() ? 0 : 1), "--help");
+        words[0] = "--help";
+        if (words.size() > 1)
+            std::swap(words[0], words[1]);
     }
     std::reverse(words.begin(), words.end());
     return words;

@@ -16,6 +16,8 @@ target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction
 add_library(toliman_objects OBJECT ${sources})
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
 target_link_libraries(toliman_objects PRIVATE toliman_settings ${toliman_needs})
+target_compile_options(toliman_objects PRIVATE ${toliman_counted}
+                       $<$<BOOL:${TOLIMAN_COVERAGE}>:-fprofile-update=atomic>)
 
 set(toliman_isas baseline)
 set(toliman_isa_flags_baseline "")
@@ -31,7 +33,7 @@ foreach(isa IN LISTS toliman_isas)
   target_compile_definitions(toliman_kernels_${isa} PRIVATE TOLIMAN_ISA=${isa})
   # -fno-trapping-math and -fno-math-errno change no value; without them the loops do not vectorise.
   target_compile_options(toliman_kernels_${isa} PRIVATE -O3 -fno-math-errno -fno-trapping-math
-                         ${toliman_isa_flags_${isa}})
+                         ${toliman_isa_flags_${isa}} ${toliman_counted})
   list(APPEND toliman_isa_objects $<TARGET_OBJECTS:toliman_kernels_${isa}>)
 endforeach()
 # float32 only, and its bits are promised per instruction set, not across them: fused multiply-adds are welcome.

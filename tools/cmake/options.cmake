@@ -1,6 +1,7 @@
 # Language level, warnings and where the products go; the same for every target.
 option(TOLIMAN_TESTS "Build the tests and examples" ON)
 set(TOLIMAN_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
+option(TOLIMAN_COVERAGE "Count which lines and branches of lib/ run" OFF)
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
@@ -25,4 +26,10 @@ add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall> $<$<COMPILE_LANGUAGE:C,CX
 if(TOLIMAN_SANITIZE)
   add_compile_options(-fsanitize=${TOLIMAN_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${TOLIMAN_SANITIZE})
+endif()
+# Counts of the library's own code alone, taken before functions are inlined: so each branch counts once, and the tests
+# take minutes. Those of kernels may lose some of several threads'.
+if(TOLIMAN_COVERAGE)
+  set(toliman_counted --coverage -fno-early-inlining -fprofile-exclude-files=^/usr/)
+  add_link_options(--coverage)
 endif()

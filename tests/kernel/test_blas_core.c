@@ -1,0 +1,68 @@
+/* Which OpenBLAS kernels the machine is told to be worth, for each instruction set and each kernels' age. OpenBLAS
+ * chooses them as a program starts, so that this one runs itself once for each. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <toliman/base.h>
+
+#include "assert_close.h"
+
+void shim_choose_isa(int isa);
+
+static const struct {
+    const char *core, *better[3]; /* on baseline, avx2, avx512 */
+} kCases[] = {
+    {"Prescott", {"", "Haswell", "SkylakeX"}},
+    {"Sandybridge", {"", "", "SkylakeX"}},
+    {"Haswell", {"", "", "SkylakeX"}},
+    {"SkylakeX", {"", "", ""}},
+};
+
+/* In a program that was started with these kernels; 77 where the processor has none such. */
+static int check_case(int number) {
+    toliman_machine machine = {.struct_size = sizeof machine};
+    for (int isa = 0; isa < 3; isa++) {
+        shim_choose_isa(isa); /* only asked for: nothing of it runs */
+        if (toliman_get_machine(&machine) != TOLIMAN_OK)
+            return 1;
+        if (strcmp(machine.blas_core, kCases[number].core) != 0)
+            return 77;
+        if (strcmp(machine.blas_better, kCases[number].better[isa]) != 0)
+            return 2 + isa;
+        if (machine.blas_is_slow != (machine.blas_better[0] != '\0'))
+            return 5;
+    }
+    return 0;
+}
+
+static void older_kernels_are_told(void **unused) {
+    (void)unused;
+    int seen = 0;
+    for (size_t i = 0; i < sizeof kCases / sizeof *kCases; i++) {
+        const pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0) {
+            const char number[2] = {(char)('0' + i), '\0'};
+            setenv("OPENBLAS_CORETYPE", kCases[i].core, 1);
+            execl("/proc/self/exe", "test_blas_core", number, (char *)NULL);
+            _exit(99);
+        }
+        int status = 0;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFEXITED(status));
+        if (WEXITSTATUS(status) == 77)
+            continue;
+        assert_int_equal(WEXITSTATUS(status), 0);
+        seen++;
+    }
+    assert_true(seen > 0);
+}
+
+int main(int argc, char **argv) {
+    if (argc > 1)
+        return check_case(argv[1][0] - '0');
+    const struct CMUnitTest tests[] = {cmocka_unit_test(older_kernels_are_told)};
+    return cmocka_run_group_tests_name("blas_core", tests, NULL, NULL);
+}

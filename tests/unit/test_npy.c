@@ -1,0 +1,108 @@
+/* Arrays of NumPy that a scene names: what else has such a name is refused, and headers of all versions are read. */
+#include "scene_files.h"
+
+enum { SIDE = 96, PIXELS = SIDE * SIDE };
+
+static toliman_status create(toliman_sim **sim) {
+    char *const text =
+        replaced(kBinaryScene, "\"aperture_m\"", "\"aberrations\": {\"opd_file\": \"surface.npy\"}, \"aperture_m\"");
+    const toliman_status status = create_in_folder(text, sim);
+    free(text);
+    return status;
+}
+
+/* A file whose header is the text, after magic, version and length of that version. */
+static void write_array(int version, const char *header, const double *data, size_t count) {
+    unsigned char bytes[1000 + 8 * PIXELS] = "\x93NUMPY";
+    const size_t length = strlen(header), start = version == 1 ? 10 : 12;
+    bytes[6] = (unsigned char)version;
+    bytes[8] = (unsigned char)length;
+    bytes[9] = (unsigned char)(length >> 8);
+    memcpy(bytes + start, header, length);
+    memcpy(bytes + start + length, data, 8 * count);
+    write_file("surface.npy", bytes, start + length + 8 * count);
+}
+
+static double data[PIXELS];
+
+static void other_files_are_refused(void **state) {
+    (void)state;
+    const struct {
+        int version;
+        const char *header, *message;
+    } bad[] = {
+        {0, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }", "version 0: must be 1 to 3"},
+        {4, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96), }", "version 4: must be 1 to 3"},
+        {1, "{'fortran_order': False, 'shape': (96, 96), }", "not a .npy file: its header has no descr"},
+        {1, "{'descr': '<f8', 'shape': (96, 96), }", "its header has no fortran_order"},
+        {1, "{'descr': '<f8', 'fortran_order': False, }", "its header has no shape"},
+        {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }", "element type structur: must be"},
+        {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }", "must be in C order"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }", "must be a two-dimensional array"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", "its shape must be two sides of 1 to 1048576"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }", "must be a two-dimensional array"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }", "must be a two-dimensional array"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }", "its shape must be two sides of 1"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }", "its shape must be two sides of 1"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }", "its shape must be two sides of 1"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }", "its shape must be two"},
+    };
+    toliman_sim *sim = NULL;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        write_array(bad[i].version, bad[i].header, data, PIXELS);
+        assert_fails(create(&sim), TOLIMAN_E_FORMAT, bad[i].message);
+    }
+    write_file("surface.npy", "SIMPLE  =                    T", 30);
+    assert_fails(create(&sim), TOLIMAN_E_FORMAT, "is FITS, must be .npy");
+    assert_null(sim);
+}
+
+static void headers_of_all_versions(void **state) {
+    (void)state;
+    static double opd[PIXELS], bare[PIXELS];
+    toliman_sim *sim = sim_of(kBinaryScene);
+    assert_ok(toliman_sim_get_pupil(sim, NULL, bare));
+    toliman_sim_destroy(sim);
+    for (int i = 0; i < PIXELS; i++)
+        data[i] = 1e-9 * (i % 5);
+    for (int version = 1; version <= 3; version++) {
+        write_array(version, "{'descr':'<f8','fortran_order': False, 'shape':  ( 96 ,  96 ) }\n", data, PIXELS);
+        assert_ok(create(&sim));
+        assert_ok(toliman_sim_get_pupil(sim, NULL, opd));
+        for (int i = 0; i < PIXELS; i++)
+            assert_true(opd[i] == bare[i] + data[i]);
+        toliman_sim_destroy(sim);
+    }
+}
+
+/* By its whole path; and not with the engine that samples the pupil anew. */
+static void files_by_their_path(void **state) {
+    (void)state;
+    const char *const keys[] = {"\"amplitude\": {\"file\": ", "\"aberrations\": {\"opd_file\": "};
+    for (int key = 0; key < 2; key++) {
+        char text[200];
+        for (int i = 0; i < PIXELS; i++)
+            data[i] = key == 0 ? 1 : 1e-9;
+        write_npy("surface.npy", "<f8", "(96, 96)", data, sizeof data);
+        snprintf(text, sizeof text, "%s\"%s\"}, \"aperture_m\"", keys[key], path_of("surface.npy"));
+        char *const scene = replaced(kBinaryScene, "\"aperture_m\"", text);
+        toliman_sim *sim = sim_of(scene);
+        toliman_sim_destroy(sim);
+        sim = NULL;
+        toliman_sim_options options;
+        toliman_sim_options_init(&options, sizeof options);
+        options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+        assert_fails(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
+                     "no mask, amplitude or OPD file");
+        free(scene);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(other_files_are_refused),
+        cmocka_unit_test(headers_of_all_versions),
+        cmocka_unit_test(files_by_their_path),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

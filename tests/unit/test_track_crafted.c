@@ -1,0 +1,303 @@
+/* A tracker's files with right checksums and impossible content, options that a folder was not made with, and what
+ * asks for nothing. Offsets of lib/FORMATS.md. */
+#include "track_folder.h"
+
+static void seal(const char *path, off_t at) {
+    unsigned char bytes[65536];
+    const int file = open(path, O_RDONLY);
+    assert_int_equal(pread(file, bytes, (size_t)at, 0), at);
+    close(file);
+    const uint32_t crc = crc32(0, bytes, (size_t)at);
+    write_at(path, at, &crc, sizeof crc);
+}
+
+static void assert_not_made(const toliman_track_options *options, toliman_status code, const char *message) {
+    toliman_track *none = NULL;
+    assert_fails(toliman_track_create(options, &none), code, message);
+    assert_null(none);
+}
+
+/* Frames of 16x16, of which 8x8 from row 4, column 4 are taken. */
+static toliman_track_options cropped_options(void) {
+    toliman_track_options options = small_options(folder);
+    options.rows = options.cols = 16;
+    options.crop_row = options.crop_col = 4;
+    options.image_rows = options.image_cols = 4;
+    return options;
+}
+
+static void other_options_are_told(void **unused) {
+    (void)unused;
+    const toliman_track_options options = cropped_options();
+    toliman_track_destroy(make_track(&options));
+    toliman_track_options other;
+#define TOLD(member, value, text)                                                                                      \
+    do {                                                                                                               \
+        other = options;                                                                                               \
+        other.member = (value);                                                                                        \
+        assert_not_made(&other, TOLIMAN_E_MISMATCH, "made with " text);                                                \
+    } while (0)
+    TOLD(rows, 17, "frames of 16x16, here 17x16");
+    TOLD(cols, 17, "frames of 16x16, here 16x17");
+    TOLD(crop_row, 3, "crop from 4x4, here 3x4");
+    TOLD(crop_col, 3, "crop from 4x4, here 4x3");
+    TOLD(image_rows, 3, "images of 4x4, here 3x4");
+    TOLD(image_cols, 3, "images of 4x4, here 4x3");
+    TOLD(bin, 2, "bin 1, here 2");
+    TOLD(bit_depth, 13, "bit depth 12, here 13");
+    TOLD(hole_bytes, 7, "hole bytes 64, here 7");
+    TOLD(sigma, 0.5, "sigma 0.25, here 0.5");
+    TOLD(value_limit, 4, "value limit 3, here 4");
+    TOLD(estimator_id, 78, "estimator 000000000000004d, here 000000000000004e");
+}
+
+static void impossible_terms_are_refused(void **unused) {
+    (void)unused;
+    enum { TERMS = 16 };
+    const toliman_track_options options = cropped_options();
+    toliman_track_destroy(make_track(&options));
+    toliman_track_options known = {.struct_size = sizeof known};
+    const struct {
+        int place;
+        uint64_t value;
+        const char *message;
+    } bad[] = {
+        {0, 0, "frames of 0x16 to 4x4 by bin = 1: all must be at least 1"},
+        {1, 0, "frames of 16x0"},
+        {4, 0, "to 0x4"},
+        {5, 0, "to 4x0"},
+        {6, 0, "by bin = 0"},
+        {4, 17, "do not fit"},
+        {5, 17, "do not fit"},
+        {2, 13, "do not fit"},
+        {3, 13, "do not fit"},
+        {7, 33, "bit_depth = 33"},
+        {9, 0x7ff8000000000000u, "sigma = nan"},
+        {9, 0x7f00000000000000u, "sigma = "},
+        {10, 0x7ff8000000000000u, "value_limit = nan"},
+        {10, 0x7f00000000000000u, "value_limit = "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        const off_t at = TERMS + 8 * bad[i].place;
+        const uint64_t good = number_at(ledger, at, 8);
+        write_at(ledger, at, &bad[i].value, 8);
+        seal(ledger, HEADER - 4);
+        assert_not_made(&options, TOLIMAN_E_FORMAT, bad[i].message);
+        assert_fails(toliman_track_load_options(folder, &known), TOLIMAN_E_FORMAT, bad[i].message);
+        write_at(ledger, at, &good, 8);
+        seal(ledger, HEADER - 4);
+    }
+    toliman_track_destroy(make_track(&options));
+}
+
+/* The line as the next of the ledger, which ends with this checksum. */
+static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
+    chain = crc32(chain, line, LINE - 4);
+    memcpy(line + LINE - 4, &chain, 4);
+    write_at(ledger, HEADER + number * LINE, line, LINE);
+    return chain;
+}
+
+static void lines_that_contradict_are_refused(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    push_number(track, 1);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    unlink(checkpoint);
+    unsigned char first[LINE], line[LINE];
+    const int file = open(ledger, O_RDONLY);
+    assert_int_equal(pread(file, first, LINE, HEADER), LINE);
+    close(file);
+    uint32_t chain;
+    memcpy(&chain, first + LINE - 4, 4);
+    memcpy(line, first, LINE);
+    add_line(line, 1, chain);
+    assert_not_made(&options, TOLIMAN_E_FORMAT, "ledger.tlml: line 1 holds a frame that is there already");
+    line[52] = 3;
+    chain = add_line(line, 1, chain);
+    toliman_track_destroy(make_track(&options)); /* denied once: so be it */
+    unlink(checkpoint);
+    add_line(line, 2, chain);
+    assert_not_made(&options, TOLIMAN_E_FORMAT, "line 2 denies a frame that is not there");
+
+    /* Marks of a merge that count backwards, or beyond what can be. */
+    const int64_t counts[][2] = {{-1, 0}, {0, -1}, {0, ((int64_t)1 << 60) + 1}};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        const double sigma = SIGMA;
+        memset(line, 0, LINE);
+        memcpy(line + 12, counts[i], 16);
+        memcpy(line + 44, &sigma, 8);
+        line[52] = 5;
+        memcpy(&chain, first + LINE - 4, 4);
+        add_line(line, 1, chain);
+        assert_int_equal(truncate(ledger, HEADER + 2 * LINE), 0);
+        assert_not_made(&options, TOLIMAN_E_FORMAT, "line 1 says what cannot be");
+    }
+    const off_t most = HEADER + (((off_t)1 << 30) + 1) * LINE;
+    if (truncate(ledger, most) == 0) /* with a hole */
+        assert_not_made(&options, TOLIMAN_E_FORMAT, "more than 2^30 lines");
+}
+
+/* Lines that the disk lost under an open tracker are refused, and the others are there. */
+static void damage_while_open(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    push_range(track, 1, 6);
+    assert_ok(toliman_track_commit(track));
+    flip_byte(ledger, HEADER + 3 * LINE + 20);
+    toliman_track_line lines[6] = {{.struct_size = sizeof *lines}};
+    size_t done = 9;
+    assert_fails(toliman_track_get_lines(track, 0, 6, lines, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    assert_ok(toliman_track_get_lines(track, 0, 3, lines, &done));
+    assert_int_equal(done, 3);
+    small_frame frame;
+    make_frame(&frame, 4);
+    frame.pixels[0]++;
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    toliman_track_destroy(track);
+}
+
+/* Checkpoint and setup that cannot be are as good as none. */
+static void impossible_checkpoints_and_setups(void **unused) {
+    (void)unused;
+    enum { POINTS = 8, REPEATS = 24 };
+    toliman_track_options options = filled_folder();
+    const int64_t camera[2] = {0, 0}, repeats[] = {-1, ((int64_t)1 << 60) + 1};
+    for (size_t i = 0; i < 3; i++) {
+        if (i < 2) {
+            write_at(checkpoint, REPEATS, &repeats[i], 8);
+            seal(checkpoint, size_of(checkpoint) - 4);
+        } else {
+            assert_int_equal(truncate(checkpoint, 10), 0);
+        }
+        toliman_track *const track = make_track(&options);
+        assert_filled(track, &options, 3);
+        toliman_track_destroy(track);
+    }
+    for (int longer = 0; longer < 2; longer++) {
+        const off_t size = size_of(setup);
+        const uint32_t points = 1u << 30;
+        if (longer) {
+            assert_int_equal(truncate(setup, size + 8), 0);
+            seal(setup, size + 4);
+        } else {
+            write_at(setup, POINTS, &points, sizeof points);
+            seal(setup, size - 4);
+        }
+        options.clock_points = 0;
+        assert_not_made(&options, TOLIMAN_E_ARGUMENT, "setup.tlms, which had the clock, is missing or damaged");
+        options.clock = camera;
+        options.clock_points = 1;
+        toliman_track_destroy(make_track(&options)); /* written anew */
+    }
+}
+
+/* Lines of names that are torn, made up, of a wrong digest or of no frame: left out. */
+static void names_that_are_none(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    push_number(track, 1);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    char path[300], text[400];
+    snprintf(path, sizeof path, "%s/streams.txt", folder);
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    assert_non_null(fgets(text, sizeof text, file));
+    fclose(file);
+    unsigned long long digest;
+    assert_int_equal(sscanf(text, "%llx", &digest), 1);
+    /* FNV-1a of "pass-2", a zero byte, "core" */
+    uint64_t other = 0xcbf29ce484222325u;
+    for (const char *at = "pass-2\0core", *end = at + 11; at < end; at++)
+        other = (other ^ (unsigned char)*at) * 0x100000001b3u;
+    file = fopen(path, "w");
+    fprintf(file, "%016llx pass-1\nnonsense\n%016llx .pass-1 core\n%016llx pass-1 .core\n", digest, digest, digest);
+    fprintf(file, "%016llx pass-1 core\n%016llx pass-2 core\n%016llx pass-1", digest + 1, (unsigned long long)other,
+            digest);
+    fclose(file);
+    track = make_track(&options);
+    toliman_track_stream streams[2] = {{.struct_size = sizeof *streams}};
+    size_t count = 0;
+    assert_ok(toliman_track_get_streams(track, streams, 2, &count));
+    assert_int_equal(count, 1);
+    assert_true(streams[0].stream == digest);
+    assert_string_equal(streams[0].session, "");
+    push_number(track, 2); /* names it anew, behind the torn line */
+    assert_ok(toliman_track_get_streams(track, streams, 2, &count));
+    assert_int_equal(count, 1);
+    assert_string_equal(streams[0].session, "pass-1");
+    assert_string_equal(streams[0].roi, "core");
+    toliman_track_destroy(track);
+}
+
+/* The table of sessions and regions has 65536 places, whatever the frames. */
+static void sessions_have_an_end(void **unused) {
+    (void)unused;
+    enum { SESSIONS = 65536 };
+    toliman_track_options options = small_options(NULL);
+    options.capacity = 100000;
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    char name[20];
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done = 9;
+    make_frame(&frame, 1);
+    frame.frame.session = name;
+    for (int i = 0; i < SESSIONS; i++) {
+        snprintf(name, sizeof name, "s%d", i);
+        assert_ok(toliman_track_push(track, &frame.frame, 1, &outcome, &done));
+    }
+    snprintf(name, sizeof name, "one-more");
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_CAPACITY,
+                 "65536 sessions and regions are in, as many as there can be");
+    snprintf(name, sizeof name, "s7");
+    frame.frame.frame_id = 2;
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    toliman_track_destroy(track);
+}
+
+static void nothing_is_asked_for(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(NULL);
+    toliman_track *track = make_track(&options);
+    toliman_track_line lines[2] = {{.struct_size = sizeof *lines}};
+    size_t done = 9;
+    assert_ok(toliman_track_push(track, NULL, 0, NULL, &done));
+    assert_int_equal(done, 0);
+    push_range(track, 1, 3);
+    assert_ok(toliman_track_commit(track));
+    assert_ok(toliman_track_save(track));
+    done = 9;
+    assert_ok(toliman_track_get_lines(track, 0, 0, NULL, &done));
+    assert_int_equal(done, 0);
+    assert_ok(toliman_track_get_lines(track, 1, 1, lines, &done));
+    assert_int_equal(done, 1);
+    assert_int_equal(lines[0].frame_id, 2);
+    assert_ok(toliman_track_get_lines(track, 2, 2, lines, &done));
+    assert_int_equal(done, 1);
+    assert_int_equal(lines[0].frame_id, 3);
+    assert_ok(toliman_track_get_lines(track, 3, 2, lines, &done));
+    assert_int_equal(done, 0);
+    assert_int_equal(info_of(track).received, 3);
+    toliman_track_destroy(track);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(other_options_are_told, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_terms_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(lines_that_contradict_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(damage_while_open, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_checkpoints_and_setups, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(names_that_are_none, set_up, tear_down),
+        cmocka_unit_test(sessions_have_an_end),
+        cmocka_unit_test(nothing_is_asked_for),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
