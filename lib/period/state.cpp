@@ -28,9 +28,9 @@ void save_pair(ByteWriter &out, int64_t lo, int64_t hi) {
     out.u32(static_cast<uint32_t>(lo & (kernels::kFoldBase - 1)));
 }
 
-// Every term is at most `most` 2^50.
+// Its size is at most `most` 2^50, up to rounding.
 void load_pair(ByteReader &in, double most, int64_t &lo, int64_t &hi) {
-    const int64_t limit = static_cast<int64_t>(most * 0x1p18) + 1;
+    const auto limit = static_cast<int64_t>((most + 1) * 0x1p18);
     hi = in.i64();
     lo = in.u32();
     if (hi < -limit || hi > limit)
@@ -71,9 +71,11 @@ void check_totals(const Totals &totals, const Grid &grid) {
     const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * count;
     if (!(w >= count * lightest * (1 - kRounding) && w <= count * (1 + kRounding)))
         fail(Status::format, "%s: count = %g, sum of weights %g: must be %g to 1 a sample", kKind, count, w, lightest);
-    if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= 0 && wyy <= w * (1 + kRounding)))
+    if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
         fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
              wyy, w);
+    if (grid.wide()) // the pairs are for narrow sums
+        return;
     const double value =
         number_of(totals.value, totals.value_high) + number_of(totals.value_low, totals.value_low_high) / kernels::kOne;
     if (!(std::fabs(number_of(totals.weight, totals.weight_high) - w) <= rounding && std::fabs(value - wy) <= rounding))
@@ -176,19 +178,19 @@ Stream Stream::load(const void *bytes, size_t size) {
     if (count < 0 || count > kMostSamples)
         fail(Status::format, "%s: count = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
              static_cast<long long>(kMostSamples));
-    const double most = 2 * static_cast<double>(count); // weights and values are at most 1, up to rounding
-    load_pair(in, most, totals.weight, totals.weight_high);
-    load_pair(in, most, totals.value, totals.value_high);
-    load_pair(in, most, totals.value_low, totals.value_low_high);
+    const auto samples = static_cast<double>(count), most = 2 * samples; // weights and values are at most 1, nearly
+    load_pair(in, samples, totals.weight, totals.weight_high);
+    load_pair(in, samples, totals.value, totals.value_high);
+    load_pair(in, samples, totals.value_low, totals.value_low_high);
     for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy})
         load_exact(in, most, *sum);
     load_exact(in, most * kMostTime, totals.wt);
     load_exact(in, most * kMostTime * kMostTime, totals.wtt);
     check_totals(totals, grid);
-    const double heaviest = 2 * static_cast<double>(totals.w.value());
+    const auto weight = static_cast<double>(totals.w.value());
     for (size_t sum = 0; sum < grid.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
-            load_pair(in, sum < kernels::kYCLow ? heaviest : most, stream.lo_[sum * stream.padded() + k],
+            load_pair(in, sum < kernels::kYCLow ? weight : samples, stream.lo_[sum * stream.padded() + k],
                       stream.hi_[sum * stream.padded() + k]);
     return stream;
 }
