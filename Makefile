@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 PYTHON = /usr/bin/python3
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything fap soak abi install package format lint clean help
+.PHONY: all deps demo check check-deps everything fap soak fuzz abi install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -27,6 +27,12 @@ soak: everything ## track a million frames; 200 kills, 20,000 power cuts, 10,000
 	@TOLIMAN_KILLS=200 $(BUILD)/bin/test_track_folder
 	@TOLIMAN_POWER_CUTS=20000 $(BUILD)/bin/test_power_cut
 	@TOLIMAN_SEEDS=10000 $(BUILD)/bin/test_track_order
+
+SECONDS ?= 60
+fuzz: check-deps ## mutate inputs of every parser, by clang's libFuzzer and sanitizers, SECONDS (60) each
+	@cmake --preset fuzz >/dev/null
+	@cmake --build build-fuzz --parallel $(JOBS) --target toliman_fuzz
+	@tests/fuzz/run build-fuzz $(SECONDS)
 
 abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
