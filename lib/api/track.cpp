@@ -223,9 +223,9 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
     track::Place place;
+    const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
     if (options.folder != nullptr) // nothing is made there before everything else is known to be right
-        place = track::open_place(
-            options.folder, (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write, plan.terms);
+        place = track::open_place(open_folder(options.folder, access), access, plan.terms);
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;

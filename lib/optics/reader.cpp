@@ -32,6 +32,9 @@ size_t edit_distance(const std::string &a, const std::string &b) {
 
 // The nearest candidate when it is near enough to be meant, else nullptr.
 const char *nearest(const std::string &word, std::initializer_list<const char *> candidates) {
+    constexpr size_t kLongest = 64; // no key is: what is longer would only take time
+    if (word.size() > kLongest)
+        return nullptr;
     const char *best = nullptr;
     size_t least = std::max<size_t>(2, word.size() / 3) + 1;
     for (const char *candidate : candidates) {

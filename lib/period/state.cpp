@@ -28,9 +28,9 @@ void save_pair(ByteWriter &out, int64_t lo, int64_t hi) {
     out.u32(static_cast<uint32_t>(lo & (kernels::kFoldBase - 1)));
 }
 
-// Every term is at most 2^50.
-void load_pair(ByteReader &in, int64_t count, int64_t &lo, int64_t &hi) {
-    const int64_t limit = (count + 1) << 18;
+// Its size is at most `most` 2^50, up to rounding.
+void load_pair(ByteReader &in, double most, int64_t &lo, int64_t &hi) {
+    const auto limit = static_cast<int64_t>((most + 1) * 0x1p18);
     hi = in.i64();
     lo = in.u32();
     if (hi < -limit || hi > limit)
@@ -55,6 +55,31 @@ void load_exact(ByteReader &in, double limit, ExactSum &sum) {
     const Wide value = sum.value(), most = static_cast<Wide>(limit);
     if (value > most || value < -most)
         fail(Status::format, "%s: an exact sum is out of range", kKind);
+}
+
+// A pair in units of one sample of weight 1.
+double number_of(int64_t lo, int64_t hi) noexcept {
+    return (static_cast<double>(hi) * kernels::kFoldBase + static_cast<double>(lo)) / kernels::kOne;
+}
+
+// Sums that no samples have: queries would divide by them.
+void check_totals(const Totals &totals, const Grid &grid) {
+    constexpr double kRounding = 1e-9;
+    const auto count = static_cast<double>(totals.count);
+    const auto w = static_cast<double>(totals.w.value()), wy = static_cast<double>(totals.wy.value()),
+               wyy = static_cast<double>(totals.wyy.value());
+    const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * count;
+    if (!(w >= count * lightest * (1 - kRounding) && w <= count * (1 + kRounding)))
+        fail(Status::format, "%s: count = %g, sum of weights %g: must be %g to 1 a sample", kKind, count, w, lightest);
+    if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
+        fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
+             wyy, w);
+    if (grid.wide()) // the pairs are for narrow sums
+        return;
+    const double value =
+        number_of(totals.value, totals.value_high) + number_of(totals.value_low, totals.value_low_high) / kernels::kOne;
+    if (!(std::fabs(number_of(totals.weight, totals.weight_high) - w) <= rounding && std::fabs(value - wy) <= rounding))
+        fail(Status::format, "%s: the sums of weights or of values do not fit each other", kKind);
 }
 
 Grid take_grid(ByteReader &in) {
@@ -153,17 +178,20 @@ Stream Stream::load(const void *bytes, size_t size) {
     if (count < 0 || count > kMostSamples)
         fail(Status::format, "%s: count = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
              static_cast<long long>(kMostSamples));
-    load_pair(in, count, totals.weight, totals.weight_high);
-    load_pair(in, count, totals.value, totals.value_high);
-    load_pair(in, count, totals.value_low, totals.value_low_high);
-    const double most = 2 * static_cast<double>(count); // weights and values are at most 1, up to rounding
+    const auto samples = static_cast<double>(count), most = 2 * samples; // weights and values are at most 1, nearly
+    load_pair(in, samples, totals.weight, totals.weight_high);
+    load_pair(in, samples, totals.value, totals.value_high);
+    load_pair(in, samples, totals.value_low, totals.value_low_high);
     for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy})
         load_exact(in, most, *sum);
     load_exact(in, most * kMostTime, totals.wt);
     load_exact(in, most * kMostTime * kMostTime, totals.wtt);
+    check_totals(totals, grid);
+    const auto weight = static_cast<double>(totals.w.value());
     for (size_t sum = 0; sum < grid.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
-            load_pair(in, count, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);
+            load_pair(in, sum < kernels::kYCLow ? weight : samples, stream.lo_[sum * stream.padded() + k],
+                      stream.hi_[sum * stream.padded() + k]);
     return stream;
 }
 

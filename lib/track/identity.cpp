@@ -20,7 +20,7 @@ uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept 
 
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {
     uint64_t hash = fnv1a(static_cast<uint64_t>(frame_id), fnv1a("", 1, stream));
-    hash ^= hash >> 33; // spread over the high bits, which choose the slot
+    hash ^= hash >> 33;
     hash *= 0xff51afd7ed558ccdu;
     return hash ^ (hash >> 33);
 }
@@ -29,8 +29,7 @@ FrameIndex::FrameIndex(int64_t capacity)
     : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), capacity_(capacity) {}
 
 size_t FrameIndex::slot_of(uint64_t key) const noexcept {
-    __extension__ using Product = unsigned __int128;
-    auto at = static_cast<size_t>(static_cast<Product>(key) * slots_.size() >> 64); // the key's share of 2^64
+    size_t at = scatter_.place(key, slots_.size());
     while (slots_[at].fate() != Fate::none && slots_[at].key != key)
         at = at + 1 < slots_.size() ? at + 1 : 0;
     return at;

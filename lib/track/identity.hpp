@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "base/buffer.hpp"
+#include "track/scatter.hpp"
 
 namespace toliman::track {
 
@@ -41,6 +42,7 @@ class FrameIndex {
 
   private:
     size_t slot_of(uint64_t key) const noexcept; // where it stands or belongs
+    Scatter scatter_;
     Buffer<Seen> slots_;
     int64_t capacity_, count_ = 0;
 };

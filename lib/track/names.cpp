@@ -11,7 +11,8 @@ namespace toliman::track {
 
 namespace {
 
-constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1; // with its end
+constexpr size_t kShortestLine = 1 + 2 * (1 + 1);                // without its end
+constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1; // with it
 
 } // namespace
 
@@ -22,6 +23,8 @@ void Names::visit(const Each &each) const {
     std::string text(static_cast<size_t>(size), '\0');
     text.resize(store_.read(kName, 0, text.data(), text.size()));
     for (size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+        if (end - at < kShortestLine)
+            continue;
         unsigned long long stream = 0;
         char session[kLongestName + 1], roi[kLongestName + 1];
         const std::string line = text.substr(at, std::min(end - at, kLongestLine));

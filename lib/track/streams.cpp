@@ -10,7 +10,7 @@ Streams::Streams(int64_t frames)
     : most_(std::min(static_cast<size_t>(frames), kMost)), streams_(most_ + most_ / 2 + 1) {}
 
 size_t Streams::slot_of(uint64_t stream) const noexcept {
-    size_t at = stream % streams_.size();
+    size_t at = scatter_.place(stream, streams_.size());
     while (!streams_[at].empty() && streams_[at].digest != stream)
         at = at + 1 < streams_.size() ? at + 1 : 0;
     return at;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "track/scatter.hpp"
 
 namespace toliman::track {
 
@@ -36,6 +37,7 @@ class Streams {
   private:
     size_t slot_of(uint64_t stream) const noexcept;
     size_t most_, count_ = 0;
+    Scatter scatter_;
     Buffer<StreamCount> streams_;
 };
 

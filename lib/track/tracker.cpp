@@ -18,10 +18,10 @@ constexpr std::chrono::seconds kLongestWait{1};
 
 } // namespace
 
-Place open_place(const std::string &folder, Access access, const Terms &terms) {
+Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms) {
     Place place;
     place.access = access;
-    place.store = open_folder(folder, access);
+    place.store = std::move(store);
     if (place.store->size(LedgerFile::kName) >= 0)
         LedgerFile(*place.store).check_terms(terms);
     place.setup = load_setup(*place.store);
@@ -162,9 +162,9 @@ void Tracker::note_denial(const Record &record, uint64_t line) {
 }
 
 Merged Tracker::merged_before(uint64_t salt) const noexcept {
-    for (const Merged &merged : merged_)
-        if (merged.salt == salt)
-            return merged;
+    const auto found = merged_.find(salt);
+    if (found != merged_.end())
+        return found->second;
     Merged none;
     none.salt = salt;
     return none;
@@ -177,9 +177,7 @@ void Tracker::take_merged(const Merged &merged) {
         fail(Status::format, "%s: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
     counts_.received += repeats;
     counts_.repeated += repeats;
-    const auto same = [&](const Merged &one) { return one.salt == merged.salt; };
-    merged_.erase(std::remove_if(merged_.begin(), merged_.end(), same), merged_.end());
-    merged_.push_back(merged);
+    merged_[merged.salt] = merged;
 }
 
 // In memory what is no frame's own needs no line.

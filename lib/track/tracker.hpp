@@ -3,6 +3,7 @@
 #pragma once
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -56,7 +57,7 @@ struct Place {
     std::optional<Loaded> loaded;
 };
 // A setup that does not fit the terms is another folder's and left out. Status::mismatch for a ledger on other terms.
-Place open_place(const std::string &folder, Access access, const Terms &terms);
+Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms);
 
 // Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
 struct Counts {
@@ -154,9 +155,9 @@ class Tracker {
     Streams streams_;
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
-    std::optional<Names> names_; // as the ledger
-    std::vector<Merged> merged_; // of every ledger the latest
-    Buffer<Record> memory_;      // in place of a ledger, frames that are in
+    std::optional<Names> names_;        // as the ledger
+    std::map<uint64_t, Merged> merged_; // of every ledger the latest, by its salt
+    Buffer<Record> memory_;             // in place of a ledger, frames that are in
     size_t in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;

@@ -305,6 +305,14 @@ static void crafted_state_is_refused(void **unused) {
         {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
         {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
         {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
+        /* What no nine samples of weight 1 have: digit 36 is that of whole numbers. */
+        {COUNT, 8, "sum of weights 9: must be"},
+        {DIGITS + 8 * 36, 8, "sums of weights or of values do not fit"},
+        {DIGITS + 8 * 36, 0, "sum of weights 0: must be"},
+        {DIGITS + EXACT + 8 * 36, 10, "sums of values 10"},
+        {DIGITS + 2 * EXACT + 8 * 36, 10, "of their squares 10"},
+        {PAIRS, (int64_t)8 << 18, "sums of weights or of values do not fit"},
+        {SUMS, (int64_t)11 << 18, "a sum is out of range"},
     };
     toliman_period *period = NULL, *loaded = NULL;
     assert_ok(toliman_period_create(0.01, 0.01, 5, NULL, &period));
@@ -325,6 +333,9 @@ static void crafted_state_is_refused(void **unused) {
     memcpy(bad, bytes, size);
     const int64_t most = (int64_t)1 << 43;
     memcpy(bad + COUNT, &most, 8);
+    const int64_t weight = (int64_t)1 << 61, digits[2] = {0, 1 << 11}; /* 2^43 */
+    memcpy(bad + PAIRS, &weight, 8);
+    memcpy(bad + DIGITS + 8 * 36, digits, sizeof digits);
     uint32_t crc = crc32(bad, size - 4);
     memcpy(bad + size - 4, &crc, 4);
     assert_ok(toliman_period_load(bad, size, NULL, &loaded));

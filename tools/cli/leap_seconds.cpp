@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 
 #include "failure.hpp"
 #include "input.hpp"
+#include "lines.hpp"
 
 namespace cli {
 
@@ -27,9 +27,9 @@ std::string text_of(const std::string &path) {
     return text;
 }
 
-int64_t day_of(long long seconds, const std::string &where) {
+int64_t day_of(long long seconds, const LinePlace &where) {
     if (seconds < 0 || seconds % kDay != 0)
-        malformed(where, std::to_string(seconds) + ": must be the seconds from 1900 to the beginning of a day");
+        malformed(where.text(), std::to_string(seconds) + ": must be the seconds from 1900 to the beginning of a day");
     return seconds / kDay + kDayOf1900;
 }
 
@@ -40,7 +40,7 @@ LeapSeconds::LeapSeconds(const std::string &path) {
     int number = 0;
     for (size_t at = 0; at < text.size();) {
         const size_t end = std::min(text.find('\n', at), text.size());
-        add(text.substr(at, end - at), path + ":" + std::to_string(++number));
+        add(text.substr(at, end - at), {path, ++number});
         at = end + 1;
     }
     if (steps_.empty())
@@ -49,20 +49,23 @@ LeapSeconds::LeapSeconds(const std::string &path) {
         malformed(path, "has no line #@ of its expiry, which must lie after its last leap second");
 }
 
-void LeapSeconds::add(const std::string &line, const std::string &where) {
+void LeapSeconds::add(const std::string &line, const LinePlace &where) {
     long long seconds = 0, ahead = 0;
+    const size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos)
+        return;
     if (std::sscanf(line.c_str(), "#@ %lld", &seconds) == 1)
         expires_ = day_of(seconds, where);
-    const size_t first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#')
+    if (line[first] == '#')
         return;
     if (std::sscanf(line.c_str(), "%lld %lld", &seconds, &ahead) != 2)
-        malformed(where, "must be seconds since 1900 and TAI - UTC, two whole numbers");
+        malformed(where.text(), "must be seconds since 1900 and TAI - UTC, two whole numbers");
     const int64_t day = day_of(seconds, where);
     if (steps_.empty() && (day != kFirstDay || ahead != kFirstAhead))
-        malformed(where, "the table must begin on 1972-01-01 with 10 s");
-    if (!steps_.empty() && (day <= steps_.back().day || std::llabs(ahead - steps_.back().ahead) != 1))
-        malformed(where, "must come after the line before and differ by a second");
+        malformed(where.text(), "the table must begin on 1972-01-01 with 10 s");
+    if (!steps_.empty() &&
+        (day <= steps_.back().day || (ahead != steps_.back().ahead + 1 && ahead != steps_.back().ahead - 1)))
+        malformed(where.text(), "must come after the line before and differ by a second");
     steps_.push_back({day, ahead});
 }
 

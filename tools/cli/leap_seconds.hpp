@@ -7,6 +7,8 @@
 
 namespace cli {
 
+struct LinePlace;
+
 // Days are Modified Julian Days.
 class LeapSeconds {
   public:
@@ -21,7 +23,7 @@ class LeapSeconds {
     struct Step {
         int64_t day, ahead;
     };
-    void add(const std::string &line, const std::string &where);
+    void add(const std::string &line, const LinePlace &where);
     std::vector<Step> steps_;
     int64_t expires_ = 0;
 };

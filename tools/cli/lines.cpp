@@ -1,5 +1,6 @@
 #include "lines.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -38,7 +39,7 @@ bool LineSource::next(std::string &line) {
         const char *start = buffer_.data() + at_;
         const auto *newline = static_cast<const char *>(std::memchr(start, '\n', held_ - at_));
         const size_t length = newline != nullptr ? static_cast<size_t>(newline - start) : held_ - at_;
-        line.append(start, length);
+        line.append(start, std::min(length, kLongest - line.size()));
         at_ += length + 1;
         if (newline != nullptr)
             return true;

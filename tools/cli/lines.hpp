@@ -6,8 +6,18 @@
 
 namespace cli {
 
+// A line of a file. Messages call it by its text, which takes longer to make than most lines to read.
+struct LinePlace {
+    const std::string &file;
+    int number;
+    std::string text() const { return file + ":" + std::to_string(number); }
+};
+
 class LineSource {
   public:
+    // What is behind so many bytes of a line is left out: without any newline it would take all memory.
+    static constexpr size_t kLongest = 1 << 16;
+
     // path: a file, or - for standard input. `awake` is called before every line and, while none comes, every second
     // and after every signal; it ends the waiting by throwing.
     LineSource(const std::string &path, std::function<void()> awake);

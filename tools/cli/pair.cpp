@@ -113,8 +113,10 @@ bool Pair::stands(size_t before, size_t line) const noexcept {
 }
 
 void Pair::remark_jump(Receiver &receiver, size_t line, double usual) const {
+    if (!lines_[line].why.empty())
+        return;
     const size_t before = good_before(line);
-    if (before == line || !lines_[line].why.empty())
+    if (before == line)
         return;
     const double step = gap(lines_[before], lines_[line]);
     if (step < 0)

@@ -40,6 +40,16 @@ bool number_of(const std::string &field, double &value) {
     return !field.empty() && end == field.c_str() + field.size();
 }
 
+// What is wrong with a value in one of the columns; nullptr: nothing.
+constexpr const char *kNoNumber = "must be a finite number";
+const char *flaw_of(double value, size_t column) noexcept {
+    if (!std::isfinite(value))
+        return kNoNumber;
+    if (column == 2 && !(value >= kLeastSigma && value <= kLargest))
+        return "must be above 0, from 1e-98 to 1e98";
+    return std::fabs(value) > kLargest ? "must be within -1e98 to 1e98" : nullptr;
+}
+
 // A name of a column, not a damaged number.
 bool heading(const std::string &field) {
     double number;
@@ -68,6 +78,8 @@ class SampleReader::Lines {
             const size_t text = line.find_first_not_of(" \t\r");
             if (text == std::string::npos || line[text] == '#')
                 continue;
+            if (line.size() == LineSource::kLongest)
+                bad("is longer than " + std::to_string(LineSource::kLongest) + " bytes");
             if (whole_ && !in_.whole())
                 bad("ends without a newline and may be cut");
             if (line[text] == '{') {
@@ -134,7 +146,7 @@ class SampleReader::Lines {
         if (settled_ && !objects_)
             bad("is a JSON object, the lines before are not");
         const JsonTree object(cJSON_ParseWithOpts(line.c_str(), nullptr, true));
-        if (!object)
+        if (!object || line.find('\0') != std::string::npos) // for cJSON the text ends there
             bad("is no JSON object");
         double values[kMost] = {0, 0, 1};
         std::vector<size_t> at;
@@ -145,7 +157,9 @@ class SampleReader::Lines {
                 break;
             if (cJSON_IsNumber(item) == 0)
                 bad("has no number \"" + name + "\"");
-            values[i] = checked(item->valuedouble, name + " = " + std::to_string(item->valuedouble) + ": ", i);
+            values[i] = item->valuedouble;
+            if (const char *flaw = flaw_of(values[i], i))
+                bad(name + " = " + std::to_string(values[i]) + ": " + flaw);
             at.push_back(i);
         }
         if (objects_ && at.size() != at_.size())
@@ -183,20 +197,10 @@ class SampleReader::Lines {
     }
 
     double value_of(const std::string &field, size_t column) const {
-        const std::string shown = kNames[column] + (" = \"" + field + "\": ");
         double value;
-        if (!number_of(field, value))
-            bad(shown + "must be a finite number");
-        return checked(value, shown, column);
-    }
-
-    double checked(double value, const std::string &shown, size_t column) const {
-        if (!std::isfinite(value))
-            bad(shown + "must be a finite number");
-        if (column == 2 && !(value >= kLeastSigma && value <= kLargest))
-            bad(shown + "must be above 0, from 1e-98 to 1e98");
-        if (std::fabs(value) > kLargest)
-            bad(shown + "must be within -1e98 to 1e98");
+        const char *flaw = number_of(field, value) ? flaw_of(value, column) : kNoNumber;
+        if (flaw != nullptr)
+            bad(kNames[column] + (" = \"" + field + "\": ") + flaw);
         return value;
     }
 
@@ -241,6 +245,7 @@ bool SampleReader::weighted() const noexcept {
 
 std::vector<std::string> names_of(const std::string &list) {
     std::vector<std::string> names;
+    names.reserve(kMost);
     size_t start = 0;
     for (size_t comma; (comma = list.find(',', start)) != std::string::npos; start = comma + 1)
         names.push_back(trimmed(list.substr(start, comma - start)));

@@ -16,6 +16,10 @@ namespace {
 constexpr const char *kKeys[] = {"frame_id",  "timestamp_ns", "host_time", "nframes_dropped",
                                  "roi_label", "n_rows",       "n_cols",    "session_id"};
 constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
+constexpr size_t kLongestLine = 4096;
+// A line of a frame has more bytes than this. What has far more lines than that allows is no side file, and would take
+// much more memory than it has bytes.
+constexpr size_t kShortestLine = 120, kMoreLines = 1024;
 
 class BadSideLine {
   public:
@@ -41,11 +45,21 @@ const cJSON &member(const cJSON *object, const char *key) {
     return *item;
 }
 
+// Where the value of a key begins; a name may be the same word.
+size_t place_of(const std::string &line, const std::string &key) {
+    constexpr char kSpace[] = " \t";
+    for (size_t at = line.find(key); at != std::string::npos; at = line.find(key, at + 1)) {
+        const size_t colon = line.find_first_not_of(kSpace, at + key.size());
+        if (colon != std::string::npos && line[colon] == ':')
+            return line.find_first_not_of(kSpace, colon + 1);
+    }
+    return std::string::npos;
+}
+
 // cJSON's numbers are doubles, a clock has more digits: they are read from the text.
 int64_t whole(const cJSON *object, const std::string &line, const char *key, int64_t least, int64_t most) {
     int64_t value = 0;
-    const size_t name = line.find('"' + std::string(key) + '"');
-    const size_t at = name == std::string::npos ? name : line.find_first_not_of(" \t:", name + std::strlen(key) + 2);
+    const size_t at = place_of(line, '"' + std::string(key) + '"');
     bool good = cJSON_IsNumber(&member(object, key)) != 0 && at != std::string::npos;
     if (good) {
         const auto [end, error] = std::from_chars(line.data() + at, line.data() + line.size(), value);
@@ -79,6 +93,8 @@ void check_keys(const cJSON *object) {
 }
 
 void read_line(const std::string &line, SideLine &read) {
+    if (line.size() > kLongestLine)
+        throw BadSideLine("is longer than " + std::to_string(kLongestLine) + " bytes");
     const JsonTree tree(line.find('\0') == std::string::npos ? cJSON_ParseWithOpts(line.c_str(), nullptr, 1) : nullptr);
     const cJSON *object = tree.get();
     if (cJSON_IsObject(object) == 0)
@@ -119,12 +135,16 @@ std::vector<SideLine> read_side_file(const std::string &path, bool growing) {
     std::string text(file.size(), '\0');
     if (!file.read(text.data(), text.size()))
         malformed(path, "cannot be read");
+    const size_t most = kMoreLines + text.size() / kShortestLine;
     std::vector<SideLine> lines;
     for (size_t at = 0; at < text.size();) {
         const size_t newline = text.find('\n', at);
         if (newline == std::string::npos && growing)
             break;
         const size_t end = std::min(newline, text.size());
+        if (lines.size() == most)
+            malformed(path, "holds more than " + std::to_string(most) + " lines in " + std::to_string(text.size()) +
+                                " bytes, a frame takes " + std::to_string(kShortestLine));
         lines.push_back(read_side_line(text.substr(at, end - at)));
         at = end + 1;
     }

@@ -24,7 +24,7 @@ void project_fluxes_and_shifts(cJSON *scene) {
 } // namespace
 
 SceneVariants::SceneVariants(const Scene &scene)
-    : scene_(scene), json_(read_scene_json(scene.path)), wavelength_nm_(middle_wavelength_nm(scene)) {
+    : json_(read_scene_json(scene.path)), wavelength_nm_(middle_wavelength_nm(scene)) {
     toliman::check(toliman_sim_get_offsets(scene.sim.get(), offsets_px_));
     if (std::isnan(offsets_px_[2]))
         throw Failure(kExitUsage, scene.path + ": stars.B: is missing: the tables equal and robust need two stars, " +

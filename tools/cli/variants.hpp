@@ -23,7 +23,6 @@ class SceneVariants {
     std::string moved(double separation_px, double shift_px, double scale) const;
 
   private:
-    const Scene &scene_;
     JsonTree json_;
     double wavelength_nm_; // the middle one
     double offsets_px_[4];

@@ -34,6 +34,9 @@ foreach(isa IN LISTS toliman_isas)
   # -fno-trapping-math and -fno-math-errno change no value; without them the loops do not vectorise.
   target_compile_options(toliman_kernels_${isa} PRIVATE -O3 -fno-math-errno -fno-trapping-math
                          ${toliman_isa_flags_${isa}} ${toliman_counted})
+  if(TOLIMAN_SANITIZE MATCHES fuzzer-no-link) # they read nothing, and counting their loops would take most of the time
+    target_compile_options(toliman_kernels_${isa} PRIVATE -fno-sanitize=fuzzer-no-link)
+  endif()
   list(APPEND toliman_isa_objects $<TARGET_OBJECTS:toliman_kernels_${isa}>)
 endforeach()
 # float32 only, and its bits are promised per instruction set, not across them: fused multiply-adds are welcome.
@@ -45,7 +48,10 @@ set(toliman_includes $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_IN
                      $<INSTALL_INTERFACE:include>)
 add_library(toliman SHARED $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
 target_link_libraries(toliman PRIVATE ${toliman_needs})
-target_link_options(toliman PRIVATE -Wl,-z,defs -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+target_link_options(toliman PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
+if(NOT TOLIMAN_SANITIZE) # clang's sanitizers stand in the program alone
+  target_link_options(toliman PRIVATE -Wl,-z,defs)
+endif()
 set_target_properties(toliman PROPERTIES VERSION 0.${PROJECT_VERSION_MINOR} SOVERSION 0.${PROJECT_VERSION_MINOR}
                       LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
 target_include_directories(toliman INTERFACE ${toliman_includes})

@@ -1,0 +1,36 @@
+// The promise of bounded resources: whatever an input of up to 1 MiB says, it takes at most twice what it is made into
+// and 8 MiB of the heap, and 50 ms.
+#pragma once
+#include <cstdio>
+
+#include "heap_meter.hpp"
+
+namespace bounds {
+
+constexpr size_t kMiB = 1 << 20;
+#ifdef __OPTIMIZE__
+constexpr double kMostSeconds = 0.05;
+#else
+constexpr double kMostSeconds = 1;
+#endif
+
+inline int failures = 0;
+
+// model: bytes of what the input is made into; 0 where it is refused.
+template <class Work> void within(const char *what, size_t model, Work work) {
+    const meter::Cost cost = meter::of(work);
+    const size_t most = 2 * model + 8 * kMiB;
+    const bool good = cost.bytes < most && cost.seconds < kMostSeconds;
+    std::printf("%-44s %9zu of %9zu bytes %7.2f ms%s\n", what, cost.bytes, most, 1e3 * cost.seconds,
+                good ? "" : ": TOO MUCH");
+    failures += !good;
+}
+
+inline void expect(bool holds, const char *what) {
+    if (holds)
+        return;
+    std::printf("%s\n", what);
+    failures++;
+}
+
+} // namespace bounds

@@ -1,0 +1,143 @@
+// Frames off the downlink, whatever their fields say: each is refused or has a verdict, counts add up, and the
+// periodogram stays in its bounds.
+#include <cmath>
+
+#include <toliman/track.h>
+
+#include "fuzz.hpp"
+
+using namespace fuzz;
+
+namespace {
+
+constexpr size_t kRoom = 4096; // bytes of pixels
+constexpr int64_t kCapacity = 512, kFrequencies = 8;
+constexpr size_t kWidths[] = {1, 2, 4, 2, 4, 4, 8};
+
+int32_t estimate(const double *image, size_t rows, size_t cols, double *value, void *) {
+    double sum = 0;
+    for (size_t i = 0; i < rows * cols; i++)
+        sum += image[i];
+    *value = sum / 64;
+    return sum == 13;
+}
+
+toliman_track *make_track() {
+    toliman_track_options options;
+    toliman_track_options_init(&options, sizeof options);
+    options.capacity = kCapacity;
+    options.estimate = estimate;
+    options.sigma = 0.5;
+    options.value_limit = 1000;
+    options.rows = options.cols = 8;
+    options.crop_row = options.crop_col = 2;
+    options.bin = 2;
+    options.image_rows = options.image_cols = 3;
+    options.bit_depth = 12;
+    options.hole_bytes = 64;
+    options.f0 = 0.01;
+    options.df = 0.01;
+    options.nf = kFrequencies;
+    options.unit_ns = 1e9;
+    toliman_track *track = nullptr;
+    require(toliman_track_create(&options, &track) == TOLIMAN_OK, toliman_last_error());
+    return track;
+}
+
+toliman_track_info info_of(const toliman_track *track) {
+    toliman_track_info info = {};
+    info.struct_size = sizeof info;
+    require(toliman_track_get_info(track, &info) == TOLIMAN_OK, toliman_last_error());
+    return info;
+}
+
+// Made anew when it is full.
+toliman_track *the_track() {
+    static toliman_track *track = nullptr;
+    if (track != nullptr && info_of(track).lines < kCapacity)
+        return track;
+    toliman_track_destroy(track);
+    return track = make_track();
+}
+
+std::string name_of(Source &source) {
+    const Bytes bytes = source.bytes(source.number(1) % 68);
+    return {bytes.begin(), bytes.end()};
+}
+
+// The caller's memory must be there: what would need more of it is made as large as the tracker asks for.
+void fit(toliman_frame &frame) {
+    if (frame.pixel < 0 || frame.pixel >= 7 || frame.rows < 1 || frame.cols < 1)
+        return;
+    const int64_t stride = frame.stride != 0 ? frame.stride : frame.cols;
+    if (stride < frame.cols || stride > INT32_MAX || frame.rows > 65536 || frame.cols > 65536)
+        return;
+    if (static_cast<size_t>(frame.rows * stride) * kWidths[frame.pixel] <= kRoom)
+        return;
+    frame.rows = frame.cols = 8;
+    frame.stride = 0;
+}
+
+void push(toliman_track *track, Source &source) {
+    alignas(16) static uint8_t pixels[kRoom + 16];
+    const std::string session = name_of(source), roi = name_of(source);
+    toliman_frame frame = {};
+    frame.struct_size = sizeof frame;
+    frame.session = session.c_str();
+    frame.roi = roi.c_str();
+    const uint64_t form = source.number(1); // what may be odd
+    const size_t shape = (form & 1) != 0 ? 8 : 1;
+    frame.pixel = (form & 2) != 0 ? static_cast<int32_t>(source.number(4)) : static_cast<int32_t>(source.number(1) % 7);
+    frame.frame_id = static_cast<int64_t>(source.number((form & 4) != 0 ? 8 : 1));
+    frame.camera_ns = static_cast<int64_t>(source.number((form & 8) != 0 ? 8 : 5));
+    frame.dropped = static_cast<int64_t>(source.number((form & 16) != 0 ? 8 : 1));
+    frame.sigma = (form & 32) != 0 ? source.real() : 0;
+    frame.rows = (form & 64) != 0 ? static_cast<int64_t>(source.number(shape)) : 8;
+    frame.cols = (form & 64) != 0 ? static_cast<int64_t>(source.number(shape)) : 8;
+    frame.stride = (form & 128) != 0 ? static_cast<int64_t>(source.number(shape)) : 0;
+    fit(frame);
+    const Bytes image = source.bytes(512);
+    std::memset(pixels, static_cast<int>(form), kRoom);
+    std::copy(image.begin(), image.end(), pixels);
+    frame.pixels = pixels + (form == 255 ? 1 : 0);
+
+    toliman_outcome outcome = {};
+    outcome.struct_size = sizeof outcome;
+    size_t done = 0;
+    const toliman_track_info before = info_of(track);
+    const toliman_status status = toliman_track_push(track, &frame, 1, &outcome, &done);
+    const toliman_track_info after = info_of(track);
+    require(status == TOLIMAN_OK || status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_CAPACITY, "another error");
+    require(after.received == before.received + (status == TOLIMAN_OK ? 1 : 0), "a frame is counted wrongly");
+    require(after.received == after.accepted + after.outlier + after.quarantined + after.repeated + after.rejected,
+            "counts do not add up");
+    if (status != TOLIMAN_OK)
+        return;
+    require(outcome.verdict >= TOLIMAN_TRACK_ACCEPTED && outcome.verdict <= TOLIMAN_TRACK_REJECTED, "no verdict");
+    require(outcome.verdict == TOLIMAN_TRACK_REJECTED || std::isfinite(outcome.value), "a value that is not finite");
+}
+
+} // namespace
+
+std::vector<Bytes> fuzz::seeds() {
+    Bytes frame = {4, 'p', 'a', 's', 's', 1, 'r', 0, 1, 7, 0, 0, 1, 0, 0, 0};
+    frame.resize(frame.size() + 128, 1);
+    Bytes two = frame;
+    two.insert(two.end(), frame.begin(), frame.end());
+    return {frame, two, Bytes(200, 0xff), Bytes(100, 0x40)};
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    toliman_track *track = the_track();
+    Source source(data, size);
+    while (source.left() > 0)
+        push(track, source);
+    const toliman_period *period = nullptr;
+    require(toliman_track_get_period(track, &period) == TOLIMAN_OK, toliman_last_error());
+    require(toliman_period_count(period) == info_of(track).accepted, "the sums hold other frames");
+    double power[kFrequencies];
+    if (toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, kFrequencies, power) == TOLIMAN_OK)
+        for (const double one : power)
+            require(one >= 0 && one <= 1, "impossible power");
+    return 0;
+}

@@ -1,0 +1,144 @@
+// State bytes of a periodogram: what loads can be asked everything, gives numbers that are finite, and saves as the
+// bytes that it came from.
+#include <cmath>
+
+#include <toliman/period.h>
+
+#include "fuzz.hpp"
+#include "period/stream.hpp"
+
+using namespace fuzz;
+
+namespace {
+
+constexpr size_t kHeader = toliman::period::Stream::kHeaderSize, kMostFrequencies = 64;
+
+Bytes saved(const toliman_period *period) {
+    size_t size = 0;
+    require(toliman_period_save(period, nullptr, 0, &size) == TOLIMAN_OK, "no size of the state");
+    Bytes bytes(size);
+    require(toliman_period_save(period, bytes.data(), size, &size) == TOLIMAN_OK, "the state cannot be saved");
+    return bytes;
+}
+
+void check_power(const toliman_period *period, size_t count) {
+    double power[kMostFrequencies];
+    for (uint32_t normalisation = 0; normalisation <= TOLIMAN_POWER_PSD; normalisation++) {
+        if (toliman_period_query_power(period, normalisation, 0, count, power) != TOLIMAN_OK)
+            continue;
+        for (size_t k = 0; k < count; k++)
+            require(power[k] >= 0 && (normalisation != TOLIMAN_POWER_STANDARD || power[k] <= 1), "impossible power");
+    }
+}
+
+void check_peak(const toliman_period *period) {
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    toliman_period_model model = {};
+    model.struct_size = sizeof model;
+    toliman_period_sampling sampling = {};
+    sampling.struct_size = sizeof sampling;
+    double fap = 0;
+    if (toliman_period_query_peak(period, &peak) == TOLIMAN_OK)
+        require(peak.power >= 0 && peak.power <= 1 && peak.log10_fap <= 0 && std::isfinite(peak.frequency),
+                "impossible peak");
+    if (toliman_period_query_model(period, 0, &model) == TOLIMAN_OK)
+        require(model.power >= 0 && model.power <= 1 && !std::isnan(model.amplitude), "impossible model");
+    if (toliman_period_query_sampling(period, nullptr, 0, &sampling) == TOLIMAN_OK)
+        require(!std::isnan(sampling.baseline), "impossible sampling");
+    for (int32_t method = TOLIMAN_FAP_BALUEV; method <= TOLIMAN_FAP_SEQUENTIAL; method++)
+        if (toliman_period_query_fap(period, method, -3, &fap) == TOLIMAN_OK)
+            require(std::isfinite(fap) && fap <= 0, "impossible false alarm probability");
+}
+
+// What is pushed and taken back leaves the same bytes.
+void check_push(toliman_period *period, const Bytes &before) {
+    toliman_period_info info = {};
+    info.struct_size = sizeof info;
+    require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");
+    const double t = info.time_offset + 1, y = info.value_offset;
+    if (toliman_period_push(period, t, y, info.sigma_floor) != TOLIMAN_OK)
+        return;
+    require(toliman_period_retract(period, t, y, info.sigma_floor) == TOLIMAN_OK, "a sample cannot be taken back");
+    require(saved(period) == before, "a sample that was taken back left something");
+}
+
+// A state of whole size whose digest and checksum fit, as far as its header makes sense.
+void repair(Bytes &bytes) {
+    namespace period = toliman::period;
+    if (bytes.size() < kHeader)
+        return seal(bytes);
+    Bytes head(bytes.begin(), bytes.begin() + kHeader);
+    period::Grid grid;
+    toliman::ByteReader in(head.data(), head.size(), "");
+    in.raw(8);
+    const uint32_t flags = in.u32();
+    in.u32();
+    grid.fixed_mean = (flags & 1) != 0;
+    grid.wide_sums = (flags & 2) != 0;
+    grid.nf = in.i64();
+    for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
+                          &grid.sigma_floor, &grid.sigma_ceiling})
+        *value = in.f64();
+    grid.time_offset_ns = in.i64();
+    grid.unit_ns = in.f64();
+    put(bytes, kHeader - 8, grid.digest(), 8);
+    try {
+        const size_t size = period::Stream::saved_size(bytes.data(), kHeader);
+        if (grid.nf <= static_cast<int64_t>(kMostFrequencies))
+            bytes.resize(size);
+    } catch (const toliman::Error &) {
+    }
+    seal(bytes);
+}
+
+} // namespace
+
+std::vector<Bytes> fuzz::seeds() {
+    std::vector<Bytes> seeds;
+    for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE}) {
+        toliman_period_options options;
+        toliman_period_options_init(&options, sizeof options);
+        options.flags = flags;
+        toliman_period *period = nullptr;
+        require(toliman_period_create(0.01, 0.02, 5, &options, &period) == TOLIMAN_OK, toliman_last_error());
+        seeds.push_back(saved(period));
+        for (int i = 0; i < 9; i++)
+            require(toliman_period_push(period, i, std::sin(i), 1 + i % 3) == TOLIMAN_OK, toliman_last_error());
+        seeds.push_back(saved(period));
+        toliman_period_destroy(period);
+    }
+    return seeds;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    toliman_period *period = nullptr;
+    const toliman_status status = toliman_period_load(data, size, nullptr, &period);
+    require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, "another error than of the format");
+    if (period == nullptr)
+        return 0;
+    const Bytes before = saved(period);
+    require(before == Bytes(data, data + size), "saved as other bytes than it was loaded from");
+    toliman_period_info info = {};
+    info.struct_size = sizeof info;
+    require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");
+    check_power(period,
+                info.nf < static_cast<int64_t>(kMostFrequencies) ? static_cast<size_t>(info.nf) : kMostFrequencies);
+    check_peak(period);
+    check_push(period, before);
+    toliman_period *copy = nullptr;
+    require(toliman_period_copy(period, &copy) == TOLIMAN_OK, "cannot be copied");
+    if (toliman_period_merge(period, copy) == TOLIMAN_OK)
+        require(toliman_period_count(period) == 2 * info.count, "merging lost samples");
+    toliman_period_destroy(copy);
+    toliman_period_destroy(period);
+    return 0;
+}
+
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed) {
+    Bytes bytes(data, data + size);
+    mutate(bytes, most);
+    if (seed % 8 != 0)
+        repair(bytes);
+    return give(bytes, data, most);
+}

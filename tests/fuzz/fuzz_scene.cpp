@@ -1,0 +1,58 @@
+// Scenes: what is planned has finite numbers, and what is cheap is made, with a frame that is finite.
+#include <cmath>
+
+#include <toliman/sim.h>
+
+#include "fuzz.hpp"
+
+using namespace fuzz;
+
+namespace {
+
+constexpr double kMostWork = 2e6; // flops to make it, so that most time goes into reading
+constexpr int64_t kMostPixels = 32 * 32;
+
+void check(const toliman_sim_plan_info &plan) {
+    for (const double number : {plan.setup_flops, plan.frame_flops, plan.setup_s, plan.frame_s})
+        require(std::isfinite(number) && number >= 0, "an impossible plan");
+    require(plan.wavelengths >= 1 && plan.bytes > 0, "a plan of nothing");
+}
+
+void make(const char *json, size_t size, const toliman_sim_options &options) {
+    toliman_sim *sim = nullptr;
+    if (toliman_sim_create_json(json, size, "nowhere", &options, &sim) != TOLIMAN_OK)
+        return;
+    toliman_sim_info info = {};
+    info.struct_size = sizeof info;
+    require(toliman_sim_get_info(sim, &info) == TOLIMAN_OK, toliman_last_error());
+    if (info.rows * info.cols <= kMostPixels) {
+        std::vector<double> frame(static_cast<size_t>(info.rows * info.cols));
+        if (toliman_sim_frame(sim, 0, 0, 1, frame.data(), static_cast<size_t>(info.cols)) == TOLIMAN_OK)
+            for (const double counts : frame)
+                require(std::isfinite(counts), "a count that is not finite");
+    }
+    toliman_sim_destroy(sim);
+}
+
+} // namespace
+
+std::vector<Bytes> fuzz::seeds() {
+    return {};
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const auto *json = reinterpret_cast<const char *>(data);
+    toliman_sim_options options;
+    toliman_sim_options_init(&options, sizeof options);
+    options.threads = 1;
+    toliman_sim_plan_info plan = {};
+    plan.struct_size = sizeof plan;
+    const toliman_status status = toliman_sim_plan_json(json, size, "nowhere", &options, &plan);
+    require(status != TOLIMAN_E_INTERNAL && status != TOLIMAN_E_MEMORY, toliman_last_error());
+    if (status != TOLIMAN_OK)
+        return 0;
+    check(plan);
+    if (plan.setup_flops + plan.frame_flops < kMostWork && plan.bytes < 1 << 22)
+        make(json, size, options);
+    return 0;
+}

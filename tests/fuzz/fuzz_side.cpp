@@ -1,0 +1,87 @@
+// The mission's pair of files: what the side file says of frames, and where they then are in the binary. The input is
+// the binary's size (u16), then the side file.
+#include <algorithm>
+
+#include "failure.hpp"
+#include "fuzz.hpp"
+#include "memory_file.hpp"
+#include "pair.hpp"
+
+using namespace fuzz;
+
+namespace {
+
+bool is_name(const std::string &text) {
+    return !text.empty() && text.size() <= 64 && text[0] != '.' &&
+           std::all_of(text.begin(), text.end(),
+                       [](unsigned char c) { return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-'; });
+}
+
+// Takes every frame, and sees that each line of the side file is told of once.
+class Watch final : public cli::Receiver {
+  public:
+    Watch(size_t width, size_t bytes) : width_(width), bytes_(bytes) {}
+    cli::Arrival &next() override { return arrival_; }
+    void take() override {
+        const cli::FrameFacts &facts = arrival_.facts;
+        require(is_name(facts.session) && is_name(facts.roi), "a name of other letters");
+        require(facts.rows > 0 && facts.cols > 0 && facts.dropped >= 0, "impossible facts");
+        require(arrival_.pixels.size() == facts.rows * facts.cols * width_, "a frame of another size");
+        taken_ += arrival_.pixels.size();
+        require(taken_ <= bytes_, "more frames than the file has");
+        told++;
+    }
+    void reject(const std::string &, const cli::FrameFacts *facts, const char *, const std::string &why) override {
+        require(!why.empty() && (facts == nullptr || is_name(facts->session)), "rejected without a reason");
+        told++;
+    }
+    void remark(cli::Remark, const std::string &, const std::string &text) override {
+        require(!text.empty(), "an empty remark");
+    }
+    void tell(const char *, const std::string &, const std::string &, bool) override {}
+    bool wants(const cli::FrameFacts &) override { return true; }
+    void wait() override {}
+    size_t told = 0;
+
+  private:
+    cli::Arrival arrival_;
+    size_t width_, bytes_, taken_ = 0;
+};
+
+} // namespace
+
+std::vector<Bytes> fuzz::seeds() {
+    std::string text;
+    for (const char *line :
+         {R"({"frame_id": 7, "timestamp_ns": 1700000000000000001, "host_time": 1.5, "nframes_dropped": 0,)"
+          R"( "roi_label": "single_roi", "n_rows": 4, "n_cols": 4, "session_id": "pass-1"})",
+          R"({"frame_id":8,"timestamp_ns":-5,"host_time":1e3,"nframes_dropped":2,"roi_label":"r","n_rows":2,)"
+          R"("n_cols":8,"session_id":"s"})"})
+        text += line + std::string("\n");
+    std::vector<Bytes> seeds;
+    for (const std::string size : {"\x40", "\x80", "\x21", "\x41"})
+        seeds.push_back(bytes_of(size + '\0' + text));
+    return seeds;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    static MemoryFile side("x_meta.jsonl"), binary("x_frames.bin");
+    Source source(data, size);
+    const size_t bytes = source.number(2);
+    const bool wide = (bytes & 1) != 0;
+    const Bytes text = source.rest();
+    side.set(text.data(), text.size());
+    binary.resize(bytes);
+    const auto lines =
+        static_cast<size_t>(std::count(text.begin(), text.end(), '\n')) + (text.empty() || text.back() == '\n' ? 0 : 1);
+    Watch watch(wide ? 4 : 2, bytes);
+    cli::Pair pair(side.path(), {wide, 4, 4});
+    try {
+        pair.read(watch, false);
+        pair.end(watch);
+        require(watch.told == lines, "a line that nobody was told of");
+    } catch (const cli::Failure &failure) {
+        require(failure.code() == cli::kExitInput, failure.what());
+    }
+    return 0;
+}

@@ -1,0 +1,250 @@
+// A tracker's folder: ledger, setup, checkpoint and names. What can be taken up gives its lines and counts, goes on,
+// and is the same again when it is saved and taken up anew; and it can be merged into another.
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "memory_store.hpp"
+#include "track/tracker.hpp"
+
+using namespace fuzz;
+using namespace toliman;
+
+namespace {
+
+constexpr const char *kNames[] = {track::LedgerFile::kName, track::Setup::kName, track::Checkpoint::kName,
+                                  track::Names::kName};
+constexpr size_t kFiles = 4, kLedger = 0, kSetup = 1, kCheckpoint = 2;
+constexpr size_t kState = 4 + 4 + 8 + 8 + 8 + 4 + 4; // of a checkpoint, where its state begins
+constexpr int64_t kMostFrequencies = 64, kCapacity = 64;
+constexpr size_t kMostPixels = 64, kPixels = 16;
+using Parts = std::array<Bytes, kFiles>;
+
+// An input is the files' sizes, u16 each and 0 for a file that is not there, then the files.
+Parts parts_of(const uint8_t *data, size_t size) {
+    Source source(data, size);
+    Parts parts;
+    size_t sizes[kFiles];
+    for (size_t &part : sizes)
+        part = source.number(2);
+    for (size_t i = 0; i < kFiles; i++)
+        parts[i] = source.bytes(sizes[i]);
+    return parts;
+}
+
+Bytes input_of(const Parts &parts) {
+    Bytes input(2 * kFiles);
+    for (size_t i = 0; i < kFiles; i++)
+        put(input, 2 * i, parts[i].size(), 2);
+    for (const Bytes &part : parts)
+        input.insert(input.end(), part.begin(), part.end());
+    return input;
+}
+
+Files files_of(const Parts &parts) {
+    Files files;
+    for (size_t i = 0; i < kFiles; i++)
+        if (!parts[i].empty())
+            files[kNames[i]] = parts[i];
+    return files;
+}
+
+// A tracker and its sums upon files.
+struct Run {
+    Run(Files &files, Access access, const track::Terms &terms) : Run(place_of(files, access, terms), terms) {}
+    explicit Run(const track::Terms &terms) : Run(track::Place(), terms) {} // in memory
+
+    void push(int64_t id) { push_pixel(id, 1); }
+    // The first pixel is the value.
+    void push_pixel(int64_t id, uint16_t pixel) {
+        const uint16_t pixels[kPixels] = {pixel, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, track::Pixel::u16, 0};
+        track::Outcome outcome;
+        size_t done;
+        tracker->push(&frame, 1, &outcome, done);
+    }
+
+    period::Stream sums;
+    std::optional<track::Tracker> tracker;
+
+  private:
+    static track::Place place_of(Files &files, Access access, const track::Terms &terms) {
+        return track::open_place(std::make_unique<MemoryStore>(files), access, terms);
+    }
+    static period::Grid grid_of(const track::Place &place, const track::Terms &terms) {
+        if (place.setup && place.setup->grid.nf <= kMostFrequencies)
+            return place.setup->grid;
+        period::Grid grid;
+        grid.f0 = 0.01;
+        grid.df = 0.01;
+        grid.nf = 3;
+        grid = track::for_terms(grid, terms);
+        grid.check();
+        return grid;
+    }
+    Run(track::Place place, const track::Terms &terms) : sums(grid_of(place, terms)) {
+        track::Plan plan;
+        plan.capacity = kCapacity;
+        plan.terms = terms;
+        if (place.setup)
+            plan.clock = place.setup->clock;
+        tracker.emplace(
+            std::move(plan), [](const double *image, unsigned) { return image[0]; }, std::move(place), sums);
+    }
+};
+
+// Of the ledger; nothing where an API call would refuse them.
+std::optional<track::Terms> terms_of(Files &files) {
+    MemoryStore store(files);
+    const track::Terms terms = track::LedgerFile(store).terms();
+    terms.check();
+    const track::Geometry &geometry = terms.geometry;
+    if (geometry.out_rows > kMostPixels || geometry.out_cols > kMostPixels)
+        return std::nullopt; // larger images only take longer
+    return terms;
+}
+
+void check(const track::Tracker &tracker) {
+    const track::Counts &counts = tracker.counts();
+    int64_t sum = counts.accepted + counts.outlier + counts.quarantined + counts.repeated;
+    for (const int64_t rejected : counts.rejected)
+        sum += rejected;
+    require(counts.received == sum, "received is not the sum of what became of the frames");
+    uint64_t lines = 0;
+    tracker.visit(0, tracker.lines(), [&](const track::Record &record, const track::Outcome &outcome) {
+        require(std::isfinite(record.value) && std::isfinite(outcome.value), "a value that is not finite");
+        lines++;
+    });
+    require(lines == tracker.lines(), "not all lines are given");
+    for (const double value : tracker.series().y)
+        require(std::isfinite(value), "a value that is not finite in the series");
+    for (const track::NamedStream &stream : tracker.streams())
+        require(stream.session.size() <= 64 && stream.count.frames > 0, "an impossible stream");
+}
+
+// Reading changes nothing, and going on is kept.
+void take_up(Files files, const track::Terms &terms) {
+    const Files before = files;
+    check(*Run(files, Access::read, terms).tracker);
+    require(files == before, "reading has changed a file");
+    std::vector<uint8_t> sums;
+    uint64_t lines;
+    {
+        Run run(files, Access::write, terms);
+        run.push(1);
+        run.push(int64_t{1} << 40);
+        run.tracker->save();
+        check(*run.tracker);
+        sums = run.sums.save();
+        lines = run.tracker->lines();
+    }
+    const Files saved = files;
+    Run again(files, Access::write, terms);
+    require(again.tracker->lines() == lines && again.sums.save() == sums, "taken up as something else");
+    again.tracker->save();
+    require(files == saved, "saved as other bytes than it was taken up from");
+}
+
+void merge(Files files, const track::Terms &terms, bool salvage) {
+    MemoryStore other(files);
+    Run run(terms);
+    run.tracker->merge(other, salvage);
+    check(*run.tracker);
+    const Bytes sums = run.sums.save();
+    run.tracker->merge(other, salvage);
+    require(run.sums.save() == sums, "merging once more has changed the sums");
+}
+
+// What this refuses is refused by an Error.
+template <class Work> void tried(Work work) {
+    try {
+        work();
+    } catch (const Error &error) {
+        require(error.status() != Status::internal && error.status() != Status::memory, error.what());
+    }
+}
+
+// Checksums, each going on from the one before.
+void repair_ledger(Bytes &ledger) {
+    constexpr size_t kHeader = track::LedgerFile::kHeaderSize, kLine = track::kRecordSize;
+    if (ledger.size() < kHeader)
+        return;
+    uint32_t chain = zip::crc32(ledger.data(), kHeader - 4);
+    put(ledger, kHeader - 4, chain, 4);
+    for (size_t at = kHeader; at + kLine <= ledger.size(); at += kLine) {
+        chain = zip::crc32(ledger.data() + at, kLine - 4, chain);
+        put(ledger, at + kLine - 4, chain, 4);
+    }
+}
+
+void repair_checkpoint(Parts &parts) {
+    Bytes &point = parts[kCheckpoint];
+    const Bytes &ledger = parts[kLedger], &setup = parts[kSetup];
+    if (point.size() < kState + 4 || ledger.size() < track::LedgerFile::kHeaderSize || setup.size() < 4)
+        return;
+    std::memcpy(point.data() + 8, ledger.data() + 8, 8); // the salt
+    const uint8_t *lines_at = point.data() + 16;
+    const uint64_t lines = take_number(lines_at, 8), end = track::LedgerFile::kHeaderSize + lines * 64;
+    if (lines < 1024 && end <= ledger.size())
+        std::memcpy(point.data() + 32, ledger.data() + end - 4, 4);
+    std::memcpy(point.data() + 36, setup.data() + setup.size() - 4, 4);
+    Bytes state(point.begin() + kState, point.end() - 4);
+    seal(state);
+    std::copy(state.begin(), state.end(), point.begin() + kState);
+    seal(point);
+}
+
+} // namespace
+
+// Frames of which one is denied, one rejected, one an outlier and one comes again; before and behind a checkpoint.
+std::vector<Bytes> fuzz::seeds() {
+    track::Terms terms;
+    terms.geometry = {4, 4, 0, 0, 4, 4, 1, 12, 0};
+    terms.sigma = 0.5;
+    terms.value_limit = 100;
+    terms.estimator = 5;
+    std::vector<Bytes> seeds;
+    Files files;
+    for (int64_t pass = 0; pass < 3; pass++) {
+        Run run(files, Access::write, terms);
+        for (int64_t id = 0; id < 6; id++)
+            run.push(2 * pass + id);
+        run.push_pixel(1, 2);
+        run.push_pixel(20 + pass, 101);
+        run.push_pixel(30, 65535);
+        if (pass == 2)
+            run.tracker->commit();
+        else
+            run.tracker->save();
+        Parts parts;
+        for (size_t i = 0; i < kFiles; i++)
+            parts[i] = files[kNames[i]];
+        seeds.push_back(input_of(parts));
+    }
+    return seeds;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const Files files = files_of(parts_of(data, size));
+    tried([&] {
+        Files own = files;
+        const std::optional<track::Terms> terms = terms_of(own);
+        if (!terms)
+            return;
+        tried([&] { take_up(files, *terms); });
+        tried([&] { merge(files, *terms, false); });
+        tried([&] { merge(files, *terms, true); });
+    });
+    return 0;
+}
+
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed) {
+    Parts parts = parts_of(data, size);
+    mutate(parts[seed % kFiles], most / kFiles);
+    if (seed / kFiles % 8 != 0) {
+        repair_ledger(parts[kLedger]);
+        seal(parts[kSetup]);
+        repair_checkpoint(parts);
+    }
+    return give(input_of(parts), data, most);
+}

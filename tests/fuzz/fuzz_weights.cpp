@@ -1,0 +1,162 @@
+// Weights blobs: what loads saves as the same bytes again (but for how well they are compressed, so that the second
+// saving counts), tells finite numbers, and encodes a frame to a finite latent or an error.
+#include <cmath>
+
+#include <toliman/cae.h>
+
+#include "cae/layout.hpp"
+#include "cae/payload.hpp"
+#include "fuzz.hpp"
+
+using namespace fuzz;
+using namespace toliman;
+
+namespace {
+
+constexpr size_t kHeader = 104, kAtSize = 8, kAtWeights = 96, kAtPlanes = 100;
+
+toliman_cae *load(const Bytes &bytes) {
+    toliman_cae *cae = nullptr;
+    const toliman_status status = toliman_cae_load(bytes.data(), bytes.size(), nullptr, &cae);
+    require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, toliman_last_error());
+    require((status == TOLIMAN_OK) == (cae != nullptr), "a result without success");
+    return cae;
+}
+
+toliman_cae_info info_of(const toliman_cae *cae) {
+    toliman_cae_info info = {};
+    info.struct_size = sizeof info;
+    require(toliman_cae_get_info(cae, &info) == TOLIMAN_OK, toliman_last_error());
+    return info;
+}
+
+// With the encodings that it came in.
+Bytes save(const toliman_cae *cae, const Bytes &like) {
+    toliman_cae_save_options options;
+    toliman_cae_save_options_init(&options, sizeof options);
+    options.weights_encoding = like[68];
+    options.planes_encoding = like[70];
+    options.training = (like[20] & 8) != 0;
+    size_t size = 0;
+    require(toliman_cae_save(cae, &options, nullptr, 0, &size) == TOLIMAN_OK, toliman_last_error());
+    Bytes bytes(size);
+    require(toliman_cae_save(cae, &options, bytes.data(), size, &size) == TOLIMAN_OK, toliman_last_error());
+    return bytes;
+}
+
+void save_and_load(const toliman_cae *cae, const Bytes &like) {
+    const Bytes saved = save(cae, like);
+    toliman_cae *again = load(saved);
+    require(again != nullptr && save(again, like) == saved, "saved as other bytes than it was loaded from");
+    toliman_cae_destroy(again);
+}
+
+void encode(const toliman_cae *cae, const toliman_cae_info &info) {
+    static std::vector<double> frame;
+    frame.assign(static_cast<size_t>(info.rows * info.cols), 100);
+    double latent = 0;
+    const toliman_status status = toliman_cae_encode(cae, frame.data(), static_cast<size_t>(info.cols), &latent);
+    require(status != TOLIMAN_OK || std::isfinite(latent), "a latent that is not finite");
+    require(status != TOLIMAN_E_INTERNAL, toliman_last_error());
+}
+
+// A number that is small in every encoding, and its bytes as they stand in a block.
+float small_number(size_t i) {
+    return i % 7 == 0 ? 0.015625F : 0;
+}
+
+Bytes pack(const std::vector<cae::Block> &blocks, bool positive) {
+    size_t count = 0;
+    for (const cae::Block &block : blocks)
+        count += block.count;
+    Buffer<float> values(count);
+    for (size_t i = 0; i < count; i++)
+        values[i] = positive ? 1 : small_number(i);
+    return cae::pack(values, blocks, "seed");
+}
+
+// Sizes and checksum that fit the bytes there are.
+void repair(Bytes &bytes, unsigned seed) {
+    if (bytes.size() < kHeader + 4)
+        return;
+    const uint8_t *at = bytes.data() + kAtWeights;
+    const size_t room = bytes.size() - kHeader - 4, weights = take_number(at, 4);
+    put(bytes, kAtSize, bytes.size(), 8);
+    if (seed % 3 != 0 && weights <= room && (bytes[20] & 8) == 0)
+        put(bytes, kAtPlanes, room - weights, 4);
+    seal(bytes);
+}
+
+} // namespace
+
+// Networks of numbers that compress to little: all weights alike, and planes of which none is 0.
+std::vector<Bytes> fuzz::seeds() {
+    constexpr uint64_t kOne = 0x3ff0000000000000;
+    std::vector<Bytes> seeds;
+    for (uint32_t layout = 1; layout <= 2; layout++)
+        for (uint16_t encoding = 0; encoding < 3; encoding++) {
+            const auto kind = static_cast<cae::Encoding>(encoding);
+            std::vector<cae::Block> tensors, images(4, {cae::kPixels, kind});
+            for (const cae::Tensor &tensor : cae::kTensorTable)
+                tensors.push_back({tensor.count(), kind});
+            images[0].encoding = images[1].encoding = cae::Encoding::float32;
+            const Bytes weights = pack(tensors, false), planes = pack(images, true);
+            ByteWriter out;
+            out.raw("TLMW", 4);
+            out.u32(2);
+            out.u64(kHeader + weights.size() + planes.size() + 4);
+            out.u32(layout);
+            out.u32(layout == 1 ? 0 : 4);
+            out.u64(cae::layout_hash(*cae::find_layout(layout)));
+            out.u64(7);
+            out.u64(8);
+            for (const uint32_t side : {256u, 256u, 0u, 0u, 0u})
+                out.u32(side);
+            out.u16(encoding);
+            out.u16(encoding);
+            out.u64(kOne);
+            out.u64(kOne);
+            out.u64(0);
+            out.u32(static_cast<uint32_t>(weights.size()));
+            out.u32(static_cast<uint32_t>(planes.size()));
+            out.raw(weights.data(), weights.size());
+            out.raw(planes.data(), planes.size());
+            out.u32(0);
+            Bytes bytes = out.take();
+            seal(bytes);
+            seeds.push_back(bytes);
+        }
+    return seeds;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const Bytes bytes(data, data + size);
+    toliman_cae *cae = size > 0 ? load(bytes) : nullptr;
+    if (cae == nullptr)
+        return 0;
+    const toliman_cae_info info = info_of(cae);
+    require(std::isfinite(info.crb_px) && info.cosine >= 0 && info.cosine <= 1, "impossible information");
+    const uint32_t chosen = zip::crc32(data, size) % 4; // all of it would take its time
+    if (chosen == 0)
+        save_and_load(cae, bytes);
+    if (chosen == 1 && info.rows * info.cols <= 1 << 17) // larger ones only take longer
+        encode(cae, info);
+    toliman_cae_destroy(cae);
+    return 0;
+}
+
+// Mostly in the header, where most of the meaning is.
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed) {
+    Bytes bytes(data, data + size);
+    if (seed % 4 != 0 && size > kHeader) {
+        Bytes head(bytes.begin(), bytes.begin() + kHeader);
+        mutate(head, kHeader);
+        head.resize(kHeader);
+        std::copy(head.begin(), head.end(), bytes.begin());
+    } else {
+        mutate(bytes, most);
+    }
+    if (seed / 4 % 8 != 0)
+        repair(bytes, seed / 32);
+    return give(bytes, data, most);
+}

@@ -1,0 +1,274 @@
+// Crafted inputs of the library: bombs, giant dimensions, deep and long JSON, ledgers made to collide.
+#include <cstring>
+#include <optional>
+#include <string>
+
+#include <toliman/cae.h>
+#include <toliman/period.h>
+#include <toliman/sim.h>
+
+#include "bounds.hpp"
+#include "cae/layout.hpp"
+#include "cae/payload.hpp"
+#include "memory_store.hpp"
+#include "track/tracker.hpp"
+
+using namespace bounds;
+using namespace fuzz;
+using namespace toliman;
+
+namespace {
+
+std::string repeated(const std::string &text, size_t size) {
+    std::string all;
+    while (all.size() + text.size() <= size)
+        all += text;
+    return all;
+}
+
+void scene(const char *what, const std::string &json) {
+    toliman_sim_plan_info plan = {};
+    plan.struct_size = sizeof plan;
+    within(what, 0, [&] {
+        expect(toliman_sim_plan_json(json.data(), json.size(), nullptr, nullptr, &plan) != TOLIMAN_OK, what);
+    });
+}
+
+void scenes() {
+    constexpr size_t kMost = 256 << 10;
+    scene("scene: above 256 KiB", repeated("[", kMiB));
+    scene("scene: deep", repeated("[", kMost));
+    scene("scene: deep objects", repeated("{\"a\":", kMost));
+    scene("scene: many values", "[" + repeated("0,", kMost - 2) + "0]");
+    scene("scene: many objects", "[" + repeated("{},", kMost - 3) + "{}]");
+    scene("scene: one string", "\"" + repeated("x", kMost - 2) + "\"");
+    scene("scene: one long key", "{\"" + repeated("x", kMost - 8) + "\":1}");
+    scene("scene: one number", repeated("1", kMost));
+    std::string keys = "{";
+    for (size_t i = 0; i < 4000; i++)
+        keys += (i > 0 ? ",\"" : "\"") + repeated("k", 50) + std::to_string(1000 + i) + "\":1";
+    scene("scene: many keys", keys + "}");
+    scene("scene: colons", "[" + repeated(":0,", kMost - 3) + "0]");
+}
+
+void period_state(const char *what, int64_t nf, size_t size) {
+    toliman_period *period = nullptr;
+    expect(toliman_period_create(0.1, 0.1, 4000, nullptr, &period) == TOLIMAN_OK, "no periodogram");
+    size_t needed = 0;
+    expect(toliman_period_save(period, nullptr, 0, &needed) == TOLIMAN_OK, "no size");
+    Bytes bytes(needed);
+    expect(toliman_period_save(period, bytes.data(), needed, &needed) == TOLIMAN_OK, "no state");
+    toliman_period_destroy(period);
+    if (size > 0) {
+        bytes.resize(size);
+        period::Grid grid;
+        grid.f0 = grid.df = 0.1;
+        grid.nf = nf;
+        grid.sigma_ceiling = period::kNarrowRatio;
+        const std::vector<uint8_t> header = period::Stream::header(grid);
+        std::copy(header.begin(), header.end(), bytes.begin());
+        seal(bytes);
+    }
+    const bool good = size == 0;
+    within(what, good ? size_t{4000} * 129 : 0, [&] {
+        toliman_period *out = nullptr;
+        expect((toliman_period_load(bytes.data(), bytes.size(), nullptr, &out) == TOLIMAN_OK) == good, what);
+        toliman_period_destroy(out);
+    });
+}
+
+// A blob of 8 nuisance planes with a training, whose numbers are all alike; or with other streams in it.
+Bytes weights_blob(const Bytes *bomb, bool training) {
+    std::vector<cae::Block> tensors, thrice, images(12, {cae::kPixels, cae::Encoding::float32});
+    for (const cae::Tensor &tensor : cae::kTensorTable)
+        tensors.push_back({tensor.count(), cae::Encoding::float32});
+    for (int i = 0; i < 3; i++)
+        thrice.insert(thrice.end(), tensors.begin(), tensors.end());
+    const auto pack = [](const std::vector<cae::Block> &blocks) {
+        size_t count = 0;
+        for (const cae::Block &block : blocks)
+            count += block.count;
+        return cae::pack(Buffer<float>(count, 0.5F), blocks, "test");
+    };
+    const Bytes weights = bomb != nullptr ? *bomb : pack(tensors), planes = pack(images), state = pack(thrice);
+    ByteWriter out;
+    out.raw("TLMW", 4);
+    out.u32(2);
+    out.u64(104 + weights.size() + planes.size() + (training ? 72 + state.size() : 0) + 4);
+    out.u32(1);
+    out.u32(training ? 9 : 1);
+    out.u64(cae::layout_hash(cae::kFlight));
+    out.u64(7);
+    out.u64(8);
+    for (const uint32_t side : {4096u, 4096u, 0u, 0u, 8u})
+        out.u32(side);
+    out.u32(0);
+    out.f64(1);
+    out.f64(1);
+    out.f64(0.5);
+    out.u32(static_cast<uint32_t>(weights.size()));
+    out.u32(static_cast<uint32_t>(planes.size()));
+    out.raw(weights.data(), weights.size());
+    out.raw(planes.data(), planes.size());
+    if (training) {
+        out.u32(0);
+        out.u32(10);
+        for (const uint64_t value : {10, 100, 0, 0})
+            out.u64(value);
+        out.u32(0);
+        out.u32(static_cast<uint32_t>(state.size()));
+        for (const double value : {0.1, 0.2, 0.3})
+            out.f64(value);
+        out.raw(state.data(), state.size());
+    }
+    out.u32(0);
+    Bytes bytes = out.take();
+    seal(bytes);
+    return bytes;
+}
+
+void weights(const char *what, const Bytes &blob, size_t model) {
+    within(what, model, [&] {
+        toliman_cae *cae = nullptr;
+        const toliman_status status = toliman_cae_load(blob.data(), blob.size(), nullptr, &cae);
+        expect(status == (model > 0 ? TOLIMAN_OK : TOLIMAN_E_FORMAT), toliman_last_error());
+        toliman_cae_destroy(cae);
+    });
+}
+
+void blobs() {
+    const Bytes zeros(size_t{1} << 28), bomb = zip::deflate(zeros.data(), zeros.size()); // 1000 : 1
+    expect(bomb.size() < 300000, "no bomb");
+    weights("weights: bomb", weights_blob(&bomb, false), 0);
+    // Planes as double, of the network and of its preprocessing; weights and their moments as float.
+    const size_t planes = 12 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
+    weights("weights: 8 nuisance planes", weights_blob(nullptr, false), planes + numbers);
+    weights("weights: the same and a training", weights_blob(nullptr, true), planes + 4 * numbers);
+}
+
+track::Terms small_terms() {
+    track::Terms terms;
+    terms.geometry = {4, 4, 0, 0, 4, 4, 1, 12, 0};
+    terms.sigma = 0.5;
+    terms.value_limit = 100;
+    return terms;
+}
+
+constexpr int64_t kCapacity = 1 << 16;
+constexpr size_t kTrackModel = kCapacity * 24 + 98305 * 32 + (size_t{1} << 18);
+
+void take_up(const char *what, Files &files) {
+    within(what, kTrackModel, [&] {
+        const track::Terms terms = small_terms();
+        period::Grid grid;
+        grid.f0 = grid.df = 0.01;
+        grid.nf = 3;
+        grid = track::for_terms(grid, terms);
+        period::Stream sums(grid);
+        track::Plan plan;
+        plan.capacity = kCapacity;
+        plan.terms = terms;
+        try {
+            const track::Tracker tracker(std::move(plan), nullptr,
+                                         track::open_place(std::make_unique<MemoryStore>(files), Access::read, terms),
+                                         sums);
+        } catch (const Error &error) {
+            expect(error.status() != Status::memory, what);
+        }
+    });
+}
+
+Files files_with(const std::vector<track::Record> &records) {
+    Files files;
+    MemoryStore store(files);
+    const track::LedgerFile file = track::LedgerFile::begin(store, small_terms());
+    uint32_t chain = file.start().chain;
+    Bytes &bytes = files.at(track::LedgerFile::kName);
+    for (const track::Record &record : records) {
+        const track::RecordBytes line = track::to_bytes(record, 0, chain);
+        bytes.insert(bytes.end(), line.begin(), line.end());
+        chain = track::LedgerFile::checksum_in(line.data());
+    }
+    return files;
+}
+
+uint64_t inverse(uint64_t odd) {
+    uint64_t result = odd;
+    for (int i = 0; i < 6; i++)
+        result *= 2 - odd * result;
+    return result;
+}
+
+// The stream whose frame 0 has this digest, by track/identity.cpp backwards.
+uint64_t stream_of_key(uint64_t key) {
+    key = (key ^ key >> 33) * inverse(0xff51afd7ed558ccdu);
+    key ^= key >> 33;
+    for (int byte = 0; byte < 9; byte++)
+        key *= inverse(0x100000001b3u);
+    return key;
+}
+
+void folders() {
+    constexpr uint64_t kLines = kMiB / track::kRecordSize - 2;
+    std::vector<track::Record> records(kLines);
+    for (uint64_t i = 0; i < kLines; i++) {
+        records[i].sigma = 0.5;
+        records[i].stream = i * 98305; // of the table of sessions
+        records[i].frame_id = static_cast<int64_t>(i);
+    }
+    Files files = files_with(records);
+    take_up("ledger: sessions that collide", files);
+    for (uint64_t i = 0; i < kLines; i++) {
+        records[i].stream = stream_of_key(i);
+        records[i].frame_id = 0;
+    }
+    expect(track::key_digest(records[5].stream, 0) == 5, "another digest than this test knows");
+    files = files_with(records);
+    take_up("ledger: frames that collide", files);
+    for (uint64_t i = 0; i < kLines; i++)
+        records[i] = track::to_record({i, 1, 1, 7}, 0.5);
+    files = files_with(records);
+    take_up("ledger: as many folders merged", files);
+    files = files_with({});
+    files[track::LedgerFile::kName].resize(kMiB);
+    take_up("ledger: torn lines", files);
+    files = files_with({});
+    files[track::Names::kName] = bytes_of(repeated("\n", kMiB));
+    take_up("names: empty lines", files);
+    files = files_with({});
+    Bytes setup = bytes_of("TLMS");
+    setup.resize(kMiB, 1);
+    put(setup, 4, 1, 4);
+    put(setup, 8, 60000, 4);
+    for (size_t i = 0; i < 60000; i++)
+        put(setup, 12 + 16 * i, i, 8), put(setup, 20 + 16 * i, 2 * i, 8);
+    seal(setup);
+    files[track::Setup::kName] = setup;
+    take_up("setup: many points", files);
+    period::Grid grid;
+    grid.f0 = grid.df = 0.1;
+    grid.nf = 1 << 26;
+    grid.sigma_ceiling = 32;
+    Bytes point = bytes_of("TLMC");
+    point.resize(40);
+    const std::vector<uint8_t> header = period::Stream::header(grid);
+    point.insert(point.end(), header.begin(), header.end());
+    point.resize(kMiB);
+    put(point, 4, 1, 4);
+    seal(point);
+    files = files_with({});
+    files[track::Checkpoint::kName] = point;
+    take_up("checkpoint: 2^26 frequencies", files);
+}
+
+} // namespace
+
+int main() {
+    scenes();
+    period_state("period: 2^26 frequencies in 1 MiB", 1 << 26, kMiB);
+    period_state("period: another size", 10, kMiB);
+    period_state("period: 4000 frequencies", 4000, 0);
+    blobs();
+    folders();
+    return failures != 0;
+}
