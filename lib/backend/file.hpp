@@ -14,11 +14,10 @@ std::vector<uint8_t> read(const std::string &path, size_t limit);
 std::vector<uint8_t> head(const std::string &path, size_t size);
 
 // Writes a temporary beside path (path.0.tmp, or the next number that is free), syncs it and renames it over path, or
-// over what path links to, then syncs the folder. The temporary is its owner's alone; whole, it takes the permissions of
-// the file that it replaces, or those of any new file of this process.
-// Status::write on any failure and for anything but a regular file; the old file then stands and nothing is left
-// behind, except when the very last step, the folder's sync, fails: the new file then stands, but a power cut may bring
-// back the old one.
+// over what path links to, then syncs the folder. The temporary is its owner's alone; whole, it takes the permissions
+// of the file that it replaces, or those of any new file of this process. Status::write on any failure and for anything
+// but a regular file; the old file then stands and nothing is left behind, except when the very last step, the folder's
+// sync, fails: the new file then stands, but a power cut may bring back the old one.
 void replace(const std::string &path, const void *data, size_t size);
 
 } // namespace toliman::file

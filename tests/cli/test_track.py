@@ -144,8 +144,8 @@ class Network(ProgramTest):
         self.run_program("run", "scene.json", "--seed", "5", "--out", "run")
         self.run_program("train", "scene.json", "--seed", "5", "--out", "w.tlmw")
         names = []
-        for k in range(0, 40, 4):
-            part = ("--frames", f"{k}:{k + 4}", "--session", f"part{k}", "--dtype", "u32le", "--seed", "5")
+        for k in range(0, 40, 8):
+            part = ("--frames", f"{k}:{k + 8}", "--session", f"part{k}", "--dtype", "u32le", "--seed", "5")
             self.succeed("simulate", "scene.json", "--out", "in", *part)
             side = self.folder / f"in/part{k}_meta.jsonl"
             side.write_text(side.read_text().replace(f'"part{k}"', '"day"'))

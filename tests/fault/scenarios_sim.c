@@ -117,7 +117,7 @@ static void end(void *sim) {
 /* With frames far apart, so that anchors are made. */
 static uint64_t digest(const void *sim) {
     static double frame[PIXELS];
-    const toliman_sim_info info = info_of(sim);
+    const toliman_sim_info info = sim_info_of(sim);
     uint64_t hash = fnv1a(FNV_START, &info, sizeof info);
     for (int64_t k = 0; k < 3; k++) {
         assert_ok(toliman_sim_frame(sim, 1e-4, 3, k * (info.frames - 1) / 2, frame, SMALL));

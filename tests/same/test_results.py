@@ -13,8 +13,8 @@ PROGRAM = os.environ["TOLIMAN_RESULTS"]
 FULL = "TOLIMAN_ORDERS" in os.environ
 ORDERS = int(os.environ.get("TOLIMAN_ORDERS", "1"))
 ISAS = {"baseline": 0, "avx2": 1, "avx512": 2}
-WORKERS = (2, 3, 4, 8) if FULL else (3, 8)
-CORES = ("Prescott", "Nehalem", "Sandybridge", "Haswell", "SkylakeX", "Zen") if FULL else ("Prescott", "Haswell")
+WORKERS = (2, 3, 4, 8) if FULL else (8,)
+CORES = ("Prescott", "Nehalem", "Sandybridge", "Haswell", "SkylakeX", "Zen") if FULL else ("Haswell",)
 
 # What each axis may change, as a part of the largest value: every result that is not named keeps every bit.
 ANOTHER = numpy.inf  # training goes where rounding leads it: another network, as good

@@ -162,7 +162,7 @@ static void stars_in_one_place(void **state) {
 /* The same scene by two ways of saying it: the same bytes. */
 static void assert_same_images(const char *json, const char *from, const char *to) {
     toliman_sim *const one = sim_of(json), *const other = sim_with(json, from, to);
-    const toliman_sim_info info = info_of(one);
+    const toliman_sim_info info = sim_info_of(one);
     double *const image = image_of(one, TOLIMAN_IMAGE_BOTH), *const same = image_of(other, TOLIMAN_IMAGE_BOTH);
     assert_memory_equal(image, same, (size_t)(info.rows * info.cols) * sizeof *image);
     double displacement, its;

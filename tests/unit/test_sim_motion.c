@@ -164,7 +164,7 @@ static double difference_of(const toliman_sim *a, const toliman_sim *b, double d
     assert_ok(toliman_sim_frame(b, displacement, 1, k, other, SIDE));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(one[i] - other[i]));
-    return worst / info_of(b).peak_photons;
+    return worst / sim_info_of(b).peak_photons;
 }
 
 /* With a signal far below what moves the stars else. */
