@@ -197,7 +197,7 @@ static void temporaries_are_not_followed(void **unused) {
     char path[300], name[64];
     snprintf(path, sizeof path, "%s/sums", folder);
     toliman_period *period = NULL;
-    assert_ok(toliman_period_create(0.1, 0.1, 10, 0, &period));
+    assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
     for (int i = 0; i < 100; i++) {
         snprintf(name, sizeof name, "sums.%d.tmp", i);
         lay_link(name, victim);
@@ -207,6 +207,39 @@ static void temporaries_are_not_followed(void **unused) {
             assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_WRITE, ".99.tmp");
         assert_outside_untouched();
     }
+    toliman_period_destroy(period);
+}
+
+/* Folders and pipes in the place of files; a pipe would wait for its other end. */
+static void what_is_no_file_is_refused(void **unused) {
+    (void)unused;
+    const char *const places[] = {ledger, setup, checkpoint};
+    for (int place = 0; place < 3; place++)
+        for (int pipe = 0; pipe < 2; pipe++) {
+            const toliman_track_options options = filled_folder();
+            toliman_track *track = NULL;
+            assert_int_equal(unlink(places[place]), 0);
+            assert_int_equal(pipe ? mkfifo(places[place], 0666) : mkdir(places[place], 0777), 0);
+            const int32_t status = toliman_track_create(&options, &track);
+            assert_true(status == TOLIMAN_E_NOT_FOUND || status == TOLIMAN_E_WRITE);
+            assert_non_null(strstr(toliman_last_error(), places[place]));
+            assert_int_equal(pipe ? unlink(places[place]) : rmdir(places[place]), 0);
+            remove_folder(folder);
+            assert_int_equal(mkdir(folder, 0777), 0);
+        }
+}
+
+static void a_name_alone_is_a_file_of_this_folder(void **unused) {
+    (void)unused;
+    char before[4096];
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
+    assert_non_null(getcwd(before, sizeof before));
+    assert_int_equal(chdir(folder), 0);
+    assert_ok(toliman_period_save_file(period, "sums"));
+    toliman_period_destroy(period);
+    assert_ok(toliman_period_load_file("sums", NULL, &period));
+    assert_int_equal(chdir(before), 0);
     toliman_period_destroy(period);
 }
 
@@ -222,7 +255,7 @@ static void what_is_being_written_is_its_owners(void **unused) {
     char path[300];
     snprintf(path, sizeof path, "%s/sums", folder);
     toliman_period *period = NULL;
-    assert_ok(toliman_period_create(0.1, 0.1, 10, 0, &period));
+    assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
     watched = open_to_others = 0;
     for (size_t i = 0; i < sizeof masks / sizeof *masks; i++) {
         const mode_t before = umask(masks[i]);
@@ -285,7 +318,7 @@ static void look_and_try_to_write(void) {
     options.flags = TOLIMAN_TRACK_READ_ONLY;
     good &= toliman_track_create(&options, &track) == TOLIMAN_OK;
     toliman_track_destroy(track);
-    good &= toliman_period_create(0.1, 0.1, 10, 0, &period) == TOLIMAN_OK &&
+    good &= toliman_period_create(0.1, 0.1, 10, NULL, &period) == TOLIMAN_OK &&
             is_error(toliman_period_save_file(period, path), TOLIMAN_E_WRITE, "Permission denied");
     toliman_period_destroy(period);
     _exit(good ? 0 : 2);
@@ -321,6 +354,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(names_off_the_wire_stay_inside, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(links_are_not_followed, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(temporaries_are_not_followed, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(what_is_no_file_is_refused, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(a_name_alone_is_a_file_of_this_folder, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(what_is_being_written_is_its_owners, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(permissions_are_told, make_outside, remove_outside),
     };
