@@ -1,5 +1,6 @@
 /* The network end to end: latents in px, preprocessing, decoder, training and reconstruction. */
 #include "cae_scene.h"
+#include "scene_text.h"
 
 static toliman_sim *sim;       /* 256x256, nothing projected */
 static toliman_cae *untrained; /* seed 7 */
@@ -271,6 +272,23 @@ static void test_taken_up_where_it_stood(void **unused) {
     free(expected);
 }
 
+/* So much dark current that the stars are lost in the rounding of the expected image. */
+static void test_no_light_to_crop_about(void **unused) {
+    (void)unused;
+    char json[2048];
+    write_scene(json, sizeof json, kSide, kSide + 4, 0, "");
+    char *text = replaced(json, "\"relative_flux\": 3", "\"photons_per_s\": 1e-4");
+    text = replaced_again(text, "\"relative_flux\": 1", "\"photons_per_s\": 1e-4");
+    text = replaced_again(text, "\"peak_photons\": 1e9", "\"exposure_s\": 100");
+    text = replaced_again(text, "\"pixel\": \"point\"", "\"pixel\": \"point\", \"dark_e_per_s\": 1e9");
+    toliman_sim *dark = sim_of(text);
+    toliman_cae *cae = NULL;
+    assert_fails(toliman_cae_create(dark, 1, NULL, &cae), TOLIMAN_E_SCENE, "holds no light");
+    assert_null(cae);
+    toliman_sim_destroy(dark);
+    free(text);
+}
+
 static void test_same_bits_on_any_number_of_workers(void **unused) {
     (void)unused;
     enum { kFrames = 7 };
@@ -513,6 +531,7 @@ int main(void) {
         cmocka_unit_test(test_cancelled_training_changes_nothing),
         cmocka_unit_test(test_taken_up_where_it_stood),
         cmocka_unit_test(test_same_bits_on_any_number_of_workers),
+        cmocka_unit_test(test_no_light_to_crop_about),
         cmocka_unit_test(test_efficiency_is_the_cosine),
         cmocka_unit_test(test_reconstruction),
         cmocka_unit_test(test_crop_and_projection),
