@@ -255,6 +255,8 @@ FILE_CALL(ftruncate, (int file, off_t size), SYS_ftruncate, file, size)
 FILE_CALL(fchmod, (int file, mode_t mode), SYS_fchmod, file, mode)
 FILE_CALL(flock, (int file, int operation), SYS_flock, file, operation)
 FILE_CALL(fstat, (int file, struct stat *facts), SYS_fstat, file, facts)
+FILE_CALL(fstatat, (int folder, const char *path, struct stat *facts, int flags), SYS_newfstatat, folder, path, facts,
+          flags)
 FILE_CALL(stat, (const char *path, struct stat *facts), SYS_stat, path, facts)
 FILE_CALL(mkdir, (const char *path, mode_t mode), SYS_mkdir, path, mode)
 FILE_CALL(unlink, (const char *path), SYS_unlink, path)
