@@ -257,6 +257,7 @@ FILE_CALL(flock, (int file, int operation), SYS_flock, file, operation)
 FILE_CALL(fstat, (int file, struct stat *facts), SYS_fstat, file, facts)
 FILE_CALL(fstatat, (int folder, const char *path, struct stat *facts, int flags), SYS_newfstatat, folder, path, facts,
           flags)
+FILE_CALL(lstat, (const char *path, struct stat *facts), SYS_lstat, path, facts)
 FILE_CALL(stat, (const char *path, struct stat *facts), SYS_stat, path, facts)
 FILE_CALL(mkdir, (const char *path, mode_t mode), SYS_mkdir, path, mode)
 FILE_CALL(unlink, (const char *path), SYS_unlink, path)
