@@ -44,8 +44,14 @@ std::string folder_of(const std::string &path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-// A symbolic link keeps standing: its target is replaced.
-std::string real_path(const std::string &path) {
+// Of a file that exists. A symbolic link keeps standing: its target is replaced. Nothing else asks for the folders
+// above, which may be closed to this process.
+std::string target_of(const std::string &path) {
+    struct stat facts = {};
+    if (::lstat(path.c_str(), &facts) != 0)
+        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+    if (!S_ISLNK(facts.st_mode))
+        return path;
     const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
     if (real == nullptr && errno == ENOMEM)
         throw std::bad_alloc();
@@ -147,7 +153,7 @@ void replace(const std::string &path, const void *data, size_t size) {
         fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
     if (exists && !S_ISREG(facts.st_mode))
         fail(Status::write, "%s: cannot be written: not a regular file", path.c_str());
-    const std::string target = exists ? real_path(path) : path;
+    const std::string target = exists ? target_of(path) : path;
     // Opened first: after the renaming nothing but its sync can fail.
     Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() < 0)

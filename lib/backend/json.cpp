@@ -5,6 +5,8 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <set>
+#include <string_view>
 
 #include <cjson/cJSON.h>
 
@@ -181,9 +183,10 @@ Value convert(const cJSON &node, const std::string &source) {
         value.text = node.valuestring;
     } else if (cJSON_IsArray(&node) || cJSON_IsObject(&node)) {
         const bool object = cJSON_IsObject(&node) != 0;
+        std::set<std::string_view> names; // those so far, quicker to look up than in the value
         value.kind = object ? Value::Kind::object : Value::Kind::array;
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
-            if (object && value.find(item->string) != nullptr)
+            if (object && !names.insert(item->string).second)
                 fail(Status::format, "%s: key \"%s\" stands twice in one object", source.c_str(), item->string);
             value.items.push_back(convert(*item, source));
             if (object)

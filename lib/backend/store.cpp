@@ -98,8 +98,10 @@ class Folder final : public Store {
     // or else the lock, which any writer makes first.
     void rename(const std::string &from, const std::string &to) override {
         struct stat facts = {};
-        if ((::fstatat(folder_, to.c_str(), &facts, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(facts.st_mode)) &&
-            ::fstatat(folder_, kLock, &facts, AT_SYMLINK_NOFOLLOW) != 0)
+        const bool exists = ::fstatat(folder_, to.c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0;
+        if (!exists && errno != ENOENT)
+            complain(Status::write, to);
+        if (!(exists && S_ISREG(facts.st_mode)) && ::fstatat(folder_, kLock, &facts, AT_SYMLINK_NOFOLLOW) != 0)
             complain(Status::write, kLock);
         if (::fchmod(open(from, Missing::refused), facts.st_mode & 0777) != 0)
             complain(Status::write, from);

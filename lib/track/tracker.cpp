@@ -175,9 +175,9 @@ void Tracker::take_merged(const Merged &merged) {
     const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
     if (counts_.repeated + repeats > 2 * kMostRepeats)
         fail(Status::format, "%s: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
+    merged_[merged.salt] = merged; // before anything changes, as it takes memory
     counts_.received += repeats;
     counts_.repeated += repeats;
-    merged_[merged.salt] = merged;
 }
 
 // In memory what is no frame's own needs no line.

@@ -160,7 +160,7 @@ class FakeStore final : public toliman::Store {
             make(name);
         Disk::File &known = file(name);
         known.now.resize(std::max<size_t>(known.now.size(), at + size));
-        std::memcpy(known.now.data() + at, bytes, size);
+        std::copy_n(bytes, size, known.now.begin() + static_cast<ptrdiff_t>(at));
         known.unsynced.push_back({at, Bytes(bytes, bytes + size)});
     }
 

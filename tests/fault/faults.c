@@ -297,6 +297,7 @@ int main(int count, char **arguments) {
         return 2;
     const int memory = strcmp(arguments[2], "memory") == 0, all = count > 3 && strcmp(arguments[3], "all") == 0;
     const char *const only = count > 3 + all ? arguments[3 + all] : NULL;
+    int chosen = 0;
     const int functions = check_all_are_here(arguments[1]);
     const char *const above = getenv("TMPDIR");
     snprintf(folder, sizeof folder, "%s/toliman-faults-XXXXXX", above != NULL ? above : "/tmp");
@@ -304,11 +305,13 @@ int main(int count, char **arguments) {
     for (size_t i = 0; i < LISTS; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
             now = &lists[i]->first[j];
-            if (only == NULL || strcmp(only, now->function) == 0)
-                (memory ? run_memory : run_files)(all);
+            if (only != NULL && strcmp(only, now->function) != 0)
+                continue;
+            (memory ? run_memory : run_files)(all);
+            chosen++;
         }
     printf("%d functions, %ld calls, of which %ld met a failure: %d defects\n", functions, runs, failed_calls, defects);
     entries(folder, 1);
     rmdir(folder);
-    return defects != 0;
+    return defects != 0 || functions == 0 || chosen == 0;
 }

@@ -72,6 +72,9 @@ void mended() {
     expect(reads("1,2\n" + std::string(70000, '3') + ",4\n", table).find(":2: is longer than 65536 bytes") !=
                std::string::npos,
            "a long line of samples");
+    const auto longest = [](size_t bytes) { return "1,2\n" + std::string(bytes - 3, ' ') + "3,4\n5,6\n7,8\n"; };
+    expect(reads(longest(65536), table).empty() && !reads(longest(65537), table).empty(),
+           "the longest line of samples");
 }
 
 } // namespace

@@ -51,7 +51,8 @@ def difference(model, other):
         return 0.0
     if values is None or len(values) != len(other_values):
         return numpy.inf
-    return float(numpy.abs(values - other_values).max() / numpy.abs(values).max())
+    largest = float(numpy.abs(values - other_values).max() / numpy.abs(values).max())
+    return numpy.inf if numpy.isnan(largest) else largest
 
 
 def main():

@@ -349,6 +349,31 @@ static void permissions_are_told(void **unused) {
     toliman_track_destroy(track);
 }
 
+static void save_twice(void) {
+    toliman_period *period = NULL;
+    int good = toliman_period_create(0.1, 0.1, 10, 0, &period) == TOLIMAN_OK;
+    for (int i = 0; i < 2; i++)
+        good &= is_error(toliman_period_save_file(period, "sums"), TOLIMAN_OK, "");
+    toliman_period_destroy(period);
+    _exit(good ? 0 : 2);
+}
+
+/* A file is replaced by its relative name where a folder above is closed. */
+static void folders_above_may_be_closed(void **unused) {
+    (void)unused;
+    char inside[300], here[1000];
+    snprintf(inside, sizeof inside, "%s/in", folder);
+    assert_int_equal(mkdir(inside, 0777), 0);
+    assert_int_equal(chmod(inside, 0777), 0);
+    assert_non_null(getcwd(here, sizeof here));
+    assert_int_equal(chdir(inside), 0);
+    assert_int_equal(chmod(folder, 0), 0);
+    as_nobody(save_twice);
+    assert_int_equal(chmod(folder, 0777), 0);
+    assert_int_equal(chdir(here), 0);
+    remove_folder(inside);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(names_off_the_wire_stay_inside, make_outside, remove_outside),
@@ -358,6 +383,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_name_alone_is_a_file_of_this_folder, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(what_is_being_written_is_its_owners, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(permissions_are_told, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(folders_above_may_be_closed, make_outside, remove_outside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

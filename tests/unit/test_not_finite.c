@@ -248,7 +248,7 @@ static void scenes(void **unused) {
     char json[4096], changed[8192];
     for (uint64_t storm = 0; storm < 10 * storms; storm++) {
         write_scene(json, sizeof json, kSide, kSide, 0, "\"shift_x\"");
-        const char *place = json + draw(&draws, strlen(json) - 1);
+        const char *place = json + 1 + draw(&draws, strlen(json) - 1);
         while (*place != '\0' && !(place[-1] == ' ' && strchr("-0123456789", *place) != NULL))
             place++;
         if (*place == '\0')

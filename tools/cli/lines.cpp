@@ -39,7 +39,7 @@ bool LineSource::next(std::string &line) {
         const char *start = buffer_.data() + at_;
         const auto *newline = static_cast<const char *>(std::memchr(start, '\n', held_ - at_));
         const size_t length = newline != nullptr ? static_cast<size_t>(newline - start) : held_ - at_;
-        line.append(start, std::min(length, kLongest - line.size()));
+        line.append(start, std::min(length, kLongest + 1 - line.size()));
         at_ += length + 1;
         if (newline != nullptr)
             return true;

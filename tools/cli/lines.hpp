@@ -15,7 +15,8 @@ struct LinePlace {
 
 class LineSource {
   public:
-    // What is behind so many bytes of a line is left out: without any newline it would take all memory.
+    // A line that has more bytes comes as one more than so many, the rest left out: without any newline it would take
+    // all memory.
     static constexpr size_t kLongest = 1 << 16;
 
     // path: a file, or - for standard input. `awake` is called before every line and, while none comes, every second

@@ -78,7 +78,7 @@ class SampleReader::Lines {
             const size_t text = line.find_first_not_of(" \t\r");
             if (text == std::string::npos || line[text] == '#')
                 continue;
-            if (line.size() == LineSource::kLongest)
+            if (line.size() > LineSource::kLongest)
                 bad("is longer than " + std::to_string(LineSource::kLongest) + " bytes");
             if (whole_ && !in_.whole())
                 bad("ends without a newline and may be cut");
@@ -100,16 +100,10 @@ class SampleReader::Lines {
     bool empty() const noexcept { return number_ == 0; }
 
   private:
-    // This line is no sample; `why` may quote the file: what does not print becomes ?.
-    [[noreturn]] void bad(const std::string &why) const { throw BadLine(where() + ": " + printable(why)); }
+    // This line is no sample.
+    [[noreturn]] void bad(const std::string &why) const { throw BadLine(where() + ": " + why); }
     // Nor will any line after it be.
-    [[noreturn]] void hopeless(const std::string &why) const { malformed(where(), printable(why)); }
-
-    static std::string printable(std::string text) {
-        std::replace_if(
-            text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
-        return text;
-    }
+    [[noreturn]] void hopeless(const std::string &why) const { malformed(where(), why); }
 
     // Editors of some systems put a mark before the text, U+FEFF.
     void begin(std::string &line) const {
