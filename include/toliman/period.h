@@ -299,7 +299,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
     const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 
 /* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
- * least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1. */
+ * least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. TOLIMAN_E_STATE for sums
+ * that no samples have, which could not be loaded again: samples were taken back that never came, or that came by a
+ * merge of other references, which is not exact. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

@@ -28,12 +28,16 @@ void save_pair(ByteWriter &out, int64_t lo, int64_t hi) {
     out.u32(static_cast<uint32_t>(lo & (kernels::kFoldBase - 1)));
 }
 
-// Its size is at most `most` 2^50, up to rounding.
-void load_pair(ByteReader &in, double most, int64_t &lo, int64_t &hi) {
-    const auto limit = static_cast<int64_t>((most + 1) * 0x1p18);
+void load_pair(ByteReader &in, int64_t &lo, int64_t &hi) {
     hi = in.i64();
     lo = in.u32();
-    if (hi < -limit || hi > limit)
+}
+
+// Its size is at most `most` 2^50, up to rounding.
+void check_pair(int64_t lo, int64_t hi, double most) {
+    const auto limit = static_cast<int64_t>((most + 1) * 0x1p18);
+    const int64_t upper = hi + (lo >> 32);
+    if (upper < -limit || upper > limit)
         fail(Status::format, "%s: a sum is out of range", kKind);
 }
 
@@ -42,7 +46,7 @@ void save_exact(ByteWriter &out, const ExactSum &sum) {
         out.i64(place);
 }
 
-void load_exact(ByteReader &in, double limit, ExactSum &sum) {
+void load_exact(ByteReader &in, ExactSum &sum) {
     ExactSum::Places digits;
     for (size_t i = 0; i < digits.size(); i++) {
         digits[i] = in.i64();
@@ -52,6 +56,9 @@ void load_exact(ByteReader &in, double limit, ExactSum &sum) {
     if (digits.back() != 0 && digits.back() != -1) // the sign
         fail(Status::format, "%s: the last digit of an exact sum is out of range", kKind);
     sum.assign(digits);
+}
+
+void check_exact(const ExactSum &sum, double limit) {
     const Wide value = sum.value(), most = static_cast<Wide>(limit);
     if (value > most || value < -most)
         fail(Status::format, "%s: an exact sum is out of range", kKind);
@@ -64,13 +71,22 @@ double number_of(int64_t lo, int64_t hi) noexcept {
 
 // Sums that no samples have: queries would divide by them.
 void check_totals(const Totals &totals, const Grid &grid) {
+    const auto samples = static_cast<double>(totals.count),
+               most = 2 * samples; // weights and values are at most 1, nearly
+    check_pair(totals.weight, totals.weight_high, samples);
+    check_pair(totals.value, totals.value_high, samples);
+    check_pair(totals.value_low, totals.value_low_high, samples);
+    for (const ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy})
+        check_exact(*sum, most);
+    check_exact(totals.wt, most * kMostTime);
+    check_exact(totals.wtt, most * kMostTime * kMostTime);
     constexpr double kRounding = 1e-9;
-    const auto count = static_cast<double>(totals.count);
     const auto w = static_cast<double>(totals.w.value()), wy = static_cast<double>(totals.wy.value()),
                wyy = static_cast<double>(totals.wyy.value());
-    const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * count;
-    if (!(w >= count * lightest * (1 - kRounding) && w <= count * (1 + kRounding)))
-        fail(Status::format, "%s: count = %g, sum of weights %g: must be %g to 1 a sample", kKind, count, w, lightest);
+    const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * samples;
+    if (!(w >= samples * lightest * (1 - kRounding) && w <= samples * (1 + kRounding)))
+        fail(Status::format, "%s: count = %g, sum of weights %g: must be %g to 1 a sample", kKind, samples, w,
+             lightest);
     if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
         fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
              wyy, w);
@@ -145,7 +161,21 @@ std::vector<uint8_t> Stream::header(const Grid &grid) {
     return out.take();
 }
 
+// Sums that can have come from samples; Status::format else.
+void Stream::check_sums() const {
+    check_totals(totals_, grid_);
+    const auto samples = static_cast<double>(totals_.count), weight = static_cast<double>(totals_.w.value());
+    for (size_t sum = 0; sum < grid_.sums(); sum++)
+        for (size_t k = 0; k < static_cast<size_t>(grid_.nf); k++)
+            check_pair(lo_[sum * padded() + k], hi_[sum * padded() + k], sum < kernels::kYCLow ? weight : samples);
+}
+
 std::vector<uint8_t> Stream::save() const {
+    try {
+        check_sums();
+    } catch (const Error &error) { // it could not be loaded again
+        fail(Status::state, "%s: were samples taken back that never came, or came by a merge?", error.what());
+    }
     ByteWriter out;
     const std::vector<uint8_t> start = header(grid_);
     out.raw(start.data(), start.size());
@@ -178,20 +208,15 @@ Stream Stream::load(const void *bytes, size_t size) {
     if (count < 0 || count > kMostSamples)
         fail(Status::format, "%s: count = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
              static_cast<long long>(kMostSamples));
-    const auto samples = static_cast<double>(count), most = 2 * samples; // weights and values are at most 1, nearly
-    load_pair(in, samples, totals.weight, totals.weight_high);
-    load_pair(in, samples, totals.value, totals.value_high);
-    load_pair(in, samples, totals.value_low, totals.value_low_high);
-    for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy})
-        load_exact(in, most, *sum);
-    load_exact(in, most * kMostTime, totals.wt);
-    load_exact(in, most * kMostTime * kMostTime, totals.wtt);
-    check_totals(totals, grid);
-    const auto weight = static_cast<double>(totals.w.value());
+    load_pair(in, totals.weight, totals.weight_high);
+    load_pair(in, totals.value, totals.value_high);
+    load_pair(in, totals.value_low, totals.value_low_high);
+    for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy, &totals.wt, &totals.wtt})
+        load_exact(in, *sum);
     for (size_t sum = 0; sum < grid.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
-            load_pair(in, sum < kernels::kYCLow ? weight : samples, stream.lo_[sum * stream.padded() + k],
-                      stream.hi_[sum * stream.padded() + k]);
+            load_pair(in, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);
+    stream.check_sums();
     return stream;
 }
 

@@ -95,7 +95,7 @@ class Stream {
     long double spread() const noexcept;
     long double time_variance() const noexcept;
 
-    // Bytes of lib/FORMATS.md, "TLMP".
+    // Bytes of lib/FORMATS.md, "TLMP". Status::state for sums that no samples have, which could not be loaded again.
     std::vector<uint8_t> save() const;
     static Stream load(const void *bytes, size_t size);
     size_t saved_size() const noexcept;
@@ -109,6 +109,7 @@ class Stream {
     void add(const Sample &sample, double sign) noexcept;
     void merge_equal(const Stream &other) noexcept;
     void merge_turned(const Stream &other);
+    void check_sums() const;
     void check_fit(Wide mean_square, Wide mean_weight) const;
     // Odd blocks: sums a power of two apart would share few lines of the caches.
     size_t padded() const noexcept { return (blocks_ | 1) * kernels::kBlock; }

@@ -4,6 +4,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "test_folder.h"
 #include "uniform.h"
 
 #include <toliman/period.h>
@@ -320,6 +321,50 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
 }
 
+/* Sums that no samples have: told when they are saved, not when they are needed again, and the file before stands. */
+static void what_could_not_be_loaded_is_not_saved(void **unused) {
+    (void)unused;
+    unsigned char bytes[8192];
+    char folder[256], path[300];
+    size_t size;
+    make_folder(folder, sizeof folder);
+    snprintf(path, sizeof path, "%s/sums", folder);
+    toliman_period *period = NULL, *other = NULL, *loaded = NULL;
+    assert_ok(toliman_period_create(0.1, 0.1, 3, NULL, &period));
+    assert_ok(toliman_period_push(period, 1, 2, 1));
+    assert_ok(toliman_period_save_file(period, path));
+    for (int i = 0; i < 3; i++)
+        assert_ok(toliman_period_push(period, i, 1000000, 1));
+    for (int i = 0; i < 4; i++)
+        assert_ok(toliman_period_retract(period, 10 + i, -1000000, 1)); /* never came */
+    assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "taken back");
+    assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "taken back");
+    assert_ok(toliman_period_load_file(path, NULL, &loaded));
+    assert_int_equal(toliman_period_count(loaded), 1);
+    toliman_period_destroy(loaded);
+    toliman_period_destroy(period);
+
+    /* One of a hundred samples weighs less than any may here. */
+    toliman_period_options options;
+    toliman_period_options_init(&options, sizeof options);
+    options.sigma_ceiling = 4;
+    assert_ok(toliman_period_create(0.1, 0.1, 3, &options, &period));
+    options.sigma_ceiling = 32;
+    assert_ok(toliman_period_create(0.1, 0.1, 3, &options, &other));
+    for (int i = 0; i < 100; i++)
+        assert_ok(toliman_period_push(other, i, 1, i == 0 ? 30 : 1));
+    assert_ok(toliman_period_merge(period, other));
+    assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
+    assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
+    toliman_period_destroy(loaded);
+    for (int i = 1; i < 100; i++)
+        assert_ok(toliman_period_retract(period, i, 1, 1));
+    assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "sum of weights 0.00111");
+    toliman_period_destroy(period);
+    toliman_period_destroy(other);
+    remove_folder(folder);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_retract_undoes),
@@ -331,6 +376,7 @@ int main(void) {
         cmocka_unit_test(test_merge_of_two_nights),
         cmocka_unit_test(test_merge_refuses),
         cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
+        cmocka_unit_test(what_could_not_be_loaded_is_not_saved),
     };
     return cmocka_run_group_tests_name("period_undo", tests, NULL, NULL);
 }

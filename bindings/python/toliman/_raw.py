@@ -1782,7 +1782,9 @@ looks at every frequency, some 100 ns each. Since 0.1.""",
             ("needed", POINTER(c_size_t)),
         ),
         """State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
-least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. Since 0.1.""",
+least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. TOLIMAN_E_STATE for sums
+that no samples have, which could not be loaded again: samples were taken back that never came, or that came by a
+merge of other references, which is not exact. Since 0.1.""",
     ),
     "toliman_period_load": (
         c_int32, (
