@@ -180,8 +180,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *
 /* Brings every line to the disk: all frames that were pushed are then acknowledged. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track *track) TOLIMAN_NOEXCEPT;
 
-/* The same and a checkpoint, so that taking up is quick. On an error lines may be on the disk all the same. Since 0.1.
- */
+/* The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here, in

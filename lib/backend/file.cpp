@@ -79,7 +79,7 @@ bool keep_private(int descriptor, mode_t &mode) noexcept {
     if (::fstat(descriptor, &facts) != 0)
         return false;
     mode = facts.st_mode & 0777;
-    return ::fchmod(descriptor, 0600) == 0;
+    return set_mode(descriptor, 0600);
 }
 
 bool write_all(int descriptor, const void *data, size_t size) noexcept {
@@ -146,6 +146,11 @@ std::vector<uint8_t> head(const std::string &path, size_t size) {
     return read_bytes(path, Input(path), size);
 }
 
+bool set_mode(int descriptor, unsigned mode) noexcept {
+    return ::fchmod(descriptor, static_cast<mode_t>(mode)) == 0 || errno == EPERM || errno == ENOTSUP ||
+           errno == ENOSYS;
+}
+
 void replace(const std::string &path, const void *data, size_t size) {
     struct stat facts = {};
     const bool exists = ::stat(path.c_str(), &facts) == 0;
@@ -165,7 +170,7 @@ void replace(const std::string &path, const void *data, size_t size) {
     if (output.get() < 0)
         fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
     if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
-        ::fchmod(output.get(), mode) != 0 || ::fsync(output.get()) != 0 || output.close() != 0 ||
+        !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 || output.close() != 0 ||
         ::rename(temporary.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(temporary.c_str());

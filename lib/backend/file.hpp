@@ -20,4 +20,7 @@ std::vector<uint8_t> head(const std::string &path, size_t size);
 // sync, fails: the new file then stands, but a power cut may bring back the old one.
 void replace(const std::string &path, const void *data, size_t size);
 
+// fchmod; true also on a file system that knows no permissions.
+bool set_mode(int descriptor, unsigned mode) noexcept;
+
 } // namespace toliman::file

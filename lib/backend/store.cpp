@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "backend/file.hpp"
 #include "base/error.hpp"
 
 namespace toliman {
@@ -103,7 +104,8 @@ class Folder final : public Store {
             complain(Status::write, to);
         if (!(exists && S_ISREG(facts.st_mode)) && ::fstatat(folder_, kLock, &facts, AT_SYMLINK_NOFOLLOW) != 0)
             complain(Status::write, kLock);
-        if (::fchmod(open(from, Missing::refused), facts.st_mode & 0777) != 0)
+        const int file = open(from, Missing::refused);
+        if (!file::set_mode(file, facts.st_mode & 0777) || ::fsync(file) != 0)
             complain(Status::write, from);
         if (::renameat(folder_, from.c_str(), folder_, to.c_str()) != 0)
             complain(Status::write, to);

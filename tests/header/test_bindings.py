@@ -108,8 +108,8 @@ class Bindings(unittest.TestCase):
         self.refuses("toliman.hpp: no owner of toliman_cae")
 
     def test_function_without_comment(self):
-        self.change(TRACK, "/* The same and a checkpoint, so that taking up is quick. On an error lines may be on the disk all "
-                           "the same. Since 0.1.\n */\n", "\n")
+        self.change(TRACK, "/* The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. "
+                           "Since 0.1. */\n", "\n")
         self.refuses("include/toliman/track.h:", "expected a comment above toliman_track_save")
 
 

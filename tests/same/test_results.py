@@ -1,7 +1,7 @@
 """What the library computes does not depend on the host: which results keep every bit, and within what the others agree,
 over instruction sets, workers, OpenBLAS kernels and threads, orders of arrival and places where objects are saved and
-loaded. Prints the table: = every bit, a number the largest difference over the largest value. TOLIMAN_RESULTS is
-same_results; with TOLIMAN_ORDERS, a number of orders, every choice is tried instead of a few."""
+loaded. Prints the table: = every bit, - not tried here, a number the largest difference over the largest value.
+TOLIMAN_RESULTS is same_results; with TOLIMAN_ORDERS, a number of orders, every choice is tried instead of a few."""
 import os
 import subprocess
 import sys
@@ -82,12 +82,12 @@ def main():
         for result in sorted(os.listdir(model)):
             cells = []
             for axis, folders in runs.items():
-                worst = max((difference(os.path.join(model, result), os.path.join(folder, result)) for folder in folders),
-                            default=0.0)
+                worst = max((difference(os.path.join(model, result), os.path.join(folder, result))
+                             for folder in folders), default=0.0)
                 fine = worst <= ALLOWED[axis].get(result, 0)
                 bad += not fine
-                cells.append(("=" if worst == 0 else "another" if worst == ANOTHER else f"{worst:.1e}") +
-                             ("" if fine else " !"))
+                cell = "-" if not folders else "=" if worst == 0 else "another" if worst == ANOTHER else f"{worst:.1e}"
+                cells.append(cell + ("" if fine else " !"))
             print(f"{result:20}" + "".join(f"{cell:>19}" for cell in cells))
         print(f"{sum(map(len, runs.values())) + 1} runs, {bad} differ by more than is allowed")
         return min(bad, 1)

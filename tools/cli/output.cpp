@@ -19,6 +19,16 @@ namespace {
 
 constexpr int kMostTemporaries = 100;
 
+bool is_link(const std::string &path) noexcept {
+    struct stat facts = {};
+    return ::lstat(path.c_str(), &facts) == 0 && S_ISLNK(facts.st_mode);
+}
+
+// fchmod; true also on a file system that knows no permissions.
+bool set_mode(int descriptor, mode_t mode) noexcept {
+    return ::fchmod(descriptor, mode) == 0 || errno == EPERM || errno == ENOTSUP || errno == ENOSYS;
+}
+
 // A write to a full pipe also fails when a signal comes.
 [[noreturn]] void lost_stdout(int reason) {
     stop_if_asked();
@@ -37,6 +47,8 @@ OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard 
         descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     } else {
         const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
+        if (!real && exists && is_link(path))
+            fail();
         target_ = real ? real.get() : path;
         mode_ = exists ? facts.st_mode & 0777 : 0;
         descriptor = open_temporary(exists ? 0600 : 0666);
@@ -69,7 +81,7 @@ bool OutputFile::keep_private() noexcept {
     if (::fstat(::fileno(file_), &facts) != 0)
         return false;
     mode_ = facts.st_mode & 0777;
-    return ::fchmod(::fileno(file_), 0600) == 0;
+    return set_mode(::fileno(file_), 0600);
 }
 
 OutputFile::~OutputFile() {
@@ -138,7 +150,7 @@ void OutputFile::commit() {
         file_ = std::fopen(temporary_.c_str(), "rb");
     if (file_ == nullptr || std::fflush(file_) != 0)
         fail();
-    if (!temporary_.empty() && (::fchmod(::fileno(file_), mode_) != 0 || ::fsync(::fileno(file_)) != 0 ||
+    if (!temporary_.empty() && (!set_mode(::fileno(file_), mode_) || ::fsync(::fileno(file_)) != 0 ||
                                 ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
     temporary_.clear();

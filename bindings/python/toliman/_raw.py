@@ -1886,7 +1886,7 @@ error. Several frames at once are needed for several threads. Since 0.1.""",
     ),
     "toliman_track_save": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """The same and a checkpoint, so that taking up is quick. On an error lines may be on the disk all the same. Since 0.1.""",
+        """The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. Since 0.1.""",
     ),
     "toliman_track_merge": (
         c_int32, (
