@@ -105,7 +105,7 @@ class FakeStore final : public toliman::Store {
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
         const auto *bytes = static_cast<const uint8_t *>(data);
         if (fails()) { // in its middle
-            put(name, at, bytes, size / 2 + 7);
+            put(name, at, bytes, std::min(size, size / 2 + 7));
             refuse(toliman::Status::write);
         }
         put(name, at, bytes, size);
