@@ -14,7 +14,7 @@
 void cblas_dgemm(int layout, int transposed_a, int transposed_b, int m, int n, int k, double alpha, const double *a,
                  int lda, const double *b, int ldb, double beta, double *c, int ldc);
 
-enum { SIDE_PX = 32, KINDS = 6, MOST_WORKERS = 64, SIZE = 48, MOST_RESULTS = 64 };
+enum { SIDE_PX = 32, KINDS = 8, MOST_WORKERS = 64, SIZE = 48, MOST_RESULTS = 64 };
 
 typedef struct results {
     double values[MOST_RESULTS];
@@ -30,7 +30,10 @@ typedef struct worker {
 static results alone[KINDS];
 static toliman_sim *shared_sim;
 static toliman_period *shared_period;
-static double shared_frame[SIDE_PX * SIDE_PX], times[MOST_RESULTS], values[MOST_RESULTS];
+static double shared_frame[SIDE_PX * SIDE_PX], wide_frames[2 * kPixels], times[MOST_RESULTS], values[MOST_RESULTS];
+static toliman_cae *shared_cae;
+static uint8_t *blob;
+static size_t blob_size;
 static int host_ends;
 
 static void add(results *all, double value) {
@@ -69,6 +72,43 @@ static int use_linear(results *found) {
         status = toliman_linear_encode(linear, shared_frame, SIDE_PX, &value);
     add(found, value);
     toliman_linear_destroy(linear);
+    return status != TOLIMAN_OK;
+}
+
+static int use_components(results *found) {
+    double frame[SIDE_PX * SIDE_PX], series[3] = {0};
+    toliman_linear_train_options how;
+    toliman_linear_components *components = NULL;
+    toliman_linear_train_options_init(&how, sizeof how);
+    how.threads = 2;
+    int32_t status = toliman_linear_create_components(shared_sim, NULL, &components);
+    for (int64_t k = 0; k < 3 && status == TOLIMAN_OK; k++) {
+        status = toliman_sim_frame(shared_sim, 0, 2, k, frame, SIDE_PX);
+        if (status == TOLIMAN_OK)
+            status = toliman_linear_push_frame(components, frame, SIDE_PX);
+    }
+    if (status == TOLIMAN_OK)
+        status = toliman_linear_train_components(components, &how, NULL);
+    if (status == TOLIMAN_OK)
+        status = toliman_linear_get_series(components, 0, series, NULL);
+    for (int i = 0; i < 3; i++)
+        add(found, series[i]);
+    toliman_linear_destroy_components(components);
+    return status != TOLIMAN_OK;
+}
+
+/* A network of one's own and one that all use. */
+static int use_network(results *found) {
+    double latents[3] = {0};
+    toliman_cae *cae = NULL;
+    int32_t status = toliman_cae_load(blob, blob_size, NULL, &cae);
+    if (status == TOLIMAN_OK)
+        status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0]);
+    if (status == TOLIMAN_OK)
+        status = toliman_cae_encode_many(shared_cae, wide_frames, 2, 2, &latents[1]);
+    for (int i = 0; i < 3; i++)
+        add(found, latents[i]);
+    toliman_cae_destroy(cae);
     return status != TOLIMAN_OK;
 }
 
@@ -130,7 +170,8 @@ static int use_track(results *found) {
     return status != TOLIMAN_OK;
 }
 
-static int (*const uses[KINDS])(results *) = {use_sim, use_shared, use_linear, use_period, use_batch, use_track};
+static int (*const uses[KINDS])(results *) = {use_sim,     use_shared, use_linear, use_components,
+                                              use_network, use_period, use_batch,  use_track};
 
 /* A call that fails, and whose message must be this thread's. */
 static int fail_alone(uint64_t seed) {
@@ -184,7 +225,16 @@ static void *host(void *failed) {
     return NULL;
 }
 
+static void prepare_network(void) {
+    toliman_sim *wide = make_sim(kSide, kSide, 0, "");
+    assert_ok(toliman_sim_frame_many(wide, 5, 0, 2, NULL, 1, wide_frames));
+    shared_cae = make_cae(wide, 1, 0, NULL);
+    blob = saved(shared_cae, &blob_size);
+    toliman_sim_destroy(wide);
+}
+
 static void prepare(void) {
+    prepare_network();
     shared_sim = sim_of(kSingleScene);
     assert_ok(toliman_sim_frame(shared_sim, 0, 1, 1, shared_frame, SIDE_PX));
     assert_ok(toliman_period_create(0.01, 0.01, 3, NULL, &shared_period));
@@ -218,6 +268,8 @@ int main(int count, char **arguments) {
     failed += host_failed;
     toliman_sim_destroy(shared_sim);
     toliman_period_destroy(shared_period);
+    toliman_cae_destroy(shared_cae);
+    free(blob);
     printf("%d threads of %d objects: %d failed\n", workers, rounds, failed);
     return failed != 0;
 }
