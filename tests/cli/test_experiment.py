@@ -9,7 +9,7 @@ import unittest
 
 import numpy
 from astropy.timeseries import LombScargle
-from program import PROGRAM, SCENES, ProgramTest
+from program import PROGRAM, SCENES, ProgramTest, one_wavelength
 
 PLACES = {"A": [-4.0, -6.0], "B": [8.0, 10.0]}
 ALONG = numpy.array([-12.0, -16.0]) / 20  # of star A, where it lengthens the separation
@@ -204,13 +204,10 @@ class Components(Experiment):
         self.assertEqual(weak, [0, 0, 0, 0])  # a fortieth of the threshold
 
 
-def one_wavelength(frames):
-    scene = json.loads((SCENES / "chapter.json").read_text())
+def short_scene(frames):
+    scene = one_wavelength()
     scene["cadence"].update(frames=frames)
     scene["signal"].update(period_days=frames / 3, amplitude_px=5e-6)
-    scene["band"] = {"wavelength_nm": 580}
-    for star in scene["stars"].values():
-        star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
     return scene
 
 
@@ -218,7 +215,7 @@ class Unsupervised(Experiment):
     def test_is_that_of_train(self):
         """On the series' own frames, for the first seed and large amplitudes alone. `train` takes other noise, beside
         which a signal of 1e-2 px is large."""
-        scene = one_wavelength(12)
+        scene = short_scene(12)
         scene["signal"]["amplitude_px"] = 1e-2
         self.write(scene, "s.json")
         self.experiment("--methods", "untrained-paper,cae-unsupervised", "--tables", "real", "--amplitudes",
@@ -244,7 +241,7 @@ class Unsupervised(Experiment):
 class Networks(Experiment):
     def test_every_table(self):
         """One wavelength, one seed: slow is the training alone."""
-        self.write(one_wavelength(60), "s.json")
+        self.write(short_scene(60), "s.json")
         result = self.experiment("--quick", "--tables", "real,equal,robust", "--amplitudes", "1e-4,1e-8", "--seeds", 1,
                                  "--blind", 2, "--out", "x", scene="s.json")
         mismatches = ["defocus", "separation", "scale", "pointing-0.1", "pointing-0.5"]

@@ -8,7 +8,7 @@ import time
 import unittest
 
 import numpy
-from program import PROGRAM, SCENES, ProgramTest
+from program import PROGRAM, SCENES, ProgramTest, one_wavelength
 
 FRAMES, SIDE = 48, 64
 GRID = ("--grid", "0.03:0.002:230")
@@ -17,7 +17,8 @@ GRID = ("--grid", "0.03:0.002:230")
 class Track(ProgramTest):
     @classmethod
     def setUpClass(cls):
-        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene = one_wavelength()
+        scene["telescope"]["pupil_samples"] = 128
         scene["detector"]["shape"] = [SIDE, SIDE]
         scene["cadence"]["frames"] = FRAMES
         scene["binary"]["separation_arcsec"] = 9  # both stars in the frame
@@ -137,7 +138,7 @@ class Network(ProgramTest):
 
     def test_what_run_finds(self):
         """Frames as raw pairs, names in random order: the values of `toliman run`, and its period."""
-        scene = json.loads((SCENES / "chapter.json").read_text())
+        scene = one_wavelength()
         scene["cadence"]["frames"] = 40
         scene["signal"].update(amplitude_px=1e-5, period_days=9)
         (self.folder / "scene.json").write_text(json.dumps(scene))
