@@ -6,7 +6,7 @@ PYTHON = /usr/bin/python3
 SECONDS ?= 60
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything fap soak same faults fuzz races asan tsan coverage abi install \
+.PHONY: all deps demo check check-deps everything bench fap soak same faults fuzz races asan tsan coverage abi install \
 	package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -18,8 +18,11 @@ demo: all ## build everything and find a planet in 1095 simulated frames
 check: everything ## build and run every test
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some wait for disks and clocks
 
-bench-%: everything ## measure: sim, cae, period against their errors and others; weights; size, ldd, loading (minutes)
-	@$(PYTHON) tests/bench/bench_$*.py $(BUILD)/bin $(BUILD)/bench-$*.json
+bench: everything ## measure everything against its error and peers, into build/bench and a report (10 minutes)
+	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
+
+bench-%: everything ## the same of one: sim, cae, period, weights, run or size, with its details
+	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
 
 fap: everything ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap

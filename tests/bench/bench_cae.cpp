@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <functional>
 #include <string>
@@ -26,6 +25,7 @@
 #include "cae/weights.hpp"
 #include "chosen_isa.hpp"
 #include "kernels/adam.hpp"
+#include "timing.hpp"
 
 using namespace toliman::cae;
 
@@ -39,24 +39,9 @@ using toliman::kernels::runs;
 constexpr int kRepeats = 9;
 constexpr size_t kFrames = 20, kBatch = 16;
 
-double processor_s() {
-    timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-// Median seconds of one call.
-double median_s(int calls, const std::function<void()> &work) {
+timing time_of(int calls, const std::function<void()> &work) {
     work();
-    std::vector<double> times;
-    for (int r = 0; r < kRepeats; r++) {
-        const double start = processor_s();
-        for (int i = 0; i < calls; i++)
-            work();
-        times.push_back((processor_s() - start) / calls);
-    }
-    std::nth_element(times.begin(), times.begin() + kRepeats / 2, times.end());
-    return times[kRepeats / 2];
+    return measure(kRepeats, calls, work);
 }
 
 void check(toliman_status status) {
@@ -109,11 +94,11 @@ void chains_baseline() {
 double peak_gflops(Isa isa) {
 #if defined(__x86_64__)
     if (isa == Isa::avx512)
-        return 2.0 * 16 * kChains * kTurns / median_s(10, chains_avx512) * 1e-9;
+        return 2.0 * 16 * kChains * kTurns / time_of(10, chains_avx512).median * 1e-9;
     if (isa == Isa::avx2)
-        return 2.0 * 8 * kChains * kTurns / median_s(10, chains_avx2) * 1e-9;
+        return 2.0 * 8 * kChains * kTurns / time_of(10, chains_avx2).median * 1e-9;
 #endif
-    return 2.0 * 4 * kChains * kTurns / median_s(10, chains_baseline) * 1e-9;
+    return 2.0 * 4 * kChains * kTurns / time_of(10, chains_baseline).median * 1e-9;
 }
 
 // Million products and sums of all convolutions once: of `flight` as convolutions of 4x4 pixels and stride 2, and with
@@ -212,12 +197,12 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
     Buffer<double> scratch;
-    const double whole = median_s(20, [&] { sink = static_cast<float>(network.encode(frame)); });
-    const double preprocess = median_s(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
+    const timing whole = time_of(20, [&] { sink = static_cast<float>(network.encode(frame)); });
+    const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     Preprocess blind = network.preprocess(); // to any four images, as good as others for the time
     blind.projected = 4;
     blind.units.assign(4 * kPixels, 1.0 / kSide);
-    const double projecting = median_s(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
+    const timing projecting = time_of(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
         moved = std::max(moved,
@@ -225,15 +210,16 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
                              scene.info.crb_px);
     const bool paper = layout.max_pool;
     const double roofline = mflop(paper, paper ? 9 : 16) / peak;
-    std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"preprocess_ms\": %.4f, "
-                "\"projecting_ms\": %.4f, \"roofline_ms\": %.4f, \"least_ms\": %.4f, \"latent_moved_sigma\": %.3g}\n",
-                toliman::kernels::host_isa_name(), layout.name, whole * 1e3, preprocess * 1e3, projecting * 1e3,
-                roofline, mflop(paper, 9) / peak, moved);
+    std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
+                "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"roofline_ms\": %.4f, \"least_ms\": %.4f, "
+                "\"latent_moved_sigma\": %.3g}\n",
+                toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
+                preprocess.median * 1e3, projecting.median * 1e3, roofline, mflop(paper, 9) / peak, moved);
 }
 
 void measure_training(const Layout &layout, double peak) {
     Step step(layout);
-    const double ms = median_s(1, [&] { step.batch(); }) * 1e3 / kBatch;
+    const timing time = time_of(1, [&] { step.batch(); });
     const bool paper = layout.max_pool;
     // Forwards, by the weights, by the images: three times both halves, but for the first image's gradient.
     const auto work = [&](double taps) {
@@ -241,10 +227,11 @@ void measure_training(const Layout &layout, double peak) {
                2e-6 * taps * static_cast<double>(kShapes[0].rows * kShapes[0].cols * kShapes[0].coarse_channels) *
                    (paper ? 4 : 1);
     };
-    std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"batch\": %zu, "
+    std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
+                "\"batch\": %zu, "
                 "\"roofline_ms\": %.4f, \"least_ms\": %.4f}\n",
-                toliman::kernels::host_isa_name(), layout.name, ms, kBatch, work(paper ? 9 : 16) / peak,
-                work(9) / peak);
+                toliman::kernels::host_isa_name(), layout.name, time.median * 1e3 / kBatch, time.spread * 1e3 / kBatch,
+                kBatch, work(paper ? 9 : 16) / peak, work(9) / peak);
 }
 
 void measure_tied(const Scene &scene) {

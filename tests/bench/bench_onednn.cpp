@@ -1,21 +1,15 @@
 // The encoder of layout `paper` by oneDNN, one thread: milliseconds an image, as one JSON object.
-#include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <unordered_map>
 #include <vector>
 
 #include <oneapi/dnnl/dnnl.hpp>
 
+#include "timing.hpp"
+
 using namespace dnnl;
 
 namespace {
-
-double processor_s() {
-    timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Call {
     primitive what;
@@ -73,17 +67,12 @@ int main() {
                      {{DNNL_ARG_SRC, now},
                       {DNNL_ARG_WEIGHTS, memory(plan.weights_desc(), cpu)},
                       {DNNL_ARG_DST, memory(plan.dst_desc(), cpu)}}});
-    std::vector<double> times;
-    for (int r = 0; r < 10; r++) {
-        const double start = processor_s();
-        for (int i = 0; i < 20; i++)
-            for (const Call &call : calls)
-                call.what.execute(order, call.with);
+    const timing time = measure(9, 20, [&] {
+        for (const Call &call : calls)
+            call.what.execute(order, call.with);
         order.wait();
-        times.push_back((processor_s() - start) / 20);
-    }
-    std::sort(times.begin(), times.end());
+    });
     const version_t *v = version();
     std::printf("{\"part\": \"peer\", \"peer\": \"oneDNN %d.%d\", \"layout\": \"paper\", \"encode_ms\": %.4f}\n",
-                v->major, v->minor, times[5] * 1e3);
+                v->major, v->minor, time.median * 1e3);
 }

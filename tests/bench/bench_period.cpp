@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 
 #include "base/wide.hpp"
 #include "chosen_isa.hpp"
+#include "timing.hpp"
 
 namespace {
 
@@ -39,23 +39,6 @@ struct Reference {
         return worst;
     }
 };
-
-double processor_s() {
-    timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double median_s(int repeats, const std::function<void()> &work) {
-    std::vector<double> times;
-    for (int i = 0; i < repeats; i++) {
-        const double start = processor_s();
-        work();
-        times.push_back(processor_s() - start);
-    }
-    std::sort(times.begin(), times.end());
-    return times[times.size() / 2];
-}
 
 void check(toliman_status status) {
     if (status == TOLIMAN_OK)
@@ -134,9 +117,9 @@ void measure_batch(const Series &series) {
     const Reference reference = reference_of(series, batch(series, 1e-13, series.nf));
     for (double tolerance : {1e-3, 1e-6, 1e-9, 1e-11, 1e-13}) {
         std::vector<double> power;
-        const double seconds = median_s(5, [&] { power = batch(series, tolerance, series.nf); });
-        std::printf("{\"part\": \"batch\", \"tolerance\": %g, \"seconds\": %.6f, \"error\": %.3g}\n", tolerance,
-                    seconds, reference.error(power));
+        const timing time = measure(5, 1, [&] { power = batch(series, tolerance, series.nf); });
+        std::printf("{\"part\": \"batch\", \"tolerance\": %g, \"seconds\": %.6f, \"spread\": %.2g, \"error\": %.3g}\n",
+                    tolerance, time.median, time.spread, reference.error(power));
     }
     // Direct sums take a time proportional to the frequencies: where that is long, a part of them is measured.
     constexpr double kMost = 5e8;
@@ -144,7 +127,7 @@ void measure_batch(const Series &series) {
     const auto part =
         std::max<int64_t>(16, static_cast<int64_t>(std::min(1.0, kMost / terms) * static_cast<double>(series.nf)));
     std::vector<double> power;
-    const double seconds = median_s(1, [&] { power = batch(series, 0, part); });
+    const double seconds = measure(1, 1, [&] { power = batch(series, 0, part); }).median;
     std::printf("{\"part\": \"direct\", \"seconds\": %.6f, \"measured\": %g, \"error\": %.3g}\n",
                 seconds * static_cast<double>(series.nf) / static_cast<double>(part),
                 static_cast<double>(part) / static_cast<double>(series.nf), reference.error(power));
@@ -156,14 +139,29 @@ void measure_batch(const Series &series) {
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
     power.resize(static_cast<size_t>(series.nf));
-    const double all = median_s(1, [&] {
+    const timing all = measure(1, 1, [&] {
         check(toliman_period_push_many(period, series.t.data(), series.y.data(), series.sigma.data(), pushed));
         check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
     toliman_period_destroy(period);
     const double share = static_cast<double>(pushed) / static_cast<double>(series.n());
-    std::printf("{\"part\": \"stream\", \"seconds\": %.6f, \"measured\": %g, \"error\": ", all / share, share);
+    std::printf("{\"part\": \"stream\", \"seconds\": %.6f, \"measured\": %g, \"error\": ", all.median / share, share);
     std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
+}
+
+// Seconds of going once through as many bytes as the sums have, and changing each: no push can be quicker.
+double pass_s(const toliman_period *period) {
+    size_t size;
+    check(toliman_period_save(period, nullptr, 0, &size));
+    std::vector<uint64_t> words(size / sizeof(uint64_t));
+    uint64_t step = 0;
+    return measure(9, 100,
+                   [&] {
+                       step++;
+                       for (uint64_t &word : words)
+                           word += step;
+                   })
+        .median;
 }
 
 // One frame more and the power of every frequency.
@@ -174,23 +172,23 @@ void measure_frame(const Series &series, bool wide) {
     options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
-    constexpr size_t kPushes = 1000;
+    constexpr int kPushes = 1000;
     size_t next = 0;
-    const double push = median_s(5, [&] {
-        for (size_t i = 0; i < kPushes; i++, next = (next + 1) % series.n())
-            check(toliman_period_push(period, series.t[next], series.y[next], series.sigma[next]));
+    const timing push = measure(5, kPushes, [&] {
+        check(toliman_period_push(period, series.t[next], series.y[next], series.sigma[next]));
+        next = (next + 1) % series.n();
     });
     std::vector<double> power(static_cast<size_t>(series.nf));
     constexpr int kQueries = 100;
-    const double query = median_s(5, [&] {
-        for (int i = 0; i < kQueries; i++)
-            check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
+    const timing query = measure(5, kQueries, [&] {
+        check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
+    const double roofline = pass_s(period), nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);
-    const double nf = static_cast<double>(series.nf);
-    std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f}\n",
-                wide ? "wide" : "frame", toliman::kernels::host_isa_name(), push / kPushes / nf * 1e9,
-                query / kQueries / nf * 1e9, push / kPushes + query / kQueries);
+    std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f, "
+                "\"spread\": %.2g, \"roofline\": %.3g}\n",
+                wide ? "wide" : "frame", toliman::kernels::host_isa_name(), push.median / nf * 1e9,
+                query.median / nf * 1e9, push.median + query.median, push.spread + query.spread, roofline);
 }
 
 } // namespace

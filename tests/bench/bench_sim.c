@@ -3,22 +3,11 @@
  */
 #include <stdio.h>
 #include <sys/resource.h>
-#include <time.h>
 
 #include "long_double_sim.h"
+#include "timing.h"
 
 enum { POINTS = 14, REPEATS = 5, BATCH = 32 };
-
-static double processor_s(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int ascending(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static char *file_text(const char *path) {
     char text[8192];
@@ -60,8 +49,8 @@ static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
     return plan;
 }
 
-/* Seconds of one broadband image of the moving star. */
-static double image_s(const toliman_sim *sim, int repeats) {
+/* One broadband image of the moving star. */
+static timing image_time(const toliman_sim *sim, int repeats) {
     double times[REPEATS];
     double *const image = doubles((size_t)(sim_info_of(sim).rows * sim_info_of(sim).cols));
     for (int i = 0; i < repeats; i++) {
@@ -70,8 +59,17 @@ static double image_s(const toliman_sim *sim, int repeats) {
         times[i] = processor_s() - start;
     }
     free(image);
-    qsort(times, (size_t)repeats, sizeof *times, ascending);
-    return times[repeats / 2];
+    return timing_of(times, (size_t)repeats);
+}
+
+/* Seconds of the transforms alone at the speed of OpenBLAS's products: of each wavelength two products, without a fifth
+ * of the first, which is outside the round pupil. */
+static double roofline_s(const toliman_sim *sim) {
+    double gflops;
+    assert_ok(toliman_get_blas_speed(&gflops));
+    const toliman_sim_plan_info plan = plan_of(sim);
+    const double n = (double)plan.pupil_samples, cols = 256, rows = 256;
+    return plan.wavelengths * n * cols * (1.6 * n + 2 * rows) / gflops * 1e-9;
 }
 
 /* The pixels looked at: both stars' cores and the frame at large with its corners. */
@@ -148,7 +146,7 @@ static void measure_choices(void) {
             printf("{\"part\": \"choices\", \"engine\": \"%s\", \"samples\": %lld, \"wavelengths\": %d, \"order\": %d, "
                    "\"displacement_px\": %g, \"seconds\": %.5g, \"error\": %.3g, \"shift_error_px\": %.3g}\n",
                    fft ? "fft" : "mdft", (long long)plan.pupil_samples, plan.wavelengths, plan.order, far[k],
-                   image_s(sim, fft ? 1 : REPEATS), error, shift);
+                   image_time(sim, fft ? 1 : REPEATS).median, error, shift);
             fflush(stdout);
             toliman_sim_destroy(sim);
         }
@@ -173,10 +171,12 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
     for (int i = 0; i < 256 * 256; i++)
         node_error = fmax(node_error, fabs(a[i] - b[i]) / sim_info_of(exact).peak_photons);
     errors_of(exact, &p, 1e-6, still, still, &error, &shift);
+    const timing few = image_time(nodes, REPEATS), many = image_time(exact, REPEATS);
     printf("{\"part\": \"image\", \"geometry\": \"%s\", \"pixel_arcsec\": %g, \"min_nm\": %g, \"nodes\": %d, "
-           "\"node_seconds\": %.5g, \"node_error\": %.3g, \"wavelengths\": %d, \"seconds\": %.5g, \"error\": %.3g}\n",
-           name, pixel_arcsec, min_nm, plan_of(nodes).wavelengths, image_s(nodes, REPEATS), node_error,
-           plan_of(exact).wavelengths, image_s(exact, REPEATS), error);
+           "\"node_seconds\": %.5g, \"node_spread\": %.2g, \"node_roofline\": %.5g, \"node_error\": %.3g, "
+           "\"wavelengths\": %d, \"seconds\": %.5g, \"spread\": %.2g, \"roofline\": %.5g, \"error\": %.3g}\n",
+           name, pixel_arcsec, min_nm, plan_of(nodes).wavelengths, few.median, few.spread, roofline_s(nodes),
+           node_error, plan_of(exact).wavelengths, many.median, many.spread, roofline_s(exact), error);
     fflush(stdout);
     free(a);
     free(b);
@@ -206,12 +206,15 @@ static long peak_memory_kib(void) {
 /* Noisy frames: cost must be linear and memory flat. */
 static void measure_frames(void) {
     toliman_sim *const sim = one_core(chapter(), 0);
-    const double first = frames_s(sim, 1095);
+    double times[REPEATS];
+    for (int i = 0; i < REPEATS; i++)
+        times[i] = frames_s(sim, 1095);
+    const timing few = timing_of(times, REPEATS);
     const long before = peak_memory_kib();
     const double many = frames_s(sim, 10000);
-    printf("{\"part\": \"frames\", \"seconds_1095\": %.5g, \"seconds_10000\": %.5g, \"growth_kib\": %ld, "
-           "\"ns_a_pixel\": %.3g}\n",
-           first, many, peak_memory_kib() - before, many / 10000 / 65536 * 1e9);
+    printf("{\"part\": \"frames\", \"seconds_1095\": %.5g, \"spread_1095\": %.2g, \"seconds_10000\": %.5g, "
+           "\"growth_kib\": %ld, \"ns_a_pixel\": %.3g}\n",
+           few.median, few.spread, many, peak_memory_kib() - before, many / 10000 / 65536 * 1e9);
     fflush(stdout);
     toliman_sim_destroy(sim);
 }

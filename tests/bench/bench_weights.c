@@ -2,8 +2,9 @@
  * one JSON object a line. bench_weights.py runs it and lays out the table. */
 #include "cae_scene.h"
 #include "scene_text.h"
+#include "timing.h"
 
-enum { FRAMES = 2000, BATCH = 40, COMBINATIONS = 9 };
+enum { FRAMES = 2000, BATCH = 40, COMBINATIONS = 9, REPEATS = 9 };
 
 static const char *const names[] = {"float32", "bf16", "fp16"};
 
@@ -22,8 +23,9 @@ static toliman_sim *scene(void) {
     return sim;
 }
 
-/* Saved into the folder and loaded from there. */
-static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes) {
+/* Saved into the folder and loaded from there, again and again. */
+static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes,
+                            timing *loading) {
     char path[4096];
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
@@ -32,7 +34,14 @@ static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t 
     snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights], names[planes]);
     assert_ok(toliman_cae_save_file(cae, &options, path));
     toliman_cae *loaded = NULL;
-    assert_ok(toliman_cae_load_file(path, NULL, &loaded));
+    double times[REPEATS];
+    for (int i = 0; i < REPEATS; i++) {
+        toliman_cae_destroy(loaded);
+        const double start = processor_s();
+        assert_ok(toliman_cae_load_file(path, NULL, &loaded));
+        times[i] = processor_s() - start;
+    }
+    *loading = timing_of(times, REPEATS);
     return loaded;
 }
 
@@ -71,8 +80,9 @@ int main(int count, char **arguments) {
     assert_ok(toliman_sim_get_info(sim, &info));
     toliman_cae *const trained = make_cae(sim, 1, 600, NULL);
     toliman_cae *networks[COMBINATIONS];
+    timing loading[COMBINATIONS];
     for (int32_t k = 0; k < COMBINATIONS; k++)
-        networks[k] = by_file(trained, arguments[1], k / 3, k % 3);
+        networks[k] = by_file(trained, arguments[1], k / 3, k % 3, &loading[k]);
     encode_frames(sim, networks, latents);
 
     double *const still = new_image(kPixels), *const brighter = new_image(kPixels), *const shifted = new_image(kPixels);
@@ -87,10 +97,11 @@ int main(int count, char **arguments) {
     for (int k = 0; k < COMBINATIONS; k++) {
         const toliman_cae *const cae = networks[k];
         const double slope = (encode_expected(cae, sim, 1e-5) - encode_expected(cae, sim, -1e-5)) / 2e-5;
-        printf("{\"weights\": \"%s\", \"planes\": \"%s\", \"slope\": %.9g, \"bias\": %.3g, \"change\": %.3g, "
+        printf("{\"weights\": \"%s\", \"planes\": \"%s\", \"load_s\": %.4g, \"load_spread\": %.2g, \"slope\": %.9g, "
+               "\"bias\": %.3g, \"change\": %.3g, "
                "\"flux\": %.3g, \"shift\": %.3g, \"efficiency\": %.6g}\n",
-               names[k / 3], names[k % 3], slope, (latent_of(cae, still) - latent_of(trained, still)) / sigma,
-               deviation(latents[k], latents[0]) / sigma,
+               names[k / 3], names[k % 3], loading[k].median, loading[k].spread, slope,
+               (latent_of(cae, still) - latent_of(trained, still)) / sigma, deviation(latents[k], latents[0]) / sigma,
                (latent_of(cae, brighter) - latent_of(trained, brighter)) / sigma,
                (latent_of(cae, shifted) - latent_of(trained, shifted)) / sigma,
                info.crb_projected_px * slope / deviation(latents[k], NULL));

@@ -1,16 +1,14 @@
-"""Time of the periodograms against their error, on one core, beside astropy on the same samples.
-
-Usage: bench_period.py FOLDER RESULT.json. FOLDER holds bench_period. Times are processor seconds."""
-import json
+"""Time of the periodograms against their error, on one core, beside astropy on the same samples. Times are processor
+seconds."""
 import os
-import subprocess
-import sys
 import tempfile
 import time
 
 os.environ.update({name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")})
 import numpy
 from astropy.timeseries import LombScargle
+
+from measuring import lines, row
 
 SPAN = 1000.0
 GRIDS = [(1000, 10000), (10000, 10000), (100000, 10000), (1000000, 10000), (10000, 100000), (1000000, 100000)]
@@ -44,22 +42,45 @@ def astropy_rows(count, f0, df, nf, reference):
         yield {"part": "astropy", "method": method, "seconds": seconds, "error": error}
 
 
-def measure(program, count, nf):
+def measure_one(program, count, nf):
     f0, df = 1.5 / SPAN, 0.1 / SPAN if nf == 10000 else 0.05 / SPAN
     with tempfile.NamedTemporaryFile() as file:
         for column in samples(count):
             file.write(column.tobytes())
         file.flush()
-        done = subprocess.run([program, file.name, str(count), repr(f0), repr(df), str(nf)], stdout=subprocess.PIPE,
-                              text=True)
-    if done.returncode != 0:
-        sys.exit(done.returncode)
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
-    reference, = [row for row in rows if row["part"] == "reference"]
-    rows += astropy_rows(count, f0, df, nf, reference)
-    for row in rows:
-        row.update(samples=count, frequencies=nf)
-    return rows
+        found = lines([program, file.name, count, repr(f0), repr(df), nf])
+    reference, = [one for one in found if one["part"] == "reference"]
+    found += astropy_rows(count, f0, df, nf, reference)
+    for one in found:
+        one.update(samples=count, frequencies=nf)
+    return found
+
+
+def measure(binaries):
+    program = os.path.join(binaries, "bench_period")
+    return [one for count, nf in GRIDS for one in measure_one(program, count, nf)]
+
+
+def rows(measured):
+    fast = {(one["samples"], one["frequencies"]): one["seconds"] for one in measured
+            if one["part"] == "astropy" and one["method"] == "fast"}
+    frames = [one for one in measured if one["part"] == "frame" and (one["samples"], one["frequencies"]) == GRIDS[0]]
+    for one in frames:
+        yield row("frame", one["isa"], "one frame more and 10,000 powers", one["seconds"], one["spread"], None, None,
+                  "astropy fast, all 1,000 again", fast[GRIDS[0]], one["roofline"], one is frames[-1])
+    for one in measured:
+        grid = one["samples"], one["frequencies"]
+        name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"
+        if one["part"] == "batch":
+            headline = one["tolerance"] in (1e-3, 1e-9, 1e-13) and grid in (GRIDS[0], GRIDS[-1])
+            yield row("period", "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
+                      one["error"], "", "astropy fast", fast[grid], None, headline, samples=grid[0], frequencies=grid[1])
+        elif one["part"] in ("direct", "stream", "astropy"):
+            series = {"direct": "direct sums", "stream": "streaming, exact sums"}.get(one["part"])
+            series = series or "astropy " + one["method"]
+            part = one.get("measured", 1)
+            yield row("period", series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
+                      one["seconds"], None, one["error"], "", samples=grid[0], frequencies=grid[1])
 
 
 def show(rows):
@@ -86,16 +107,3 @@ def show(rows):
             part = row.get("measured", 1)
             print(f"{name:22s} {row['seconds']:8.4f}   {error}"
                   + ("" if part == 1 else f"   ({100 * part:.2g} % of the {of} measured)"))
-
-
-def main():
-    program, rows = os.path.join(sys.argv[1], "bench_period"), []
-    for count, nf in GRIDS:
-        rows += measure(program, count, nf)
-    show(rows)
-    with open(sys.argv[2], "w") as out:
-        json.dump(rows, out, indent=1)
-    print(f"\n{sys.argv[2]}", file=sys.stderr)
-
-
-main()

@@ -1,39 +1,44 @@
-"""Speed of the simulator against its error, on one core, beside a plain numpy matrix transform in the same run.
-
-Usage: bench_sim.py FOLDER RESULT.json. FOLDER holds bench_sim and bench_poisson; numpy is taken from Debian's python3
-where it is there."""
-import json
+"""Speed of the simulator against its error, on one core, beside a plain numpy matrix transform in the same run."""
 import os
-import subprocess
-import sys
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-PYTHON = "/usr/bin/python3"
+from measuring import lines, peer, row
 
 
-def environment():
-    """One thread, and kernels as new as the processor: Debian's OpenBLAS takes many for older ones."""
-    core = "SKYLAKEX" if " avx512f " in open("/proc/cpuinfo").read() else "HASWELL"
-    return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1"}
+def measure(binaries):
+    found = lines([os.path.join(binaries, "bench_sim")]) + lines([os.path.join(binaries, "bench_poisson")])
+    for one in found:
+        if one["part"] == "image":
+            one["numpy_seconds"] = peer("numpy_mft.py", one["pixel_arcsec"], one["min_nm"])
+        if one["part"] == "poisson":
+            one["numpy_ns"] = peer("numpy_poisson.py", one["decades"])
+    for far in (1e-6, 1e-2):
+        mark_front([one for one in found if one["part"] == "choices" and one["displacement_px"] == far])
+    return found
 
 
-def measure(program):
-    rows = []
-    with subprocess.Popen([program], env=environment(), stdout=subprocess.PIPE, text=True) as run:
-        for line in run.stdout:
-            rows.append(json.loads(line))
-            if sys.stderr.isatty():
-                print(f"\r{len(rows)} measured", end="", file=sys.stderr)
-    if run.returncode != 0:
-        sys.exit(run.returncode)
-    return rows
-
-
-def numpy_time(script, *arguments):
-    """What a peer's script measures; None without numpy."""
-    done = subprocess.run([PYTHON, os.path.join(HERE, script), *map(str, arguments)], env=environment(),
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    return float(done.stdout) if done.returncode == 0 else None
+def rows(measured):
+    best = [one["isa"] for one in measured if one["part"] == "poisson"][-1]
+    for one in measured:
+        if one["part"] == "image":
+            name = f"image of 101 wavelengths, {one['pixel_arcsec']:g}\"/px"
+            beside = ("numpy", one["numpy_seconds"])
+            yield row("image", f"nodes, {one['geometry']}", f"{name}, accuracy 1e-9: {one['nodes']} nodes",
+                      one["node_seconds"], one["node_spread"], one["node_error"], "of peak", *beside,
+                      one["node_roofline"], True)
+            yield row("image", f"all, {one['geometry']}", f"{name}, every wavelength", one["seconds"], one["spread"],
+                      one["error"], "of peak", *beside, one["roofline"], True)
+        elif one["part"] == "frames":
+            yield row("frames", "noisy", "1095 noisy frames of 256 x 256 px", one["seconds_1095"], one["spread_1095"],
+                      headline=True)
+        elif one["part"] == "poisson" and one["isa"] == best:
+            means = "1e4 to 1e9" if one["decades"] else "1e4"
+            beside = ("numpy", one["numpy_ns"] and one["numpy_ns"] * 65536e-9)
+            yield row("frames", "Poisson", f"65,536 Poisson counts of means {means}", one["ns"] * 65536e-9,
+                      one["spread_ns"] * 65536e-9, None, None, *beside, headline=bool(one["decades"]))
+        elif one["part"] == "choices" and one["displacement_px"] == 1e-6:
+            series = "padded FFT" if one["engine"] == "fft" else f"{one['samples']} pupil samples"
+            yield row("optics", series, f"chapter, {series}, {one['wavelengths']} wavelengths", one["seconds"], None,
+                      one["error"], "of peak")
 
 
 def mark_front(rows):
@@ -76,22 +81,3 @@ def show(rows):
         print(f"{row['engine']:6s} {row['samples']:5d} {row['wavelengths']:11d} {row['order']:5d} "
               f"{row['displacement_px']:16g} {row['seconds']:8.4f}     {row['error']:.1e}          "
               f"{row['shift_error_px']:.1e}   {'*' if row['front'] else ''}")
-
-
-def main():
-    folder, result = sys.argv[1:]
-    rows = measure(os.path.join(folder, "bench_sim")) + measure(os.path.join(folder, "bench_poisson"))
-    for row in rows:
-        if row["part"] == "image":
-            row["numpy_seconds"] = numpy_time("numpy_mft.py", row["pixel_arcsec"], row["min_nm"])
-        if row["part"] == "poisson":
-            row["numpy_ns"] = numpy_time("numpy_poisson.py", row["decades"])
-    for far in (1e-6, 1e-2):
-        mark_front([row for row in rows if row["part"] == "choices" and row["displacement_px"] == far])
-    show(rows)
-    with open(result, "w") as out:
-        json.dump(rows, out, indent=1)
-    print(f"\n{result}", file=sys.stderr)
-
-
-main()

@@ -1,28 +1,46 @@
 """The autoencoder's times on one core against the processor's peak, and against PyTorch and oneDNN where they are
-installed (Debian's python3-torch, libdnnl-dev).
-
-Usage: bench_cae.py FOLDER RESULT.json; FOLDER holds bench_cae and, where it was built, bench_onednn."""
-import json
+installed (Debian's python3-torch, libdnnl-dev)."""
 import os
-import subprocess
-import sys
 import tempfile
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-PYTHON = "/usr/bin/python3"
+from measuring import HERE, PYTHON, lines, row
 
 
-def environment():
-    core = "SKYLAKEX" if " avx512f " in open("/proc/cpuinfo").read() else "HASWELL"
-    return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+def measure(binaries):
+    with tempfile.TemporaryDirectory() as scratch:
+        found = lines([os.path.join(binaries, "bench_cae"), scratch])
+        found += lines([PYTHON, os.path.join(HERE, "torch_cae.py"), scratch], optional=True)
+    onednn = os.path.join(binaries, "bench_onednn")
+    return found + (lines([onednn], optional=True) if os.path.exists(onednn) else [])
 
 
-def lines(command, optional=False):
-    done = subprocess.run(command, env=environment(), stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE if optional else None, text=True)
-    if done.returncode != 0 and not optional:
-        sys.exit(done.returncode)
-    return [json.loads(line) for line in done.stdout.splitlines()]
+def best_of(measured):
+    """Milliseconds with the widest instruction set, which comes first."""
+    return {(one["part"], one["layout"]): one["ms"] for one in reversed(measured) if one["part"] in ("encode", "training")}
+
+
+def quickest_peer(measured, what, layout):
+    times = [(one[what + "_ms"] / 1e3, one["peer"].split(",")[0]) for one in measured
+             if one["part"] == "peer" and one["layout"] == layout and what + "_ms" in one]
+    return min(times, default=(None, None))
+
+
+def rows(measured):
+    best = best_of(measured)
+    agreement = {one["layout"]: one for one in measured if one["part"] == "agreement"}
+    for one in measured:
+        if one["part"] not in ("encode", "training"):
+            continue
+        what, layout = one["part"], one["layout"]
+        beside_seconds, beside = quickest_peer(measured, what, layout)
+        error = agreement.get(layout, {}).get("latent" if what == "encode" else "gradient")
+        text = "encode a frame" if what == "encode" else f"training step of {one['batch']}, an image"
+        yield row(what, f"{layout}, {one['isa']}", f"{text}, `{layout}`", one["ms"] / 1e3, one["spread_ms"] / 1e3,
+                  error, "of largest", beside, beside_seconds, one["roofline_ms"] / 1e3, one["ms"] == best[what, layout])
+    for one in measured:
+        if one["part"] == "tied":
+            yield row("training", "tied", "train for the chapter's scene, by the clock", one["seconds"], None,
+                      1 - one["cosine"], "missing of cosine 1", headline=True)
 
 
 def show(rows):
@@ -40,7 +58,7 @@ def show(rows):
             print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projecting_ms']:.3f} "
                   "with four images projected out" +
                   (f"; latents moved by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
-    best = {(row["part"], row["layout"]): row["ms"] for row in reversed(rows) if row["part"] in ("encode", "training")}
+    best = best_of(rows)
     for row in rows:
         if row["part"] == "tied":
             print(f"\ntied training of the chapter's scene: {row['steps']} steps, cosine {row['cosine']:.4f}, "
@@ -55,18 +73,3 @@ def show(rows):
                     ms = row[what + "_ms"]
                     text += f"  {what} {ms:7.3f} ms, {ms / best[what, row['layout']]:.2f} times ours"
             print(text)
-
-
-def main():
-    folder, result = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as scratch:
-        rows = lines([os.path.join(folder, "bench_cae"), scratch])
-        rows += lines([PYTHON, os.path.join(HERE, "torch_cae.py"), scratch], optional=True)
-    onednn = os.path.join(folder, "bench_onednn")
-    if os.path.exists(onednn):
-        rows += lines([onednn], optional=True)
-    json.dump(rows, open(result, "w"), indent=1)
-    show(rows)
-
-
-main()

@@ -1,0 +1,68 @@
+"""Measures everything and sets the error and a peer beside each time: make bench.
+
+Usage: bench.py BIN OUT [NAME ...]; BIN holds the programs, NAME is sim, cae, period, weights, run or size: all of them
+without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of README.md."""
+import datetime
+import importlib
+import json
+import os
+import subprocess
+import sys
+
+NAMES = ("sim", "cae", "period", "weights", "run", "size")
+
+
+def machine(binaries):
+    """Facts of `toliman doctor`; ends where OpenBLAS runs kernels that are too old for the processor."""
+    from measuring import environment
+    text = subprocess.run([os.path.join(binaries, "toliman"), "doctor", "--json"], env=environment(),
+                          stdout=subprocess.PIPE, text=True, check=True).stdout
+    facts = json.loads(text)
+    if facts["blas_is_slow"] or facts["blas_core"].lower() == "prescott":
+        sys.exit(f"bench: OpenBLAS runs its {facts['blas_core']} kernels; set OPENBLAS_CORETYPE")
+    with open("/proc/cpuinfo") as file:
+        models = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
+    return {"model": models[0] if models else "unknown", **facts}
+
+
+def number(value, form):
+    return "" if value is None else format(value, form)
+
+
+def seconds(value):
+    """In the unit that suits it."""
+    for unit, size in (("s", 1), ("ms", 1e-3), ("us", 1e-6)):
+        if value >= size:
+            break
+    return f"{value / size:.3g} {unit}"
+
+
+def print_table(rows):
+    print("| what | time | +- | error | beside | times as long | of the least |\n|---|---|---|---|---|---|---|")
+    for r in rows:
+        error = "" if r["error"] is None else f"{r['error']:.0e} {r['error_of'] or ''}".strip()
+        print(f"| {r['what']} | {seconds(r['seconds'])} | {number(r['spread'] and r['spread'] / r['seconds'], '.0%')} | "
+              f"{error} | {r['peer'] or ''} | {number(r['ratio_peer'], ',.3g')} | {number(r['ratio_roofline'], '.2f')} |")
+
+
+def main():
+    binaries, out, names = sys.argv[1], sys.argv[2], sys.argv[3:] or NAMES
+    os.makedirs(out, exist_ok=True)
+    facts = {"date": datetime.date.today().isoformat(), **machine(binaries)}
+    print(f"{facts['date']}, {facts['model']}, one core; kernels {facts['isa']}, OpenBLAS {facts['blas_core']} "
+          f"{facts['blas_gflops']:.0f} GFLOP/s\n")
+    everything = []
+    for name in names:
+        bench = importlib.import_module(name)
+        measured = bench.measure(binaries)
+        rows = list(bench.rows(measured))
+        everything += rows
+        with open(os.path.join(out, name + ".json"), "w") as file:
+            json.dump({"schema": "toliman-bench/1", "machine": facts, "rows": rows, "details": measured}, file, indent=1)
+        if len(names) == 1:
+            bench.show(measured)
+            print()
+    print_table([r for r in everything if r["headline"]])
+
+
+main()

@@ -1,0 +1,50 @@
+"""What the benches share: programs that print a JSON object a line, and the row in which all tell what they measured."""
+import json
+import os
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+PYTHON = "/usr/bin/python3"
+
+
+def environment():
+    """One thread, and kernels as new as the processor: Debian's OpenBLAS takes many for older ones."""
+    core = "SKYLAKEX" if " avx512f " in open("/proc/cpuinfo").read() else "HASWELL"
+    return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+def lines(command, optional=False):
+    """What a program prints; none where it is optional and fails, as a peer that is not installed."""
+    found = []
+    quiet = subprocess.DEVNULL if optional else None
+    with subprocess.Popen([str(word) for word in command], env=environment(), stdout=subprocess.PIPE, stderr=quiet,
+                          text=True) as run:
+        for line in run.stdout:
+            found.append(json.loads(line))
+            if sys.stderr.isatty():
+                print(f"\r{os.path.basename(str(command[0]))}: {len(found)} measured ", end="", file=sys.stderr)
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr)
+    if run.returncode != 0 and not optional:
+        sys.exit(run.returncode)
+    return found
+
+
+def peer(script, *arguments):
+    """What a peer's script prints: processor seconds; None where what it needs is not installed."""
+    found = lines([PYTHON, os.path.join(HERE, script), *arguments], optional=True)
+    return found[0] if found else None
+
+
+def row(bench, series, what, seconds, spread=None, error=None, of=None, beside=None, beside_seconds=None,
+        roofline=None, headline=False, **more):
+    """Seconds are processor seconds of one core unless `what` says otherwise, spread half of what the middle half of the
+    runs spans, error the largest (relative to `of`). beside is the peer, measured in the same run; roofline the seconds
+    that the machine needs at the very least. The headlines are for the README."""
+    return {
+        "bench": bench, "series": series, "what": what, "seconds": seconds, "spread": spread, "error": error,
+        "error_of": of, "peer": beside if beside_seconds else None,
+        "ratio_peer": beside_seconds / seconds if beside_seconds else None,
+        "ratio_roofline": seconds / roofline if roofline else None, "headline": headline, **more,
+    }

@@ -1,0 +1,45 @@
+"""Bytes of the stripped library, what it loads, and how long a fresh process takes to load it."""
+import os
+import subprocess
+import sys
+import tempfile
+
+from measuring import row
+
+REPEATS = 21
+LOAD = """
+import ctypes, sys, time
+for path in sys.argv[2:]:
+    ctypes.CDLL(path, ctypes.RTLD_GLOBAL)
+start = time.perf_counter()
+ctypes.CDLL(sys.argv[1])
+print(time.perf_counter() - start)
+"""
+
+
+def load_times(library, *before):
+    """Of fresh processes, sorted: to load the library after these."""
+    runs = [subprocess.run([sys.executable, "-c", LOAD, library, *before], capture_output=True, text=True, check=True)
+            for _ in range(REPEATS)]
+    return sorted(float(run.stdout) for run in runs)
+
+
+def measure(binaries):
+    library = os.path.realpath(os.path.join(binaries, "..", "lib", "libtoliman.so"))
+    with tempfile.NamedTemporaryFile() as stripped:
+        subprocess.run(["strip", "-o", stripped.name, library], check=True)
+        size = os.path.getsize(stripped.name)
+    table = subprocess.run(["ldd", library], capture_output=True, text=True, check=True).stdout
+    others = [line.split()[2] for line in table.splitlines() if " => /" in line]
+    return {"bytes": size, "ldd": table, "whole_s": load_times(library), "own_s": load_times(library, *others)}
+
+
+def rows(measured):
+    for series, what in (("whole", "load the library and those below it"), ("own", "load the library alone")):
+        times = measured[series + "_s"]
+        spread = (times[REPEATS - 1 - REPEATS // 4] - times[REPEATS // 4]) / 2
+        yield row("load", series, what + ", by the clock", times[REPEATS // 2], spread, headline=series == "whole")
+
+
+def show(measured):
+    print(f"{measured['bytes']:,} bytes stripped\n{measured['ldd']}", end="")
