@@ -1,0 +1,37 @@
+"""make bench: no figures from kernels that are too old for the processor, and ratios that are what they say."""
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+from program import PROGRAM, ROOT, ProgramTest
+
+BENCH = ROOT / "tests" / "bench"
+sys.path.append(str(BENCH))
+import measuring
+
+
+class Bench(ProgramTest):
+    def test_refuses_old_kernels(self):
+        binaries = pathlib.Path(PROGRAM).parent
+        done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", binaries, "out", "size"], cwd=self.folder,
+                              env={**os.environ, "OPENBLAS_CORETYPE": "PRESCOTT"}, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertRegex(done.stderr, r"^bench: OpenBLAS runs its Prescott kernels; set OPENBLAS_CORETYPE")
+        self.assertEqual(os.listdir(self.folder / "out"), [])
+
+    def test_ratios(self):
+        row = measuring.row("period", "batch", "x", 0.5, 0.1, 1e-9, "of peak", "astropy", 2.0, 0.25)
+        self.assertEqual((row["ratio_peer"], row["ratio_roofline"], row["headline"]), (4, 2, False))
+        alone = measuring.row("period", "batch", "x", 0.5, beside="astropy", beside_seconds=None)  # not installed
+        self.assertEqual((alone["peer"], alone["ratio_peer"], alone["ratio_roofline"]), (None, None, None))
+
+    def test_peers_that_are_not_there(self):
+        self.assertEqual(measuring.lines(["false"], optional=True), [])
+        with self.assertRaises(SystemExit):
+            measuring.lines(["false"])
+
+
+if __name__ == "__main__":
+    unittest.main()
