@@ -40,9 +40,10 @@ def seconds(value):
 def print_table(rows):
     print("| what | time | +- | error | beside | times as long | of the least |\n|---|---|---|---|---|---|---|")
     for r in rows:
-        error = "" if r["error"] is None else f"{r['error']:.0e} {r['error_of'] or ''}".strip()
-        print(f"| {r['what']} | {seconds(r['seconds'])} | {number(r['spread'] and r['spread'] / r['seconds'], '.0%')} | "
-              f"{error} | {r['peer'] or ''} | {number(r['ratio_peer'], ',.3g')} | {number(r['ratio_roofline'], '.2f')} |")
+        spread = r["spread"] / r["seconds"] if "spread" in r else None
+        error = f"{number(r.get('error'), '.0e')} {r.get('error_of', '')}".strip() if "error" in r else ""
+        print(f"| {r['what']} | {seconds(r['seconds'])} | {number(spread, '.0%')} | {error} | {r.get('peer', '')} | "
+              f"{number(r.get('ratio_peer'), ',.3g')} | {number(r.get('ratio_roofline'), '.2f')} |")
 
 
 def main():

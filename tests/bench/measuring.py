@@ -41,10 +41,11 @@ def row(bench, series, what, seconds, spread=None, error=None, of=None, beside=N
         roofline=None, headline=False, **more):
     """Seconds are processor seconds of one core unless `what` says otherwise, spread half of what the middle half of the
     runs spans, error the largest (relative to `of`). beside is the peer, measured in the same run; roofline the seconds
-    that the machine needs at the very least. The headlines are for the README."""
-    return {
+    that the machine needs at the very least. The headlines are for the README. What is not known is not in the row."""
+    all_of_it = {
         "bench": bench, "series": series, "what": what, "seconds": seconds, "spread": spread, "error": error,
         "error_of": of, "peer": beside if beside_seconds else None,
         "ratio_peer": beside_seconds / seconds if beside_seconds else None,
         "ratio_roofline": seconds / roofline if roofline else None, "headline": headline, **more,
     }
+    return {key: value for key, value in all_of_it.items() if value is not None}

@@ -25,7 +25,7 @@ class Bench(ProgramTest):
         row = measuring.row("period", "batch", "x", 0.5, 0.1, 1e-9, "of peak", "astropy", 2.0, 0.25)
         self.assertEqual((row["ratio_peer"], row["ratio_roofline"], row["headline"]), (4, 2, False))
         alone = measuring.row("period", "batch", "x", 0.5, beside="astropy", beside_seconds=None)  # not installed
-        self.assertEqual((alone["peer"], alone["ratio_peer"], alone["ratio_roofline"]), (None, None, None))
+        self.assertEqual([key for key in alone if "peer" in key or "roofline" in key], [])
 
     def test_peers_that_are_not_there(self):
         self.assertEqual(measuring.lines(["false"], optional=True), [])
