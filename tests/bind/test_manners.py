@@ -155,7 +155,7 @@ class Stopping(unittest.TestCase):
                 "except KeyboardInterrupt:\n    print('stopped', network.info.trained)\n"
                 "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n")
         start = time.monotonic()
-        done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(PACKAGE)}, timeout=60,
+        done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(PACKAGE)}, timeout=600,
                               capture_output=True, text=True)
         self.assertEqual((done.stdout, done.stderr), ("stopped False\n", ""))
         self.assertLess(time.monotonic() - start, 30)

@@ -8,6 +8,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "examples" / "scenes"
+# Seconds after which a run is taken to hang; sanitizers are slow.
+PATIENCE = 2500 if os.environ.get("TOLIMAN_SANITIZE") else 250
 PROGRAM = os.path.abspath(os.environ.get("TOLIMAN", ROOT / "build" / "bin" / "toliman"))
 
 
@@ -26,7 +28,7 @@ class ProgramTest(unittest.TestCase):
 
     def run_program(self, *arguments, **options):
         return subprocess.run(
-            [PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=250, **options
+            [PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
         )
 
     def succeed(self, *arguments, **options):

@@ -9,7 +9,7 @@ import unittest
 
 import numpy
 from astropy.timeseries import LombScargle
-from program import PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 PLACES = {"A": [-4.0, -6.0], "B": [8.0, 10.0]}
 ALONG = numpy.array([-12.0, -16.0]) / 20  # of star A, where it lengthens the separation
@@ -304,7 +304,7 @@ class GoingOn(Experiment):
                     self.assertIsNone(run.poll())
                     time.sleep(0.002)
                 run.send_signal(number)
-                out, err = run.communicate(timeout=60)
+                out, err = run.communicate(timeout=PATIENCE)
             self.assertEqual((run.returncode, out), (code, ""))
             self.assertEqual(err, "toliman: stopped by a signal; the same command goes on where it was\n")
             self.assertLess(journal.read_bytes().count(b"\n"), lines)

@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from program import PROGRAM, ProgramTest
+from program import PATIENCE, PROGRAM, ProgramTest
 
 GRID = ("--f0", 1e-2, "--df", 1e-4, "--nf", 900)
 ROWS = [f"{k},{math.sin(k) + 0.1 * (k % 3)!r}\n" for k in range(40)]
@@ -114,7 +114,7 @@ class Follow(ProgramTest):
             child.stdin.flush()
             time.sleep(0.2)
             child.send_signal(number)
-            _, told = child.communicate(timeout=20)
+            _, told = child.communicate(timeout=PATIENCE)
             self.assertEqual(child.returncode, code)
             self.assertEqual(told, "toliman: state saved: 10 samples\ntoliman: stopped by a signal\n")
             self.assert_state("s.tlmp", ROWS[:10])
@@ -125,7 +125,7 @@ class Follow(ProgramTest):
         self.feed(child, ROWS[:10])
         child.stdin.write("10,1")
         child.send_signal(signal.SIGINT)
-        told = child.communicate(timeout=20)[1]
+        told = child.communicate(timeout=PATIENCE)[1]
         self.assertEqual((child.returncode, "state saved: 10 samples" in told), (130, True), told)
 
     def test_a_signal_before_the_first_sample(self):
@@ -136,7 +136,7 @@ class Follow(ProgramTest):
             while not self.catches(child, signal.SIGINT):
                 time.sleep(0.02)
             child.send_signal(signal.SIGINT)
-            told = child.communicate(timeout=20)[1]
+            told = child.communicate(timeout=PATIENCE)[1]
             self.assertEqual((child.returncode, told), (130, "toliman: stopped by a signal\n"))
 
     def test_an_ignored_hangup_stays_ignored(self):
@@ -144,7 +144,7 @@ class Follow(ProgramTest):
         self.feed(child, ROWS[:10])
         child.send_signal(signal.SIGHUP)
         self.feed(child, ROWS[10:20])
-        self.assertEqual(child.communicate(timeout=20)[1], "")
+        self.assertEqual(child.communicate(timeout=PATIENCE)[1], "")
         self.assertEqual(child.returncode, 0)
 
     def test_a_reader_that_leaves(self):
@@ -154,7 +154,7 @@ class Follow(ProgramTest):
         child.stdin.write(ROWS[10])
         child.stdin.close()
         told = child.stderr.read()
-        self.assertEqual(child.wait(timeout=20), 6)
+        self.assertEqual(child.wait(timeout=PATIENCE), 6)
         self.assertEqual(told, "toliman: state saved: 11 samples\ntoliman: standard output: Broken pipe\n")
         self.assert_state("s.tlmp", ROWS[:11])
 
@@ -164,7 +164,7 @@ class Follow(ProgramTest):
         child.stdin.flush()
         time.sleep(0.5)
         child.send_signal(signal.SIGTERM)
-        self.assertEqual(child.wait(timeout=20), 143)
+        self.assertEqual(child.wait(timeout=PATIENCE), 143)
         self.assertIn("state saved: ", child.stderr.read())
 
     def test_the_state_is_saved_meanwhile(self):

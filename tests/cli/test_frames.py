@@ -7,7 +7,7 @@ import time
 import unittest
 
 import numpy
-from program import PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 CHAPTER = SCENES / "chapter.json"
 
@@ -55,7 +55,7 @@ class Weights(Frames):
 
     def encode_input(self, data, *more):
         return subprocess.run([PROGRAM, "encode", "--weights", "w.tlmw", *more, "-"], cwd=self.folder, input=data,
-                              capture_output=True, timeout=100)
+                              capture_output=True, timeout=PATIENCE)
 
     def test_encode_standard_input(self):
         self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
@@ -95,7 +95,7 @@ class Weights(Frames):
             run.stdin.flush()
             time.sleep(0.3)
             run.send_signal(signal.SIGTERM)
-            self.assertEqual(run.wait(timeout=20), 143)
+            self.assertEqual(run.wait(timeout=PATIENCE), 143)
             self.assertIn(b"stopped by a signal", run.stderr.read())
 
     def test_damaged_weights(self):

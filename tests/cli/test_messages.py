@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 import numpy
-from program import PROGRAM, SCENES, ProgramTest
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest
 
 CHAPTER, MISSION = SCENES / "chapter.json", SCENES / "mission.json"
 SCENE = {
@@ -129,7 +129,7 @@ class Stopped(ProgramTest):
         while '"progress":"train"' not in child.stderr.readline():
             pass
         child.send_signal(number)
-        lines = child.communicate(timeout=60)[1].splitlines()[-2:]
+        lines = child.communicate(timeout=PATIENCE)[1].splitlines()[-2:]
         return child.returncode, lines
 
     def test_a_signal_during_training(self):

@@ -8,7 +8,7 @@ import unittest
 
 import numpy
 from astropy.timeseries import LombScargle
-from program import ROOT, SCENES, ProgramTest
+from program import PATIENCE, ROOT, SCENES, ProgramTest
 
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 PROGRAM = os.environ.get("TOLIMAN_MPI", "")
@@ -40,7 +40,7 @@ class Mpi(ProgramTest):
 
     def ranks(self, count, *arguments, more=()):
         command = [*MPIRUN, "-n", str(count), PROGRAM, *map(str, arguments), *map(str, more)]
-        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, timeout=250)
+        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE)
 
     def output(self, count, *arguments):
         done = self.ranks(count, *arguments)

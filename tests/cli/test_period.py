@@ -11,7 +11,7 @@ import mpmath
 import numpy
 from astropy.timeseries import LombScargle
 from astropy.timeseries.periodograms.lombscargle._statistics import fap_baluev
-from program import PROGRAM, ROOT, ProgramTest
+from program import PATIENCE, PROGRAM, ROOT, ProgramTest
 
 DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
 GRID = ("--f0", 1e-4, "--df", 2e-5, "--nf", 2500)
@@ -236,7 +236,7 @@ class HardSeries(ProgramTest):
             self.assertIn('"progress":"period"', child.stderr.readline())
             child.send_signal(number)
             start = time.monotonic()
-            self.assertIn("stopped by a signal", child.communicate(timeout=60)[1])
+            self.assertIn("stopped by a signal", child.communicate(timeout=PATIENCE)[1])
             self.assertEqual(child.returncode, code)
             self.assertLess(time.monotonic() - start, 5)
         self.assertFalse((self.folder / "p.npy").exists())

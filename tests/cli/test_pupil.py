@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 import numpy
-from program import PROGRAM, ProgramTest
+from program import PATIENCE, PROGRAM, ProgramTest
 
 FLUX = "540,1\n610,1.4\n"
 
@@ -150,7 +150,7 @@ class Pupil(ProgramTest):
                         if best < own:
                             break
                 run.send_signal(number)
-                out, err = run.communicate(timeout=60)
+                out, err = run.communicate(timeout=PATIENCE)
             self.assertEqual(run.returncode, code)
             self.assertIn("stopped by a signal", err)
             found = json.loads(out)

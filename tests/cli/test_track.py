@@ -8,7 +8,7 @@ import time
 import unittest
 
 import numpy
-from program import PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 FRAMES, SIDE = 48, 64
 GRID = ("--grid", "0.03:0.002:230")
@@ -50,7 +50,7 @@ class Track(ProgramTest):
     def track(self, state, *more, code=0, stdin=None, grid=GRID):
         """Lines of the output and the text of stderr."""
         done = subprocess.run(
-            self.command(state, *more, grid=grid), cwd=self.folder, input=stdin, capture_output=True, text=True, timeout=100
+            self.command(state, *more, grid=grid), cwd=self.folder, input=stdin, capture_output=True, text=True, timeout=PATIENCE
         )
         self.assertEqual(done.returncode, code, done.stderr)
         self.errors = done.stderr

@@ -10,7 +10,7 @@ import time
 import unittest
 
 import numpy
-from program import PROGRAM
+from program import PATIENCE, PROGRAM
 from test_track import FRAMES, GRID, SIDE, Track
 
 TEMPLATE = ("--template", "scene.json")
@@ -359,7 +359,7 @@ class Folders(Mistakes):
         limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
         small = ("--grid", "0.03:0.002:2")
         run = self.start("s", "in", "--sync", "frame", grid=small, preexec_fn=limit)
-        out, errors = run.communicate(timeout=60)
+        out, errors = run.communicate(timeout=PATIENCE)
         self.assertEqual(run.returncode, 6, errors)
         self.assertIn("toliman: lines that were printed are safe on the disk, and the same command goes on\n", errors)
         self.assertIn("s/ledger.tlml: File too large", errors)

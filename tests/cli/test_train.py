@@ -4,7 +4,7 @@ import signal
 import subprocess
 import unittest
 
-from program import PROGRAM, SCENES, ProgramTest
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest
 
 UNSUPERVISED = ("train", "s.json", "--mode", "unsupervised")
 
@@ -59,7 +59,7 @@ class Resumed(ProgramTest):
         while '"progress":"frames"' not in child.stderr.readline():
             pass
         child.send_signal(signal.SIGINT)
-        last = child.communicate(timeout=60)[1].splitlines()[-1]
+        last = child.communicate(timeout=PATIENCE)[1].splitlines()[-1]
         self.assertEqual((child.returncode, last), (130, "toliman: stopped by a signal"))
         self.assertEqual(self.bytes_of("w"), b"kept")
 
