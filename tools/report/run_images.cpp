@@ -217,6 +217,19 @@ Image first_frame(const Scene &scene, uint64_t seed) {
     return image;
 }
 
+Image variance_of(const Scene &scene) {
+    Image image(scene.pixels());
+    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, image.data(),
+                                static_cast<size_t>(scene.info.cols)));
+    return image;
+}
+
+// Standard deviation of the noise in the brightest pixel.
+double brightest_noise(const Scene &scene, const Image &still) {
+    const auto brightest = std::max_element(still.begin(), still.end());
+    return std::sqrt(variance_of(scene)[static_cast<size_t>(brightest - still.begin())]);
+}
+
 void add_frame(const Scene &scene, const Image &frame, Page &page) {
     std::vector<Panel> panels = {frame_panel("frame 0", frame, scene)};
     panels[0].scale = logarithmic(highest(frame));
@@ -232,8 +245,8 @@ void add_frame(const Scene &scene, const Image &frame, Page &page) {
         const Extremes extremes = extremes_of(wobble);
         caption += " Right: the expected frame at the signal's greatest displacement, " + scientific(amplitude) +
                    " px, less the one without, from " + scientific(extremes.low) + " to " + scientific(extremes.high) +
-                   " " + unit_of(scene.info) + ". The noise of the brightest pixel is " +
-                   scientific(std::sqrt(highest(still))) + ".";
+                   " " + unit_of(scene.info) + ". The noise of the brightest pixel has a standard deviation of " +
+                   scientific(brightest_noise(scene, still)) + ".";
         const std::string unit = shorten(wobble, unit_of(scene.info));
         panels.push_back(frame_panel("what the wobble changes", wobble, scene));
         panels[1].scale = around_zero(wobble);
@@ -252,13 +265,6 @@ Image cropped(const Image &frame, const Scene &scene, const toliman_cae_info &ca
         part.insert(part.end(), start, start + kSide);
     }
     return part;
-}
-
-Image variance_of(const Scene &scene) {
-    Image image(scene.pixels());
-    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, image.data(),
-                                static_cast<size_t>(scene.info.cols)));
-    return image;
 }
 
 void add_reconstruction(const Scene &scene, const Image &frame, const Network &network, Page &page) {

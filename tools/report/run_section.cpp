@@ -131,10 +131,9 @@ void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
     const size_t means = static_cast<size_t>(std::clamp(cycles * kMeansAPeriod, 1.0, kMostMeans));
     Figure figure = {"series", "", 520, "set key horizontal top right samplen 1.5\nset multiplot\n", {}};
     figure.caption = "The network's latent of each frame and the template's value, each less its mean and over its "
-                     "standard deviation; so is the truth, which therefore looks larger than it is in them: its "
-                     "amplitude is " +
+                     "standard deviation, and so the truth, which has no noise: its amplitude is " +
                      scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
-                     " of the latent's noise.";
+                     " of the latent's noise, and the smaller that is, the flatter the means lie.";
     if (series.t.size() > kMostDots)
         figure.caption += printed(" Of %zu frames every %zuth is drawn.", series.t.size(),
                                   (series.t.size() + kMostDots - 1) / kMostDots);
