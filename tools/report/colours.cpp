@@ -16,6 +16,7 @@ constexpr uint32_t kViridis[] = {0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568
                                  0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
 constexpr uint32_t kBlueRed[] = {0x053061, 0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xf7f7f7,
                                  0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b, 0x67001f};
+constexpr unsigned kShifts[] = {16, 8, 0}; // of red, green, blue
 constexpr Colour kNothing = {0xb8, 0xb8, 0xb8};
 constexpr const char *kLines[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"};
 
@@ -37,8 +38,7 @@ Colour colour_at(double part, Palette palette) {
     const double share = place - static_cast<double>(first);
     Colour colour;
     for (size_t i = 0; i < colour.size(); i++) {
-        const unsigned shift = 8 * static_cast<unsigned>(2 - i);
-        const auto channel = [&](size_t k) { return static_cast<double>(anchors.colours[k] >> shift & 255); };
+        const auto channel = [&](size_t k) { return static_cast<double>(anchors.colours[k] >> kShifts[i] & 255); };
         colour[i] = static_cast<uint8_t>(std::lround(channel(first) + share * (channel(first + 1) - channel(first))));
     }
     return colour;

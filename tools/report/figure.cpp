@@ -1,6 +1,7 @@
 #include "figure.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "gnuplot.hpp"
 #include "words.hpp"
@@ -86,7 +87,7 @@ Figure panel_figure(const std::string &name, const std::string &caption, const s
     Figure figure;
     figure.name = name;
     figure.caption = caption;
-    figure.height = static_cast<int>(side * tallest + kTop + kBottom + 0.5);
+    figure.height = static_cast<int>(std::ceil(side * tallest + kTop + kBottom));
     figure.script = "unset grid\nset tics out\nset multiplot\n";
     double left = (kFigureWidth - room - side * count) / 2;
     for (size_t i = 0; i < panels.size(); i++) {

@@ -69,7 +69,7 @@ void Page::add_table(const std::string &caption, const std::vector<std::string> 
 
 std::string Page::write(const std::string &folder) const {
     OutputFolder outer(folder), inner(outer.file("figures"));
-    const std::string path = outer.file("report.html");
+    std::string path = outer.file("report.html");
     OutputFile page(path);
     std::vector<std::unique_ptr<OutputFile>> files;
     for (const File &figure : figures_) {
