@@ -12,8 +12,9 @@ SECONDS ?= 60
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
 
-demo: all ## build everything and find a planet in 1095 simulated frames
+demo: all ## build everything, find a planet in 1095 simulated frames, and draw a page of figures
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
+	$(BUILD)/bin/toliman report chapter.run
 
 check: everything ## build and run every test
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some wait for disks and clocks
@@ -54,7 +55,7 @@ format: ## lay out the sources as .clang-format says
 lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the program
 	@cppcheck --quiet --error-exitcode=1 --enable=warning,performance,portability --std=c++17 --language=c++ \
 	    --suppressions-list=tools/check/cppcheck.txt -Ilib -Iinclude -I$(BUILD)/include -I$(BUILD)/tools/cli \
-	    -D__x86_64__=1 -DTOLIMAN_ISA=baseline '-D__attribute__(x)=' lib tools/cli tools/mpi
+	    -D__x86_64__=1 -DTOLIMAN_ISA=baseline '-D__attribute__(x)=' lib tools/cli tools/report tools/mpi
 	@git ls-files 'lib/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
 
 clean: ## remove what was built

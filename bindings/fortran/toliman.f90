@@ -297,7 +297,7 @@ module toliman
     public :: toliman_frames_fn
 
     type, bind(C), public :: toliman_cae_train_options
-        integer(c_int32_t) :: struct_size = 80
+        integer(c_int32_t) :: struct_size = 96
         integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_TIED, ...
         integer(c_int32_t) :: steps = 0 ! TIED: 0 = 300
         integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: passes over the training frames, in all; 0 = 300
@@ -313,6 +313,10 @@ module toliman
         integer(c_int64_t) :: validation = 0 ! of them, drawn from the seed and kept back; 0 = a tenth, at least 1
         integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16
         integer(c_int32_t) :: threads = 0 ! UNSUPERVISED: workers, 0 = one a processor; the same bits for any number
+        ! [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1
+        type(c_ptr) :: losses = c_null_ptr
+        ! what is beyond them, or was done before a training is taken up, is not written
+        integer(c_int64_t) :: loss_count = 0
     end type
 
     type, bind(C), public :: toliman_cae_training

@@ -85,6 +85,8 @@ typedef struct toliman_cae_train_options {
     uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth, at least 1 */
     uint32_t batch;      /* UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16 */
     uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
+    double *losses;      /* [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1 */
+    uint64_t loss_count; /* what is beyond them, or was done before a training is taken up, is not written */
 } toliman_cae_train_options;
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */

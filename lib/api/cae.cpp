@@ -47,6 +47,8 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
         fail(Status::argument, "options->learning_rate = %g: must be in [0, 1], 0 for the default",
              options.learning_rate);
+    if (options.loss_count > 0)
+        required(options.losses, "options->losses");
     return options;
 }
 
@@ -77,6 +79,7 @@ toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_option
     known.steps = or_default(options.steps, known.steps);
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.progress = {options.progress, options.progress_data};
+    known.losses = {options.losses, options.loss_count};
     toliman_cae_training report = {};
     take_up(cae, known.course(), known.steps, [&](cae::Training &state) {
         cae.network = cae::train_tied(cae.network, known, state);
@@ -114,6 +117,7 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
     known.frames = options.frame_count;
     known.validation = or_default<size_t>(options.validation, std::max<size_t>(known.frames / 10, 1));
     known.progress = {options.progress, options.progress_data};
+    known.losses = {options.losses, options.loss_count};
     return known;
 }
 

@@ -171,6 +171,7 @@ void fit(const Buffer<double> &target, const TiedOptions &options, Training &sta
         next.loss = distance(painted(forward), unit, error);
         next.steps = ++next.done;
         state = next;
+        options.losses.put(state.done - 1, state.loss);
         char stage[96];
         std::snprintf(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
                       state.loss, std::sqrt(std::max(0.0, 1 - state.loss)));

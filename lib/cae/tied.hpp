@@ -12,6 +12,7 @@ struct TiedOptions {
     uint32_t steps = 300;
     double learning_rate = 0.08; // rad, the most a step turns a tensor; falls linearly to 0
     Progress progress;
+    Losses losses;
     Course course() const noexcept { return {Mode::tied, learning_rate, steps, 0, 0, 0}; }
 };
 

@@ -26,6 +26,16 @@ struct Course {
     }
 };
 
+// The caller's array for the loss after each step or epoch, as far as it goes.
+struct Losses {
+    double *values = nullptr;
+    uint64_t count = 0;
+    void put(uint64_t k, double loss) const noexcept {
+        if (k < count)
+            values[k] = loss;
+    }
+};
+
 struct Training {
     Course course;
     uint32_t done = 0;  // steps of tied, epochs of unsupervised training

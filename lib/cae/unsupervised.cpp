@@ -202,6 +202,7 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
         trainer.check(next.validation_loss, next.done + 1);
         next.done++;
         state = next;
+        options.losses.put(state.done - 1, state.loss);
     }
 }
 

@@ -20,6 +20,7 @@ struct UnsupervisedOptions {
     double learning_rate = 1e-3;
     size_t frames = 0, validation = 0; // of all frames; of them kept back from training, at least 1
     Progress progress;
+    Losses losses;
     Course course() const noexcept { return {Mode::unsupervised, learning_rate, 0, frames, validation, batch}; }
 };
 

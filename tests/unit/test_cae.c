@@ -247,7 +247,13 @@ static void test_taken_up_where_it_stood(void **unused) {
     options.steps = 100;
     options.progress = stop_half_way;
     options.progress_data = &calls;
+    double losses[100];
+    for (int k = 0; k < 100; k++)
+        losses[k] = -1;
+    options.losses = losses;
+    options.loss_count = 99; /* one less than there will be */
     assert_fails(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
+    assert_true(losses[0] > 0.5 && losses[0] < 1 && losses[49] < losses[0] && losses[50] == -1);
 
     size_t size, trained_size;
     uint8_t *bytes = saved_with_training(broken, &size);
@@ -260,8 +266,11 @@ static void test_taken_up_where_it_stood(void **unused) {
         toliman_cae_training report = {.struct_size = sizeof report};
         calls = 0;
         options.progress = count_calls;
+        losses[0] = -2;
         assert_ok(toliman_cae_train(both[i], &options, &report));
         assert_int_equal(calls, 50);
+        assert_true(losses[0] == -2 && losses[98] < losses[50] && losses[99] == -1); /* its own steps alone */
+        assert_true(fabs(losses[98] / training.loss - 1) < 0.01);
         assert_true(report.loss == training.loss && report.steps == 100);
         uint8_t *found = saved(both[i], &size);
         assert_int_equal(size, trained_size);
@@ -438,6 +447,10 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_train(trained, &options, NULL), TOLIMAN_E_ARGUMENT, "options->learning_rate = nan");
     toliman_cae_training report = {.struct_size = 1};
     assert_fails(toliman_cae_train(trained, NULL, &report), TOLIMAN_E_ARGUMENT, "report->struct_size = 1");
+    toliman_cae_train_options nowhere;
+    toliman_cae_train_options_init(&nowhere, sizeof nowhere);
+    nowhere.loss_count = 1;
+    assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;
     assert_fails(toliman_cae_encode(trained, image, kSide, &latent), TOLIMAN_E_RANGE, "not finite");

@@ -117,8 +117,13 @@ static void test_taken_up_where_it_stood(void **unused) {
     toliman_cae_training report = {.struct_size = sizeof report};
     toliman_cae *whole = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
     toliman_cae_train_options options = options_for(&source, 10, 3);
+    double losses[4] = {-1, -1, -1, -1};
+    options.losses = losses;
+    options.loss_count = 4;
     assert_ok(toliman_cae_train(whole, &options, &report));
     const double expected = first_latent(whole), loss = report.loss;
+    assert_true(losses[0] > 0 && losses[1] > 0 && losses[2] == loss && losses[3] == -1);
+    options.loss_count = 0;
 
     toliman_cae *cancelled = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
     const double before = first_latent(cancelled);

@@ -39,6 +39,7 @@ void add_status(CLI::App &app, Context &context);
 void add_rebuild(CLI::App &app, Context &context);
 void add_plan(CLI::App &app, Context &context);
 void add_pupil(CLI::App &app, Context &context);
+void add_report(CLI::App &app, Context &context);
 void add_doctor(CLI::App &app, Context &context);
 
 } // namespace cli

@@ -23,6 +23,7 @@ Examples:
   toliman convert mask.fits mask.npy          FITS to .npy and back
   toliman plan scene.json                     what a scene needs and what it costs
   toliman pupil chapter.json --out better.json  search a mask that tells more
+  toliman report chapter.run                  a page with figures of what run, experiment or track left
   toliman doctor                              what this machine offers
 
 A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
@@ -56,6 +57,7 @@ void add_commands(CLI::App &app, Context &context) {
     add_rebuild(app, context);
     add_plan(app, context);
     add_pupil(app, context);
+    add_report(app, context);
     add_doctor(app, context);
 }
 

@@ -14,17 +14,23 @@ namespace {
 constexpr size_t kChunk = 4096; // lines read and printed at once
 constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
 
-template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
+template <class Chunk> void for_chunks(const toliman::tracker &tracker, Chunk work) {
     std::vector<toliman_track_line> lines(kChunk);
     lines[0].struct_size = sizeof lines[0];
     size_t done = kChunk;
     for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
         toliman::check(toliman_track_get_lines(tracker.get(), first, kChunk, lines.data(), &done));
+        work(lines.data(), done);
+    }
+}
+
+template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
+    for_chunks(tracker, [&](const toliman_track_line *lines, size_t count) {
         std::string text;
-        for (size_t i = 0; i < done; i++)
+        for (size_t i = 0; i < count; i++)
             each(lines[i], text);
         print_stdout(text);
-    }
+    });
 }
 
 bool is_known(const toliman_track_line &line) noexcept {
@@ -33,6 +39,16 @@ bool is_known(const toliman_track_line &line) noexcept {
 }
 
 } // namespace
+
+void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_line &line)> &work) {
+    for_chunks(tracker,
+               [&](const toliman_track_line *lines, size_t count) { std::for_each(lines, lines + count, work); });
+}
+
+double time_of(const toliman_track_line &line, int64_t offset_ns, double unit_ns) {
+    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
+    return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
+}
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
     size_t count = 0;
@@ -73,9 +89,8 @@ void print_series(const toliman::tracker &tracker, int64_t offset_ns, double uni
     each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
         if (line.verdict != TOLIMAN_TRACK_ACCEPTED)
             return;
-        const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
         char row[120];
-        std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", static_cast<double>(elapsed / unit_ns), line.value,
+        std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, offset_ns, unit_ns), line.value,
                       line.sigma);
         text += row;
     });

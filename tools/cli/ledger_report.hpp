@@ -1,5 +1,6 @@
 // What stands in a ledger, line by line, on standard output.
 #pragma once
+#include <functional>
 #include <vector>
 
 #include <toliman/toliman.hpp>
@@ -7,6 +8,10 @@
 namespace cli {
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker);
+// Every line, in the order of arrival.
+void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_line &line)> &work);
+// Of a line, in units of unit_ns of TAI since offset_ns.
+double time_of(const toliman_track_line &line, int64_t offset_ns, double unit_ns);
 // One line of JSON each, schema toliman-line/1.
 void print_lines(const toliman::tracker &tracker);
 // CSV t,y,sigma of what is in the periodogram; t in units of unit_ns of TAI since offset_ns.

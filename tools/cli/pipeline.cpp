@@ -13,8 +13,24 @@ namespace {
 
 constexpr size_t kControlFrames = 2000;   // efficiency is known to 1/sqrt(2 * 2000) = 1.6 %
 constexpr size_t kValidationFrames = 110; // as many as the chapter's validation set
+constexpr uint32_t kSteps = 300;          // the library's default
 
 using toliman::check;
+
+std::vector<unsigned char> bytes_of(const toliman::autoencoder &cae) {
+    size_t size = 0;
+    check(toliman_cae_save(cae.get(), nullptr, nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(toliman_cae_save(cae.get(), nullptr, bytes.data(), size, &size));
+    return bytes;
+}
+
+// Power of the grid's highest peak that noise alone exceeds with the probability kFalseAlarm.
+double false_alarm_power(const toliman::periodogram &periodogram) {
+    double log10_residual = 0;
+    check(toliman_period_query_level(periodogram.get(), TOLIMAN_FAP_BALUEV, kFalseAlarm, &log10_residual));
+    return 1 - std::pow(10, log10_residual);
+}
 
 // Estimators of one scene and the frames they are tried on.
 class Bench {
@@ -31,8 +47,13 @@ class Bench {
         toliman_cae_train_options_init(&options, sizeof options);
         options.progress = Progress::callback;
         options.progress_data = &progress_;
+        result.losses.resize(kSteps);
+        options.steps = kSteps;
+        options.losses = result.losses.data();
+        options.loss_count = kSteps;
         result.training.struct_size = sizeof result.training;
         check(toliman_cae_train(cae_.get(), &options, &result.training));
+        result.weights = bytes_of(cae_);
     }
 
     // (decode(z) - decode(0))/z against what it should be; a dead decoder also reaches the photon floor.
@@ -150,21 +171,25 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     result.untrained.sigma_px = deviation(blank_untrained);
     result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
 
-    const auto peak_of = [&](const std::vector<double> &values) {
-        return find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress).peak;
+    const auto searched = [&](const std::vector<double> &values) {
+        return find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);
     };
     {
         const Stopwatch watch(result.timings.period);
-        const Periodogram periodogram =
-            find_period({scene.path, cadence.times, result.latents, {}}, result.grid, {}, progress);
+        const Periodogram periodogram = searched(result.latents);
         result.latent.peak = periodogram.peak;
         result.power = power_of(periodogram.handle, result.grid.nf);
+        result.false_alarm_power = false_alarm_power(periodogram.handle);
     }
     const Stopwatch watch(result.timings.controls);
     blank_latents.resize(cadence.times.size());
-    result.no_signal.peak = peak_of(blank_latents);
-    result.estimate.peak = peak_of(result.estimates);
-    result.untrained.peak = peak_of(untrained);
+    const Periodogram of_template = searched(result.estimates);
+    result.estimate.peak = of_template.peak;
+    result.estimate_power = power_of(of_template.handle, result.grid.nf);
+    result.no_signal.peak = searched(blank_latents).peak;
+    result.untrained.peak = searched(untrained).peak;
+    if (deviation(cadence.displacements) > 0)
+        result.truth.peak = searched(cadence.displacements).peak;
     return result;
 }
 

@@ -15,6 +15,8 @@ struct Outcome {
     toliman_period_peak peak = {};
 };
 
+constexpr double kFalseAlarm = -3; // log10 FAP
+
 struct Timings {
     double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, total = 0;
 };
@@ -28,8 +30,12 @@ struct Pipeline {
     size_t control_frames = 0, validation_frames = 0;
     double efficiency = 0; // of the latent; NaN where the frames have not the variance that the bound counts
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
+    Outcome truth;                                  // of the true displacements; peak of period 0 without signal
     std::vector<double> latents, estimates;         // of the frames with signal
-    std::vector<double> power;                      // of the latents
+    std::vector<double> power, estimate_power;      // of both
+    double false_alarm_power = 0;                   // that has the FAP kFalseAlarm
+    std::vector<double> losses;                     // of training, after each step
+    std::vector<unsigned char> weights;             // of the trained network, a TLMW
     Timings timings;
 };
 

@@ -2,12 +2,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "command.hpp"
 #include "failure.hpp"
 #include "json.hpp"
 #include "output.hpp"
 #include "pipeline.hpp"
+#include "scene_json.hpp"
 #include "seed.hpp"
 
 namespace cli {
@@ -27,7 +29,8 @@ Examples:
   toliman run examples/scenes/mission.json --seed 7 --out mission7 --json
 
 Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
-series.csv and periodogram.csv into the folder; see lib/FORMATS.md. Beside the network stand the template estimator, the
+series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which
+`toliman report` makes a page with figures. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
 
 constexpr double kSignificant = -2; // log10 FAP
@@ -42,12 +45,16 @@ void remark(const Pipeline &pipeline, Progress &progress) {
 Json result_json(const Scene &scene, const Pipeline &pipeline) {
     const toliman_sim_info &info = scene.info;
     const toliman_period_peak &peak = pipeline.latent.peak;
-    Json json, of_template, no_signal, untrained, grid, timings, decoder;
+    Json json, of_template, no_signal, untrained, truth, grid, timings, decoder;
     of_template.set("sigma_px", pipeline.estimate.sigma_px).set("period_days", pipeline.estimate.peak.period);
     of_template.set("log10_fap", pipeline.estimate.peak.log10_fap);
+    of_template.set("period_fwhm_days", pipeline.estimate.peak.fwhm_error);
     no_signal.set("log10_fap", pipeline.no_signal.peak.log10_fap);
     no_signal.set("frames", static_cast<double>(pipeline.control_frames));
     untrained.set("log10_fap", pipeline.untrained.peak.log10_fap).set("sigma_px", pipeline.untrained.sigma_px);
+    const toliman_period_peak &true_peak = pipeline.truth.peak;
+    truth.set("period_days", true_peak.period).set("period_half_width_days", true_peak.half_width_error);
+    truth.set("log10_fap", true_peak.log10_fap);
     decoder.set("cosine", pipeline.decoder_cosine).set("gain", pipeline.decoder_gain);
     grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", static_cast<double>(pipeline.grid.nf));
     const Timings &spent = pipeline.timings;
@@ -57,6 +64,7 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
 
     json.set("schema", "toliman-run/1").set("version", toliman_version());
     json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", pipeline.seed);
+    json.set("scene_folder", std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
@@ -72,7 +80,9 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
     json.set("mmse", pipeline.mmse).set("photon_floor", pipeline.photon_floor).set("mssim", pipeline.mssim);
+    json.set("power_at_fap_1e-3", pipeline.false_alarm_power);
     json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
+    true_peak.period > 0 ? json.set("true_series", std::move(truth)) : json.set_null("true_series");
     json.set("no_signal", std::move(no_signal)).set("untrained", std::move(untrained));
     json.set("grid", std::move(grid)).set("timings", std::move(timings));
     return json;
@@ -86,10 +96,45 @@ void write_series(OutputFile &out, const Cadence &cadence, const Pipeline &pipel
 }
 
 void write_periodogram(OutputFile &out, const Pipeline &pipeline) {
-    out.print("# Lomb-Scargle power of the latents: frequency in 1/day\nfrequency,power\n");
+    out.print("# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n"
+              "frequency,power,template\n");
     for (size_t k = 0; k < pipeline.power.size(); k++)
-        out.print("%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k), pipeline.power[k]);
+        out.print("%.17g,%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k),
+                  pipeline.power[k], pipeline.estimate_power[k]);
 }
+
+void write_training(OutputFile &out, const Pipeline &pipeline) {
+    out.print("# loss after each step of training\nstep,loss\n");
+    for (size_t k = 0; k < pipeline.losses.size(); k++)
+        out.print("%zu,%.17g\n", k + 1, pipeline.losses[k]);
+}
+
+// The files of a run, all or none: written in the end, found to be writable before the work.
+class RunFolder {
+  public:
+    explicit RunFolder(const std::string &path)
+        : folder_(path), result_(folder_.file("result.json")), series_(folder_.file("series.csv")),
+          periodogram_(folder_.file("periodogram.csv")), training_(folder_.file("training.csv")),
+          scene_(folder_.file("scene.json")), weights_(folder_.file("weights.tlmw")) {}
+
+    void write(const Scene &scene, const Cadence &cadence, const Pipeline &pipeline, const std::string &json) {
+        const std::string text = scene_text(scene.path);
+        scene_.write(text.data(), text.size());
+        weights_.write(pipeline.weights.data(), pipeline.weights.size());
+        result_.write(json.data(), json.size());
+        write_series(series_, cadence, pipeline);
+        write_periodogram(periodogram_, pipeline);
+        write_training(training_, pipeline);
+        for (OutputFile *file : {&scene_, &weights_, &series_, &periodogram_, &training_})
+            file->commit();
+        result_.commit(); // last: whoever finds a result.json finds all of it
+        folder_.keep();
+    }
+
+  private:
+    OutputFolder folder_;
+    OutputFile result_, series_, periodogram_, training_, scene_, weights_;
+};
 
 void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
@@ -115,7 +160,8 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     const Timings &spent = pipeline.timings;
     std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
                 spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);
-    std::printf("results       %s/result.json, series.csv, periodogram.csv\n", folder.c_str());
+    std::printf("results       %s/result.json, series.csv, periodogram.csv, ...; figures: toliman report %s\n",
+                folder.c_str(), folder.c_str());
     print_stdout("");
 }
 
@@ -126,20 +172,12 @@ void run(const Options &options, Progress &progress) {
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
-    OutputFolder folder(path);
-    OutputFile result(folder.file("result.json")), series(folder.file("series.csv"));
-    OutputFile periodogram(folder.file("periodogram.csv"));
+    RunFolder folder(path);
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const Pipeline pipeline =
         run_pipeline(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
     const std::string json = result_json(scene, pipeline).text();
-    result.write(json.data(), json.size());
-    write_series(series, cadence, pipeline);
-    write_periodogram(periodogram, pipeline);
-    series.commit();
-    periodogram.commit();
-    result.commit(); // last: whoever finds a result.json finds all of it
-    folder.keep();
+    folder.write(scene, cadence, pipeline, json);
     progress.clear();
     remark(pipeline, progress);
     if (options.as_json)

@@ -8,12 +8,27 @@
 
 namespace cli {
 
-JsonTree read_scene_json(const std::string &path) {
+namespace {
+
+[[noreturn]] void lost(const std::string &path) {
+    malformed(path, "cannot be read again");
+}
+
+} // namespace
+
+std::string scene_text(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    JsonTree tree(file ? cJSON_ParseWithLength(text.data(), text.size()) : nullptr);
+    std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (!file)
+        lost(path);
+    return text;
+}
+
+JsonTree read_scene_json(const std::string &path) {
+    const std::string text = scene_text(path);
+    JsonTree tree(cJSON_ParseWithLength(text.data(), text.size()));
     if (!tree)
-        throw Failure(kExitInput, path + ": cannot be read again");
+        lost(path);
     return tree;
 }
 

@@ -61,6 +61,15 @@ toliman_track_options known_state(const std::string &folder) {
     return *made;
 }
 
+toliman_track_options state_to_read(const std::string &folder) {
+    toliman_track_options how = known_state(folder);
+    if (how.nf == 0)
+        throw Failure(kExitState, folder + ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
+                                      folder + " --grid F0:DF:NF --clock CSV` makes it anew");
+    how.flags = TOLIMAN_TRACK_READ_ONLY;
+    return how;
+}
+
 toliman::tracker open_tracker(const toliman_track_options &options) {
     toliman_track *tracker = nullptr;
     const toliman_status status = toliman_track_create(&options, &tracker);

@@ -15,6 +15,8 @@ namespace cli {
 std::optional<toliman_track_options> made_with(const std::string &folder);
 // The same of one that must hold a state.
 toliman_track_options known_state(const std::string &folder);
+// The same to look at it, beside its writer if need be; a Failure also where its grid and clock are lost.
+toliman_track_options state_to_read(const std::string &folder);
 // A Failure with exit code 5 where the state is damaged, and 6 where another process is writing to it.
 toliman::tracker open_tracker(const toliman_track_options &options);
 toliman_track_info info_of(const toliman::tracker &tracker);
@@ -31,6 +33,8 @@ class PeriodFacts {
     PeriodFacts(const toliman::tracker &tracker, Fit fit);
     void add_to(Json &json) const;
     std::string text() const;
+    const toliman_period_peak &peak() const noexcept { return peak_; }
+    const toliman_period_peak &fit() const noexcept { return fit_; }
 
   private:
     int64_t count_;

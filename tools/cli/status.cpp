@@ -130,12 +130,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
 
 void status(Options &options) {
     options.folder = plain(options.folder);
-    toliman_track_options how = known_state(options.folder);
-    if (how.nf == 0)
-        throw Failure(kExitState, options.folder +
-                                      ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
-                                      options.folder + " --grid F0:DF:NF --clock CSV` makes it anew");
-    how.flags = TOLIMAN_TRACK_READ_ONLY;
+    const toliman_track_options how = state_to_read(options.folder);
     const toliman::tracker tracker = open_tracker(how);
     if (options.lines)
         return print_lines(tracker);

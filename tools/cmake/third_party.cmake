@@ -9,6 +9,7 @@ find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
 # What the program takes besides.
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
+pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 if(TOLIMAN_TESTS)
   pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)
 endif()

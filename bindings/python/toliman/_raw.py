@@ -353,7 +353,9 @@ class toliman_cae_train_options(Sized):
     frames: UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each
     validation: of them, drawn from the seed and kept back; 0 = a tenth, at least 1
     batch: UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16
-    threads: UNSUPERVISED: workers, 0 = one a processor; the same bits for any number"""
+    threads: UNSUPERVISED: workers, 0 = one a processor; the same bits for any number
+    losses: [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1
+    loss_count: what is beyond them, or was done before a training is taken up, is not written"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -369,6 +371,8 @@ class toliman_cae_train_options(Sized):
         ("validation", c_uint64),
         ("batch", c_uint32),
         ("threads", c_uint32),
+        ("losses", POINTER(c_double)),
+        ("loss_count", c_uint64),
     ]
 
 

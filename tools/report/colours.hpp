@@ -1,0 +1,33 @@
+// Colour maps that the colour-blind can read, and pictures made with them.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+using Colour = std::array<uint8_t, 3>; // red, green, blue
+
+enum class Palette {
+    intensity, // viridis, dark to bright
+    difference // blue to red over white; its middle is 0
+};
+
+struct Scale {
+    Palette palette = Palette::intensity;
+    double low = 0, high = 1; // values of the first and the last colour; those beyond take these
+    bool log = false;         // colours go by the logarithm
+};
+
+// Of a value; grey of what is no number.
+Colour colour_of(double value, const Scale &scale);
+// A PNG file of values[rows][cols], a pixel each, row 0 at the bottom as the axes have it.
+std::string png_of(const std::vector<double> &values, size_t rows, size_t cols, const Scale &scale);
+// gnuplot's commands for the same colours, and range, in a colour box.
+std::string colour_box(const Scale &scale);
+
+// Colours of lines, of which as many as there are look different to everyone (Okabe and Ito 2008).
+const char *line_colour(size_t i);
+
+} // namespace cli

@@ -1,0 +1,25 @@
+// Numbers and names as text: for people, for HTML and for gnuplot.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace cli {
+
+std::string printed(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// Numbers in HTML: 1.24 x 10^-6; 363.11; a dash for what is none.
+std::string scientific(double value, int digits = 3);
+std::string fixed(double value, int decimals);
+// 10^log10 likewise, though it be far below the least double; 1 for 0.
+std::string power_of_ten(double log10);
+
+// A multiple of 3, so that the largest of the numbers has up to three digits over 10^it; of what is finite.
+int thousands_of(const std::vector<double> &numbers);
+
+// Text between tags and in attributes of HTML.
+std::string escaped(const std::string &text);
+std::string base64(const std::string &bytes);
+// A string of gnuplot's, which does not look into it; control bytes become blanks.
+std::string gnuplot_text(const std::string &text);
+
+} // namespace cli
