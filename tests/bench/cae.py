@@ -35,11 +35,11 @@ def rows(measured):
         beside_seconds, beside = quickest_peer(measured, what, layout)
         error = agreement.get(layout, {}).get("latent" if what == "encode" else "gradient")
         text = "encode a frame" if what == "encode" else f"training step of {one['batch']}, an image"
-        yield row(what, f"{layout}, {one['isa']}", f"{text}, `{layout}`", one["ms"] / 1e3, one["spread_ms"] / 1e3,
+        yield row(what, f"{layout}, {one['isa']}", f"{text}, {layout}, {one['isa']}", one["ms"] / 1e3, one["spread_ms"] / 1e3,
                   error, "of largest", beside, beside_seconds, one["roofline_ms"] / 1e3, one["ms"] == best[what, layout])
     for one in measured:
         if one["part"] == "tied":
-            yield row("training", "tied", "train for the chapter's scene, by the clock", one["seconds"], None,
+            yield row("whole training", "tied", "train for the chapter's scene, by the clock", one["seconds"], None,
                       1 - one["cosine"], "missing of cosine 1", headline=True)
 
 

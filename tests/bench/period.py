@@ -66,21 +66,22 @@ def rows(measured):
             if one["part"] == "astropy" and one["method"] == "fast"}
     frames = [one for one in measured if one["part"] == "frame" and (one["samples"], one["frequencies"]) == GRIDS[0]]
     for one in frames:
-        yield row("frame", one["isa"], "one frame more and 10,000 powers", one["seconds"], one["spread"], None, None,
+        yield row("one frame more", one["isa"], f"one frame more and 10,000 powers, {one['isa']}", one["seconds"], one["spread"], None, None,
                   "astropy fast, all 1,000 again", fast[GRIDS[0]], one["roofline"], one is frames[-1])
     for one in measured:
         grid = one["samples"], one["frequencies"]
         name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"
+        bench = "periodogram of " + name
         if one["part"] == "batch":
             headline = one["tolerance"] in (1e-3, 1e-9, 1e-13) and grid in (GRIDS[0], GRIDS[-1])
-            yield row("period", "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
-                      one["error"], "", "astropy fast", fast[grid], None, headline, samples=grid[0], frequencies=grid[1])
+            yield row(bench, "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
+                      one["error"], None, "astropy fast", fast[grid], None, headline)
         elif one["part"] in ("direct", "stream", "astropy"):
             series = {"direct": "direct sums", "stream": "streaming, exact sums"}.get(one["part"])
             series = series or "astropy " + one["method"]
             part = one.get("measured", 1)
-            yield row("period", series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
-                      one["seconds"], None, one["error"], "", samples=grid[0], frequencies=grid[1])
+            yield row(bench, series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
+                      one["seconds"], None, one["error"])
 
 
 def show(rows):

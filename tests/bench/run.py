@@ -28,7 +28,7 @@ def rows(measured):
     image, = [one["image_s"] for one in measured if one["part"] == "numpy"]
     # Two stars in each wavelength, every frame anew.
     plain = image and image * 2 * WAVELENGTHS / 101 * runs[0]["frames"]
-    yield row("run", "chapter", "`toliman run`, all of it, by the clock", times[len(times) // 2],
+    yield row("run", "chapter", "toliman run, all of it, by the clock", times[len(times) // 2],
               (times[-1] - times[0]) / 2, wrong, "of the period", "its frames in numpy (one measured)", plain,
               headline=True, efficiency=sorted(one["efficiency"] for one in runs)[len(runs) // 2])
     for one in measured:

@@ -376,19 +376,23 @@ class Others(ReportTest):
     def test_bench(self):
         row = {"bench": "optics", "what": "33 nodes", "series": "Chebyshev", "seconds": 0.0481, "spread": 0.001,
                "error": 3.2e-10, "ratio_peer": 19.4, "peer": "numpy", "ratio_roofline": 1.3}
-        rows = [row, {**row, "what": "48 nodes", "seconds": 0.069, "error": 5e-13, "ratio_roofline": None},
-                {**row, "series": "every wavelength", "error": 2e-16},
-                {"bench": "end to end", "what": "chapter", "seconds": 4.6}]
+        rows = [row, {**row, "what": "48 nodes", "seconds": 0.069, "error": 5e-13, "headline": True},
+                *({**row, "series": "every wavelength", "error": error} for error in (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)),
+                {"bench": "end to end", "what": "chapter", "seconds": 4.6, "headline": False},
+                *({"bench": "blobs", "what": "x", "series": "bf16", "seconds": 1, "bytes": 1e6 + i, "efficiency": 1.01}
+                  for i in range(7))]
         (self.folder / "bench").mkdir()
         (self.folder / "bench" / "all.json").write_text(json.dumps(
-            {"schema": "toliman-bench/1", "machine": {"cpu": "A <CPU>", "cores": 2}, "rows": rows}))
+            {"schema": "toliman-bench/1", "machine": {"model": "A <CPU>", "isa": "avx2", "cores": 2}, "rows": rows}))
         (self.folder / "bench" / "other.json").write_text("[")
         self.succeed("report", "bench")
         page = self.check_page(self.folder / "bench" / "report", {
-            "bench-optics": ["error (relative)", "seconds", "Chebyshev", "every wavelength"]})
-        self.assertIn("Machine: cpu A <CPU>, cores 2.", page.text)
-        self.assertEqual(page.row("33 nodes"), ["Chebyshev", "0.0481", "0.001", "3.2 \u00d7 10-10", "19.4 \u00d7 numpy"])
-        self.assertEqual(page.row("chapter")[1], "4.6")
+            "bench-optics": ["error (relative)", "seconds", "Chebyshev", "every wavelength"],
+            "bench-blobs": ["bytes of the weights file", "efficiency (no unit)", "bf16"]})
+        self.assertIn("Machine: A <CPU>, avx2.", page.text)
+        self.assertEqual(page.row("33 nodes"), ["48.1 ms", "2 %", "3 \u00d7 10-10", "19.4 \u00d7 numpy", "1.30"])
+        self.assertEqual(page.row("chapter")[0], "4.6 s")
+        self.assertLess(page.text.index("48 nodes"), page.text.index("33 nodes"))  # the headlines come first
 
 
 if __name__ == "__main__":

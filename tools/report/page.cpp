@@ -20,7 +20,7 @@ figcaption, caption { font-size: 0.9em; color: #444; text-align: left; margin-to
 caption { padding-bottom: 0.4em; }
 table { border-collapse: collapse; margin: 1.5em 0; font-size: 0.92em; }
 th, td { padding: 0.25em 0.9em; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; padding-left: 0; }
+th:first-child, td:first-child { text-align: left; padding-left: 0; white-space: normal; }
 thead th { border-bottom: 2px solid #888; }
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";
