@@ -81,7 +81,7 @@ def rows(measured):
             series = series or "astropy " + one["method"]
             part = one.get("measured", 1)
             yield row(bench, series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
-                      one["seconds"], None, one["error"])
+                      one["seconds"], None, one["error"] if part == 1 else None)
 
 
 def show(rows):
