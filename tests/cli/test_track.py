@@ -8,6 +8,7 @@ import time
 import unittest
 
 import numpy
+import schemas
 from program import PROGRAM, SCENES, ProgramTest
 
 FRAMES, SIDE = 48, 64
@@ -53,6 +54,7 @@ class Track(ProgramTest):
         )
         self.assertEqual(done.returncode, code, done.stderr)
         self.errors = done.stderr
+        schemas.check(done.stdout)
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     def sums(self, state):
