@@ -214,7 +214,9 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
             return index;
         list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
     }
-    refuse(Status::scene, key, " = \"%s\": must be one of %s", given.substr(0, 40).c_str(), list.c_str());
+    const char *meant = nearest(given, choices);
+    refuse(Status::scene, key, " = \"%s\": must be one of %s%s%s%s", given.substr(0, 40).c_str(), list.c_str(),
+           meant != nullptr ? "; did you mean \"" : "", meant != nullptr ? meant : "", meant != nullptr ? "\"?" : "");
 }
 
 std::string Reader::file(const char *key, const std::string &folder) const {
