@@ -63,7 +63,7 @@ class Weights(ProgramTest):
         head = expected.splitlines(keepends=True)
         for data, more, lines, text in (
             (b"", (), 0, "is empty"), (b"", layout, 0, "is empty"), (raw, (), 0, "is not a .npy file"),
-            (npy[:-1], (), 3, "ends early"), (raw[:-1], layout, 3, "ends early"),
+            (npy[:-1], (), 3, "ends within a frame"), (raw[:-1], layout, 3, "ends within a frame"),
             (npy + b"x", (), 4, "holds more than 3 frames of 256x256"), (raw, layout[:2], 0, "needs --shape"),
         ):
             with self.subTest(text, more=more):

@@ -101,7 +101,8 @@ FrameRange::FrameRange(const std::string &text, int64_t frames) {
     end = colon == std::string::npos ? (text.empty() ? frames : first + 1)
                                      : bound_of(text.substr(colon + 1), frames, text);
     if (first < 0 || end <= first || end > frames)
-        throw Failure(kExitUsage, "--frames " + text + ": must lie within 0:" + std::to_string(frames));
+        throw Failure(kExitUsage,
+                      "--frames " + text + ": must be FIRST:END, FIRST below END, within 0:" + std::to_string(frames));
 }
 
 } // namespace cli
