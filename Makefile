@@ -6,8 +6,8 @@ PYTHON = /usr/bin/python3
 SECONDS ?= 60
 
 .DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything bench fap soak same faults fuzz races asan tsan coverage abi install \
-	package format lint clean help
+.PHONY: all deps demo check check-deps everything bench fap soak same faults fuzz races asan tsan coverage abi docs \
+	install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -42,6 +42,11 @@ abi: check-deps ## record in tests/abi what is new in the binary interface; refu
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS) --target toliman_abi
 	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
+
+docs: check-deps ## make the reference of the C interface: build/docs/html/index.html
+	@mkdir -p $(BUILD)/docs
+	@VERSION=$$(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt) OUTPUT=$(BUILD)/docs doxygen tools/docs/Doxyfile
+	@echo $(BUILD)/docs/html/index.html
 
 install: all ## install below PREFIX, by default /usr/local; DESTDIR stands before it
 	@cmake --install $(BUILD) --prefix $(PREFIX)

@@ -29,6 +29,7 @@ endforeach()
 
 add_test(NAME header/checks COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_checks.py)
 add_test(NAME header/bindings COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_bindings.py)
+add_test(NAME header/docs COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/test_docs.py)
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
 add_test(NAME abi/interface COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_interface.py)
 add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_deps.py)

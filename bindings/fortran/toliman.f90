@@ -30,7 +30,7 @@ module toliman
     character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.1.0'
     integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 100
     integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0
+    integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0 ! done
     integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! a bug in the library
     integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! NULL, NaN or otherwise impossible argument
     integer(c_int32_t), parameter, public :: TOLIMAN_E_MEMORY = 3 ! out of memory or another resource of the system
@@ -112,7 +112,7 @@ module toliman
         type(c_ptr) :: user_data = c_null_ptr
     end type
 
-    ! What the library found on this machine; the texts are static. Since 0.1.
+    ! What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
     type, bind(C), public :: toliman_machine
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_machine)
         integer(c_int32_t) :: processors = 0
@@ -126,6 +126,7 @@ module toliman
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
+    ! How a simulator is made. Since 0.1.
     type, bind(C), public :: toliman_sim_options
         integer(c_int32_t) :: struct_size = 56
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
@@ -138,9 +139,12 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_AUTOMATIC = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_MATRIX_DFT = 1
+    ! Ways to propagate light, see Engines above.
+    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_AUTOMATIC = 0 ! the matrix DFT
+    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_MATRIX_DFT = 1 ! exact pixel positions
     integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_PADDED_FFT = 2 ! no mask, amplitude or OPD files
+
+    ! Units of frames and expected images, see Unit above.
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_PHOTON = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_ELECTRON = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_DN = 2
@@ -230,7 +234,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_BOTH = 0
     ! also the derivative with respect to the relative flux of A
     integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_STAR_A = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_STAR_B = 2 ! E_ARGUMENT for a single star
+    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_STAR_B = 2 ! TOLIMAN_E_ARGUMENT for a single star
     integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_SEPARATION = 3 ! d/d separation, per px
     integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_CURVATURE = 4 ! second derivative, per px^2
     ! d/d common shift towards higher columns, per px
@@ -250,7 +254,7 @@ module toliman
     ! latent, and the same way back.
     !   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
     !   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
-    ! there is toliman_cae_reconstruct but no toliman_cae_decode
+    !           that there is toliman_cae_reconstruct but no toliman_cae_decode
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_FLIGHT = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_PAPER = 1
 
@@ -262,10 +266,11 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_RESIDUAL = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_RAW = 2
 
+    ! What a network is. Since 0.1.
     type, bind(C), public :: toliman_cae_options
         integer(c_int32_t) :: struct_size = 24
-        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_FLIGHT, ...
-        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_WHITENED, ...
+        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER
+        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
@@ -296,9 +301,10 @@ module toliman
     end interface
     public :: toliman_frames_fn
 
+    ! How to train; 0 is the default throughout. Since 0.1.
     type, bind(C), public :: toliman_cae_train_options
         integer(c_int32_t) :: struct_size = 96
-        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_TIED, ...
+        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED
         integer(c_int32_t) :: steps = 0 ! TIED: 0 = 300
         integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: passes over the training frames, in all; 0 = 300
         ! in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0; UNSUPERVISED: 0 = 1e-3,
@@ -319,6 +325,7 @@ module toliman
         integer(c_int64_t) :: loss_count = 0
     end type
 
+    ! What a training came to. Since 0.1.
     type, bind(C), public :: toliman_cae_training
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_cae_training)
         integer(c_int32_t) :: steps = 0 ! in all
@@ -364,17 +371,16 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_ENCODING_BF16 = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_ENCODING_FP16 = 2
 
-    ! How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-    ! bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
-    ! has the bytes and what each costs in accuracy. Since 0.1.
+    ! What a blob holds. Since 0.1.
     type, bind(C), public :: toliman_cae_save_options
         integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_ENCODING_...
-        integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images
-        ! 1: also where the last training stands, for toliman_cae_train to go on with
+        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_ENCODING_..., default FLOAT32
+        integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images; default FLOAT32
+        ! default 0; 1: also where the last training stands, for toliman_cae_train to go on with
         integer(c_int32_t) :: training = 0
     end type
 
+    ! What a collection takes. Since 0.1.
     type, bind(C), public :: toliman_linear_components_options
         integer(c_int32_t) :: struct_size = 24
         ! 0: residuals against the scene's reference over the scene's sigma, less the nuisances of preprocess.project;
@@ -386,12 +392,14 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
+    ! Ways to find components, see toliman_linear_train_components.
     integer(c_int32_t), parameter, public :: TOLIMAN_LINEAR_PCA = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_LINEAR_DICTIONARY = 1
 
+    ! How to train. Since 0.1.
     type, bind(C), public :: toliman_linear_train_options
         integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: method = 0 ! TOLIMAN_LINEAR_...
+        integer(c_int32_t) :: method = 0 ! TOLIMAN_LINEAR_PCA (default) or TOLIMAN_LINEAR_DICTIONARY
         integer(c_int32_t) :: components = 0 ! 1 ... 64, less than frames; 0 = 1
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
         integer(c_int32_t) :: iterations = 0 ! of the dictionary, at most; 0 = 200
@@ -403,6 +411,7 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
+    ! What a training came to. Since 0.1.
     type, bind(C), public :: toliman_linear_training
         integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_linear_training)
         integer(c_int32_t) :: iterations = 0 ! done; 0 for PCA
@@ -434,9 +443,10 @@ module toliman
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
-    ! flag: subtract the weighted mean once instead of fitting it at each f
+    ! Flags of toliman_period_options.
+    ! subtract the weighted mean once instead of fitting it at each f
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WIDE = 2 ! flag: wide sums, 50 bits more for every term
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WIDE = 2 ! wide sums, 50 bits more for every term
 
     ! What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1.
     type, bind(C), public :: toliman_period_options
@@ -463,6 +473,7 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
+    ! Facts of a periodogram. Since 0.1.
     type, bind(C), public :: toliman_period_info
         integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_period_info)
         integer(c_int32_t) :: flags = 0
@@ -557,6 +568,7 @@ module toliman
     ! Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
     integer(c_int32_t), parameter, public :: TOLIMAN_FAP_SEQUENTIAL = 3
 
+    ! How toliman_period_query_bootstrap works. Since 0.1.
     type, bind(C), public :: toliman_period_bootstrap_options
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
@@ -565,6 +577,7 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
+    ! Flags of toliman_period_sampling.
     ! df > coarsest_df: peaks may pass between two frequencies unseen
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 1
     ! the grid goes beyond ceiling, where even samples repeat what is below
@@ -634,7 +647,7 @@ module toliman
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...
         type(c_ptr) :: session = c_null_ptr ! 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
         type(c_ptr) :: roi = c_null_ptr
-        integer(c_int64_t) :: frame_id = 0
+        integer(c_int64_t) :: frame_id = 0 ! any number, below 0 too
         integer(c_int64_t) :: camera_ns = 0 ! the camera's clock
         ! frames that the camera dropped before this one, up to 65535; 0 where it does not say
         integer(c_int64_t) :: dropped = 0
@@ -851,7 +864,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Speed of OpenBLAS in double precision: best of a few 512 x 512 x 512 products, about 50 ms in all.
+        ! Speed of OpenBLAS in double precision, in 1e9 operations a second: best of a few 512 x 512 x 512 products,
+        ! about 50 ms in all.
         function toliman_get_blas_speed(gflops) bind(C) result(answer)
             import
             real(c_double), intent(out) :: gflops
@@ -964,7 +978,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Pupil of the scene, each [N][N]: amplitude A in 0..1 (grey edges) and OPD in m, of mask and aberrations.
+        ! Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and
+        ! OPD in m, of mask and aberrations.
         function toliman_sim_get_pupil(sim, amplitude, opd_m) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -973,7 +988,7 @@ module toliman
         end function
 
         ! Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count
-        ! must be `wavelengths` of the info.
+        ! must be `wavelengths` of the info, else TOLIMAN_E_ARGUMENT.
         function toliman_sim_get_spectrum(sim, count, wavelength_m, weight_a, weight_b) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1891,7 +1906,7 @@ module toliman
         final :: simulator_finish
     end type
 
-    ! Const calls may run on one network from several threads. Since 0.1.
+    ! A network. Const calls may run on one network from several threads. Since 0.1.
     type, public :: toliman_autoencoder
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2387,8 +2402,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Pupil of the scene, each [N][N]: amplitude A in 0..1 (grey edges) and OPD in m, of mask and aberrations.
-    ! amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
+    ! Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD
+    ! in m, of mask and aberrations. amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
     subroutine simulator_get_pupil(self, amplitude, opd_m, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), optional, contiguous :: amplitude(:, :), opd_m(:, :)
@@ -2418,7 +2433,8 @@ contains
     end subroutine
 
     ! Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count
-    ! must be `wavelengths` of the info. wavelength_m(count), weight_a(count), weight_b(count).
+    ! must be `wavelengths` of the info, else TOLIMAN_E_ARGUMENT. wavelength_m(count), weight_a(count),
+    ! weight_b(count).
     subroutine simulator_get_spectrum(self, wavelength_m, weight_a, weight_b, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), optional, contiguous :: wavelength_m(:), weight_a(:), weight_b(:)

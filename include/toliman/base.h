@@ -1,5 +1,15 @@
 /* libtoliman, common ground: status codes, messages, callbacks, versions, the machine.
  *
+ * Data flow: each header is a room, whose first lines show its own
+ *
+ *   scene.json -> sim.h -> frames -> cae.h, linear.h -> latent, px -> period.h -> period, false alarm probability
+ *                             |                                           ^
+ *                             +---- off a downlink: track.h --------------+
+ *
+ *   A call fails -> status -> toliman_status_name, toliman_last_error, toliman_last_error_copy
+ *   Which library runs        toliman_version, toliman_version_number, toliman_abi_version, toliman_get_struct_size
+ *   On which machine          toliman_get_machine, toliman_get_blas_speed
+ *
  * Manners of the whole library
  *   - Every function that can fail returns a toliman_status and writes its results through pointers, which come last.
  *     On failure no output is written and the object is as it was before the call.
@@ -29,7 +39,7 @@ TOLIMAN_BEGIN_DECLS
 
 /* What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1. */
 typedef int32_t toliman_status;
-#define TOLIMAN_OK 0
+#define TOLIMAN_OK 0            /* done */
 #define TOLIMAN_E_INTERNAL 1    /* a bug in the library */
 #define TOLIMAN_E_ARGUMENT 2    /* NULL, NaN or otherwise impossible argument */
 #define TOLIMAN_E_MEMORY 3      /* out of memory or another resource of the system */
@@ -48,7 +58,7 @@ typedef int32_t toliman_status;
 TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
 
 /* Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
- * thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1. */
+ * thread; never NULL. One line; numbers have a decimal point in every locale. Since 0.1. */
 TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 
 /* Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
@@ -97,7 +107,7 @@ TOLIMAN_API int32_t toliman_abi_version(void) TOLIMAN_NOEXCEPT;
  * bindings: a struct of theirs that is larger needs a newer library. Since 0.1. */
 TOLIMAN_API size_t toliman_get_struct_size(const char *name) TOLIMAN_NOEXCEPT;
 
-/* What the library found on this machine; the texts are static. Since 0.1. */
+/* What the library found on this machine; the texts are static, the processors those that are online. Since 0.1. */
 typedef struct toliman_machine {
     uint32_t struct_size; /* in: sizeof(toliman_machine) */
     int32_t processors;
@@ -113,7 +123,8 @@ typedef struct toliman_machine {
 /* Fills *out; out->struct_size must be set. TOLIMAN_E_ARGUMENT if out is NULL or its size unknown. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;
 
-/* Speed of OpenBLAS in double precision: best of a few 512 x 512 x 512 products, about 50 ms in all. Since 0.1. */
+/* Speed of OpenBLAS in double precision, in 1e9 operations a second: best of a few 512 x 512 x 512 products, about 50
+ * ms in all. TOLIMAN_E_ARGUMENT if gflops is NULL, TOLIMAN_E_MEMORY. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_blas_speed(double *gflops) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

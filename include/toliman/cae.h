@@ -1,5 +1,18 @@
 /* libtoliman, convolutional autoencoder: one frame of 256x256 counts in, one number out: the separation in pixels.
  *
+ * Data flow (functions toliman_cae_...)
+ *
+ *   toliman_sim -> create      weights -> load, load_file
+ *   (options_init)    |                     |
+ *                     +----------+----------+
+ *                                v
+ *                           toliman_cae <-> train                    (train_options_init)
+ *                                +-> encode, encode_many             latent, px -> period.h
+ *                                +-> decode, reconstruct, get_target what it sees of a frame
+ *                                +-> get_info, get_train_options     facts
+ *                                +-> save, save_file                 weights (save_options_init)
+ *                             destroy
+ *
  * A network knows its scene: the preprocessing (crop, reference, variance, nuisance planes, input scale) is part of it,
  * trained and flown as one, and stored whole in the weights blob (lib/FORMATS.md, "TLMW").
  */
@@ -11,14 +24,14 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Const calls may run on one network from several threads. Since 0.1. */
+/* A network. Const calls may run on one network from several threads. Since 0.1. */
 typedef struct toliman_cae toliman_cae;
 
 /* Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
  * latent, and the same way back.
  *   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
  *   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
- * there is toliman_cae_reconstruct but no toliman_cae_decode */
+ *           that there is toliman_cae_reconstruct but no toliman_cae_decode */
 #define TOLIMAN_CAE_FLIGHT 0
 #define TOLIMAN_CAE_PAPER 1
 
@@ -30,10 +43,11 @@ typedef struct toliman_cae toliman_cae;
 #define TOLIMAN_CAE_RESIDUAL 1
 #define TOLIMAN_CAE_RAW 2
 
+/* What a network is. Since 0.1. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    uint32_t layout;                    /* TOLIMAN_CAE_FLIGHT, ... */
-    uint32_t input;                     /* TOLIMAN_CAE_WHITENED, ... */
+    uint32_t layout;                    /* TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER */
+    uint32_t input;                     /* TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW */
     uint32_t reserved;                  /* 0 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_cae_options;
@@ -70,9 +84,10 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
  * 0.1. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
+/* How to train; 0 is the default throughout. Since 0.1. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    uint32_t mode;        /* TOLIMAN_CAE_TIED, ... */
+    uint32_t mode;        /* TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED */
     uint32_t steps;       /* TIED: 0 = 300 */
     uint32_t epochs;      /* UNSUPERVISED: passes over the training frames, in all; 0 = 300 */
     double learning_rate; /* in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -92,6 +107,7 @@ typedef struct toliman_cae_train_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
+/* What a training came to. Since 0.1. */
 typedef struct toliman_cae_training {
     uint32_t struct_size;   /* in: sizeof(toliman_cae_training) */
     uint32_t steps;         /* in all */
@@ -192,11 +208,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toli
 #define TOLIMAN_ENCODING_FLOAT32 0
 #define TOLIMAN_ENCODING_BF16 1
 #define TOLIMAN_ENCODING_FP16 2
+
+/* What a blob holds. Since 0.1. */
 typedef struct toliman_cae_save_options {
     uint32_t struct_size;
-    int32_t weights_encoding; /* TOLIMAN_ENCODING_... */
-    int32_t planes_encoding;  /* of variance, target and nuisance images */
-    uint32_t training;        /* 1: also where the last training stands, for toliman_cae_train to go on with */
+    int32_t weights_encoding; /* TOLIMAN_ENCODING_..., default FLOAT32 */
+    int32_t planes_encoding;  /* of variance, target and nuisance images; default FLOAT32 */
+    uint32_t training; /* default 0; 1: also where the last training stands, for toliman_cae_train to go on with */
 } toliman_cae_save_options;
 
 /* Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1. */

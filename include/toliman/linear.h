@@ -1,5 +1,18 @@
 /* libtoliman, linear estimators: the template fit, which reaches the Cramer-Rao bound and is the reference for the CAE;
- * principal components and sparse dictionaries, the classical baselines that know nothing of the signal. */
+ * principal components and sparse dictionaries, the classical baselines that know nothing of the signal.
+ *
+ * Data flow (functions toliman_linear_...)
+ *
+ *   toliman_sim -> create -> toliman_linear -> encode -> value, px -> period.h
+ *                                 |   get_sigma -> its standard deviation, px
+ *                              destroy
+ *
+ *   toliman_sim -> create_components -> toliman_linear_components <- push_frame <- frames
+ *    components_options_init                |
+ *                  train_options_init    train_components -> get_series -> one value a frame -> period.h
+ *                                        get_components_info
+ *                                        reset_components, destroy_components
+ */
 #ifndef TOLIMAN_LINEAR_H
 #define TOLIMAN_LINEAR_H
 
@@ -35,6 +48,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_get_sigma(const tol
  * frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1. */
 typedef struct toliman_linear_components toliman_linear_components;
 
+/* What a collection takes. Since 0.1. */
 typedef struct toliman_linear_components_options {
     uint32_t struct_size;
     uint32_t raw;      /* 0: residuals against the scene's reference over the scene's sigma, less the nuisances of
@@ -69,12 +83,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_push_frame(toliman_
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_reset_components(toliman_linear_components *components)
     TOLIMAN_NOEXCEPT;
 
+/* Ways to find components, see toliman_linear_train_components. */
 #define TOLIMAN_LINEAR_PCA 0
 #define TOLIMAN_LINEAR_DICTIONARY 1
 
+/* How to train. Since 0.1. */
 typedef struct toliman_linear_train_options {
     uint32_t struct_size;
-    int32_t method;      /* TOLIMAN_LINEAR_... */
+    int32_t method;      /* TOLIMAN_LINEAR_PCA (default) or TOLIMAN_LINEAR_DICTIONARY */
     uint32_t components; /* 1 ... 64, less than frames; 0 = 1 */
     uint32_t threads;    /* own workers; 0 = one a processor. Never changes a bit of any result */
     uint32_t iterations; /* of the dictionary, at most; 0 = 200 */
@@ -88,6 +104,7 @@ typedef struct toliman_linear_train_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_linear_train_options_init(toliman_linear_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
+/* What a training came to. Since 0.1. */
 typedef struct toliman_linear_training {
     uint32_t struct_size; /* in: sizeof(toliman_linear_training) */
     uint32_t iterations;  /* done; 0 for PCA */
@@ -100,11 +117,12 @@ typedef struct toliman_linear_training {
  * take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
  *   PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
  *   dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
- * random atoms in the frames' span: a local minimum. Sorted by energy. The element of a series with the largest
- * magnitude is positive. Equal frames have series of zeros; where eigenvalues are equal, any basis of their space may
- * come. Same frames, options and seed, same bits, as long as OpenBLAS runs as many threads (PCA's last bits depend on
- * it). TOLIMAN_E_STATE for fewer than components + 1 frames, TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained
- * before then stays. Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames at once. Since 0.1.
+ *               random atoms in the frames' span: a local minimum. Sorted by energy.
+ * The element of a series with the largest magnitude is positive. Equal frames have series of zeros; where eigenvalues
+ * are equal, any basis of their space may come. Same frames, options and seed, same bits, as long as OpenBLAS runs as
+ * many threads (PCA's last bits depend on it). TOLIMAN_E_STATE for fewer than components + 1 frames,
+ * TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained before then stays. Source: Jolliffe (2002); Mairal, Bach,
+ * Ponce, Sapiro (2009), with all frames at once. Since 0.1.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_linear_train_components(toliman_linear_components *components, const toliman_linear_train_options *options,

@@ -1,5 +1,24 @@
 /* libtoliman, periodogram: Lomb-Scargle power from exact sums that take one sample at a time.
  *
+ * Data flow (functions toliman_period_...)
+ *
+ *   f0, df, nf -> create      state bytes -> load, load_file
+ *   (options_init)  |                         |
+ *                   +-----------+-------------+
+ *                               v
+ *                        toliman_period  <- push, push_many, push_pair, push_ns  <- t, y, sigma
+ *                               |        <- merge                                <- toliman_period of other shards
+ *                               |        -> retract, retract_many, retract_pair, retract_ns: pushes back
+ *                               +-> query_power                                power[nf]
+ *                               +-> query_peak, query_peaks, query_fit         the period and its error
+ *                               +-> query_fap, query_level, query_bootstrap    its chance (bootstrap_options_init)
+ *                               +-> query_model, query_sampling                what lies behind it
+ *                               +-> get_info, count                            facts
+ *                               +-> save, save_file                            state bytes
+ *                          copy, reset, destroy
+ *
+ *   t, y, sigma -> batch, batch_options_init -> power[nf]     an archive at once, without a state
+ *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), c free (floating mean) unless TOLIMAN_PERIOD_FIXED_MEAN.
  * Weights      1/sigma^2.
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
@@ -25,8 +44,9 @@ TOLIMAN_BEGIN_DECLS
 /* Streaming periodogram. Const calls may run on one object from several threads. Since 0.1. */
 typedef struct toliman_period toliman_period;
 
-#define TOLIMAN_PERIOD_FIXED_MEAN 1u /* flag: subtract the weighted mean once instead of fitting it at each f */
-#define TOLIMAN_PERIOD_WIDE 2u       /* flag: wide sums, 50 bits more for every term */
+/* Flags of toliman_period_options. */
+#define TOLIMAN_PERIOD_FIXED_MEAN 1u /* subtract the weighted mean once instead of fitting it at each f */
+#define TOLIMAN_PERIOD_WIDE 2u       /* wide sums, 50 bits more for every term */
 
 /* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
 typedef struct toliman_period_options {
@@ -119,6 +139,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_reset(toliman_perio
 /* Samples pushed so far; 0 for NULL. Since 0.1. */
 TOLIMAN_API int64_t toliman_period_count(const toliman_period *period) TOLIMAN_NOEXCEPT;
 
+/* Facts of a periodogram. Since 0.1. */
 typedef struct toliman_period_info {
     uint32_t struct_size; /* in: sizeof(toliman_period_info) */
     uint32_t flags;
@@ -252,6 +273,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_level(const t
                                                                          double log10_fap,
                                                                          double *log10_residual) TOLIMAN_NOEXCEPT;
 
+/* How toliman_period_query_bootstrap works. Since 0.1. */
 typedef struct toliman_period_bootstrap_options {
     uint32_t struct_size;
     uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
@@ -275,6 +297,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
     const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
 
+/* Flags of toliman_period_sampling. */
 #define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
 #define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
 /* At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,

@@ -1,5 +1,16 @@
 /* libtoliman, simulator: from a scene file to expected images, noisy frames and what they can tell at best.
  *
+ * Data flow (functions toliman_sim_...)
+ *
+ *   scene.json -> plan, plan_json                                     what it needs and costs, without its images
+ *   scene.json -> create, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols] -> cae.h, linear.h
+ *    options_init                             |
+ *                                             +-> get_info, get_name, get_plan, get_stage_name    facts and bounds
+ *                                             +-> get_series, get_offsets                         what is true
+ *                                             +-> get_pupil, get_spectrum, get_plate_scale        light on its way
+ *                                             +-> expect, propagate, get_image    without noise; derivatives
+ *                                          destroy
+ *
  * Conventions
  *   Arrays      C order, [row][column] = [y][x]; row 0 and column 0 are the most negative coordinates.
  *   Pupil       sample i stands at x_i = (i - (N-1)/2) D/N, the cell's centre; D the aperture, N the pupil samples.
@@ -17,12 +28,14 @@
  *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
  *   Time        of a frame is the middle of its exposure, over which nothing is averaged: stars and signal stand as at
  *               that instant. Light travel time (to the barycentre) is not modelled. binary.date is time 0. With an
- * orbit the stars stand throughout where they are then; with binary.moving they follow it, and frames are made about
- * anchors along it. All that describes the scene as one (images, bounds, propagate, expect, estimators made of it) is
- * that of time 0. Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the
- * orbit's plane held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
+ *               orbit the stars stand throughout where they are then; with binary.moving they follow it, and frames
+ *               are made about anchors along it. All that describes the scene as one (images, bounds, propagate,
+ *               expect, estimators made of it) is that of time 0.
+ *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
+ *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
  *               over a period is not 0 but -3/2 e sin(argument) amplitudes. Its period is Kepler's, with M + m:
- * 365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of 365.25 days.
+ *               365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of
+ *               365.25 days.
  *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
  *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
  *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
@@ -60,6 +73,7 @@ TOLIMAN_BEGIN_DECLS
  * one simulator from several threads. Since 0.1. */
 typedef struct toliman_sim toliman_sim;
 
+/* How a simulator is made. Since 0.1. */
 typedef struct toliman_sim_options {
     uint32_t struct_size;
     uint32_t threads;             /* own workers; 0 = one a processor. Never changes a bit of any result */
@@ -72,8 +86,9 @@ typedef struct toliman_sim_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_sim_options;
 
-#define TOLIMAN_ENGINE_AUTOMATIC 0
-#define TOLIMAN_ENGINE_MATRIX_DFT 1
+/* Ways to propagate light, see Engines above. */
+#define TOLIMAN_ENGINE_AUTOMATIC 0  /* the matrix DFT */
+#define TOLIMAN_ENGINE_MATRIX_DFT 1 /* exact pixel positions */
 #define TOLIMAN_ENGINE_PADDED_FFT 2 /* no mask, amplitude or OPD files */
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
@@ -94,6 +109,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_json(const char
 /* Ends a simulator; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
+/* Units of frames and expected images, see Unit above. */
 #define TOLIMAN_UNIT_PHOTON 0
 #define TOLIMAN_UNIT_ELECTRON 1
 #define TOLIMAN_UNIT_DN 2
@@ -195,7 +211,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 /* Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter. */
 #define TOLIMAN_IMAGE_BOTH 0       /* the whole frame without displacement, with dark current and bias */
 #define TOLIMAN_IMAGE_STAR_A 1     /* also the derivative with respect to the relative flux of A */
-#define TOLIMAN_IMAGE_STAR_B 2     /* E_ARGUMENT for a single star */
+#define TOLIMAN_IMAGE_STAR_B 2     /* TOLIMAN_E_ARGUMENT for a single star */
 #define TOLIMAN_IMAGE_SEPARATION 3 /* d/d separation, per px */
 #define TOLIMAN_IMAGE_CURVATURE 4  /* second derivative, per px^2 */
 #define TOLIMAN_IMAGE_SHIFT_X 5    /* d/d common shift towards higher columns, per px */
@@ -207,17 +223,19 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_IMAGE_SCALE 9       /* d/d relative plate scale */
 #define TOLIMAN_IMAGE_FOCUS 10      /* d/d defocus, per nm rms */
 #define TOLIMAN_IMAGE_BACKGROUND 11 /* d/d light that falls on every pixel alike, per photon */
-/* Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1. */
+/* Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
+ * smaller stride. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Pupil of the scene, each [N][N]: amplitude A in 0..1 (grey edges) and OPD in m, of mask and aberrations. Either may
- * be NULL. Since 0.1. */
+/* Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD in m,
+ * of mask and aberrations. Either may be NULL. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
 /* Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
- * `wavelengths` of the info. The weights of a star that is not there are 0. Any array may be NULL. Since 0.1. */
+ * `wavelengths` of the info, else TOLIMAN_E_ARGUMENT. The weights of a star that is not there are 0. Any array may be
+ * NULL. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
                                                                        double *wavelength_m, double *weight_a,
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;

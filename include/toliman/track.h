@@ -1,5 +1,15 @@
 /* libtoliman, tracking: frames off the downlink -> the period, one frame at a time, losing nothing.
  *
+ * Data flow (functions toliman_track_...)
+ *
+ *   options_init, load_options -> create <- folder (ledger, setup, checkpoint)
+ *                                    |
+ *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
+ *   other folders -> merge ----------+
+ *                                    +-> query_fit, get_info, get_lines, get_streams, get_clock    reason_name
+ *                                    +-> commit, save -> folder
+ *                                 destroy
+ *
  * Frames come in any order, some twice, some damaged. Each is known by (session, frame id, region of interest), since
  * packet counters wrap and times repeat. It is checked, estimated, given its time and pushed to a periodogram:
  *
@@ -69,7 +79,7 @@ typedef struct toliman_frame {
     int32_t pixel;        /* TOLIMAN_PIXEL_... */
     const char *session;  /* 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi */
     const char *roi;
-    int64_t frame_id;
+    int64_t frame_id;   /* any number, below 0 too */
     int64_t camera_ns;  /* the camera's clock */
     int64_t dropped;    /* frames that the camera dropped before this one, up to 65535; 0 where it does not say */
     const void *pixels; /* [rows][stride], aligned to a pixel */
@@ -161,7 +171,8 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
 /* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
  * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
  * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
- * holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read. The caller destroys *out. Since 0.1. */
+ * holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system
+ * has no random numbers to give. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 

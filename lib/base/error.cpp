@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "base/text.hpp"
+
 namespace toliman {
 
 namespace {
@@ -25,7 +27,7 @@ void fail(Status status, const char *format, ...) {
     char text[kErrorTextSize];
     va_list arguments;
     va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
+    print_text(text, sizeof text, format, arguments);
     va_end(arguments);
     throw Error(status, text);
 }

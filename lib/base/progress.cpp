@@ -1,7 +1,8 @@
 #include "base/progress.hpp"
 
 #include <cstdarg>
-#include <cstdio>
+
+#include "base/text.hpp"
 
 namespace toliman {
 
@@ -15,7 +16,7 @@ void Log::warn(const char *format, ...) const {
     char text[kErrorTextSize];
     va_list arguments;
     va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
+    print_text(text, sizeof text, format, arguments);
     va_end(arguments);
     call(kLevelWarning, text, user_data);
 }

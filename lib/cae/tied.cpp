@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "cae/unsupervised.hpp"
 #include "kernels/decorrelate.hpp"
 #include "kernels/poisson.hpp"
@@ -173,8 +173,8 @@ void fit(const Buffer<double> &target, const TiedOptions &options, Training &sta
         state = next;
         options.losses.put(state.done - 1, state.loss);
         char stage[96];
-        std::snprintf(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
-                      state.loss, std::sqrt(std::max(0.0, 1 - state.loss)));
+        print_text(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
+                   state.loss, std::sqrt(std::max(0.0, 1 - state.loss)));
         options.progress.report(stage, static_cast<double>(state.done) / options.steps);
     }
 }

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <vector>
 
+#include "base/text.hpp"
 #include "base/workers.hpp"
 #include "cae/backward.hpp"
 #include "cae/payload.hpp"
@@ -187,11 +187,10 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
             const size_t count = std::min<size_t>(options.batch, images - at);
             loss += trainer.step(next, &order[at], count) * static_cast<double>(count);
             char stage[128];
-            const int size = std::snprintf(stage, sizeof stage, "train: epoch %u of %u, loss %.4g", state.done + 1,
+            const size_t size = print_text(stage, sizeof stage, "train: epoch %u of %u, loss %.4g", state.done + 1,
                                            options.epochs, loss / static_cast<double>(at + count));
             if (state.done > 0)
-                std::snprintf(stage + size, sizeof stage - static_cast<size_t>(size), ", validation %.4g",
-                              state.validation_loss);
+                print_text(stage + size, sizeof stage - size, ", validation %.4g", state.validation_loss);
             options.progress.report(
                 stage, (state.done + static_cast<double>(at + count) / static_cast<double>(images)) / options.epochs);
         }

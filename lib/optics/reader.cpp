@@ -1,12 +1,12 @@
 #include "optics/reader.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdarg>
-#include <cstdio>
-#include <cstdlib>
 
 #include "backend/file.hpp"
+#include "base/text.hpp"
 
 namespace toliman::optics {
 
@@ -60,9 +60,11 @@ std::string joined(std::initializer_list<const char *> words) {
 
 std::string shown(double value) {
     char text[40];
-    std::snprintf(text, sizeof text, "%.10g", value);
-    if (std::strtod(text, nullptr) != value) // a bound is what it says
-        std::snprintf(text, sizeof text, "%.17g", value);
+    const size_t length = print_text(text, sizeof text, "%.10g", value);
+    double said = 0;
+    std::from_chars(text, text + length, said);
+    if (said != value) // a bound is what it says
+        print_text(text, sizeof text, "%.17g", value);
     return text;
 }
 
@@ -102,7 +104,7 @@ void Reader::refuse(Status status, const char *key, const char *format, ...) con
     char text[kErrorTextSize];
     va_list arguments;
     va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
+    print_text(text, sizeof text, format, arguments);
     va_end(arguments);
     fail(status, "%s: %s%s", source_.c_str(), full(key).c_str(), text);
 }
@@ -212,7 +214,9 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
             return index;
         list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
     }
-    refuse(Status::scene, key, " = \"%s\": must be one of %s", given.substr(0, 40).c_str(), list.c_str());
+    const char *meant = nearest(given, choices);
+    refuse(Status::scene, key, " = \"%s\": must be one of %s%s%s%s", given.substr(0, 40).c_str(), list.c_str(),
+           meant != nullptr ? "; did you mean \"" : "", meant != nullptr ? meant : "", meant != nullptr ? "\"?" : "");
 }
 
 std::string Reader::file(const char *key, const std::string &folder) const {

@@ -1,10 +1,10 @@
 #include "track/terms.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include "base/bytes.hpp"
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace toliman::track {
 
@@ -34,11 +34,11 @@ std::string difference(const Terms &there, const Terms &here) {
     char text[160];
     const Geometry &a = there.geometry, &b = here.geometry;
     const auto sides = [&](const char *name, size_t rows, size_t cols, size_t rows_here, size_t cols_here) {
-        std::snprintf(text, sizeof text, "%s %zux%zu, here %zux%zu", name, rows, cols, rows_here, cols_here);
+        print_text(text, sizeof text, "%s %zux%zu, here %zux%zu", name, rows, cols, rows_here, cols_here);
         return std::string(text);
     };
     const auto number = [&](const char *name, double value, double value_here) {
-        std::snprintf(text, sizeof text, "%s %.17g, here %.17g", name, value, value_here);
+        print_text(text, sizeof text, "%s %.17g, here %.17g", name, value, value_here);
         return std::string(text);
     };
     if (a.rows != b.rows || a.cols != b.cols)
@@ -57,8 +57,8 @@ std::string difference(const Terms &there, const Terms &here) {
         return number("sigma", there.sigma, here.sigma);
     if (there.value_limit != here.value_limit)
         return number("value limit", there.value_limit, here.value_limit);
-    std::snprintf(text, sizeof text, "estimator %016llx, here %016llx",
-                  static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
+    print_text(text, sizeof text, "estimator %016llx, here %016llx", static_cast<unsigned long long>(there.estimator),
+               static_cast<unsigned long long>(here.estimator));
     return text;
 }
 

@@ -38,7 +38,7 @@ static void result(const char *name, const void *data, size_t size) {
     fprintf(results, "%s %016llx\n", name, (unsigned long long)digest(0xcbf29ce484222325u, data, size));
 }
 
-/* A failure that is wanted; its message may have the host's decimal sign. */
+/* A failure that is wanted; its message has a decimal point, whatever the host's sign. */
 static void refused(const char *name, toliman_status status, toliman_status wanted) {
     if (status != wanted)
         fail_msg("%s: %s, expected %s", name, toliman_status_name(status), toliman_status_name(wanted));

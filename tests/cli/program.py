@@ -6,6 +6,8 @@ import subprocess
 import tempfile
 import unittest
 
+import schemas
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "examples" / "scenes"
 # Seconds after which a run is taken to hang; sanitizers are slow.
@@ -27,9 +29,11 @@ class ProgramTest(unittest.TestCase):
         self.folder = pathlib.Path(kept.name)
 
     def run_program(self, *arguments, **options):
-        return subprocess.run(
+        done = subprocess.run(
             [PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, **options
         )
+        schemas.check(done.stdout)
+        return done
 
     def succeed(self, *arguments, **options):
         """Standard output of a run that must end well and say nothing on stderr but results of `train`."""

@@ -366,7 +366,7 @@ class Refusals(Experiment):
         for word in ("0", "-1e-6", "0.2", "nan", "much", "1e-6x"):
             self.refused(2, "--amplitudes", word, "above 0, at most 0.1 px", arguments=(f"--amplitudes={word}",))
         self.refused(2, "1e-6: stands there twice", arguments=("--amplitudes", "1e-6,1e-6"))
-        self.refused(2, "--methods magic: unknown; there are cae, template, untrained, pca", arguments=("--methods", "magic"))
+        self.refused(2, "--methods magic: must be one of cae, template, untrained, pca", arguments=("--methods", "magic"))
         self.refused(2, "cae: stands there twice", arguments=("--methods", "cae,cae"))
         self.refused(2, "--tables", "kitchen", arguments=("--tables", "kitchen"))
         for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):

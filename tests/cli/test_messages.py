@@ -30,6 +30,25 @@ class Words(ProgramTest):
             (("psf", CHAPTER, "--elephant"), "unknown option --elephant"),
         ):
             self.refuse(2, f"toliman: {text}\n", arguments=words)
+        self.refuse(2, "unknown command statsu (did you mean status?)", arguments=("statsu", "x"))  # not the first, the nearest
+
+    def test_unknown_values(self):
+        for words, *texts in (
+            (("--progress", "jsn", "doctor"), "--progress jsn: must be one of auto, json, none (did you mean json?)"),
+            (("period", "x", "--fap", "baluv"), "--fap baluv: must be one of bootstrap, baluev, naive, sequential, single "
+                                                "(did you mean baluev?)"),
+            (("train", CHAPTER, "--out", "w", "--mode", "swim"), "--mode swim: must be one of tied, unsupervised\n"),
+            (("track", "--state", "x", "--sync=fram", "f"), "--sync fram: must be one of frame, group, none (did you mean "
+                                                            "frame?)"),
+            (("psf", CHAPTER, "--star", "C", "--out", "x.npy"), "--star C: must be one of A, B, both\n"),
+            (("simulate", CHAPTER, "--dtype", "u16", "--session", "s", "--out", "x"), "(did you mean u16le?)"),
+            (("experiment", CHAPTER, "--out", "x", "--methods", "cae,tamplate"), "tamplate: ", "(did you mean template?)"),
+            (("experiment", CHAPTER, "--out", "x", "--tables", "reel"), "--tables reel: must be one of real, equal, robust "
+                                                                        "(did you mean real?)"),
+        ):
+            self.refuse(2, *texts, arguments=words)
+
+    def test_what_is_missing(self):
         self.refuse(2, "--out is required", arguments=("psf", CHAPTER))
         self.refuse(2, "--state is required", arguments=("track", "--weights", "w.tlmw", "f.npy"))
 
@@ -65,6 +84,10 @@ class Small(ProgramTest):
     def test_keys_and_ranges(self):
         self.scene(noise={"zebra": 1})
         self.psf_refused(2, "s.json: noise.zebra: unknown key; allowed are photon, read_e, seed")
+        self.scene(noise={"sead": 1})
+        self.psf_refused(2, "s.json: noise.sead: unknown key; did you mean \"seed\"?")
+        self.scene(stars={"A": {"spectrum": {"kind": "blackbdy", "temperature_k": 5790}}})
+        self.psf_refused(2, 's.json: stars.A.spectrum.kind = "blackbdy": must be one of ', 'did you mean "blackbody"?')
         self.scene(noise={"seed": 1e17})
         self.psf_refused(2, "s.json: noise.seed = 1e+17: must be in [0, 9007199254740992]")
         self.scene(detector={"shape": [2048, 2048], "pixel_scale_arcsec": 3})

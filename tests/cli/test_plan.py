@@ -40,7 +40,11 @@ class Plan(ProgramTest):
 
     def test_marks_what_is_above_the_accuracy(self):
         rows = self.rows(self.scene("a.json", systematics={"scale_rms": 1e-5}))
-        self.assertTrue(rows["pupil"].endswith("  > accuracy"))
+        advice = "  > accuracy, as the scene has it: more telescope.pupil_samples, at most 2048, lessen it"
+        self.assertTrue(rows["pupil"].endswith(advice))
+        finer = self.rows(self.scene("b.json", telescope={"pupil_samples": 512}))
+        error = [float(re.search(r"\d\.\de[-+]\d+", row["pupil"]).group()) for row in (rows, finer)]
+        self.assertLess(error[1], error[0] / 2)
         self.assertTrue(rows["scale, focus"].endswith("  > accuracy"))
         self.assertTrue(rows["displacement"].endswith(" of the signal  rounding"))  # 1e-6 px: 1e-14 of the peak
         self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["places"])

@@ -23,6 +23,8 @@ class Names(ProgramTest):
     def test_nowhere(self):
         for command in ("plan", "run"):
             self.refuse(3, f"none.json: No such file, neither here nor in {SHIPPED}", arguments=(command, "none.json"))
+        for name in ("chpater.json", "chapter", "chapter.jsn"):
+            self.refuse(3, f"{name}: No such file", "(did you mean chapter.json?)", arguments=("plan", name))
         self.refuse(3, "./chapter.json: No such file", arguments=("plan", "./chapter.json"))
 
 

@@ -8,6 +8,7 @@ import time
 import unittest
 
 import numpy
+import schemas
 from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 FRAMES, SIDE = 48, 64
@@ -54,6 +55,7 @@ class Track(ProgramTest):
         )
         self.assertEqual(done.returncode, code, done.stderr)
         self.errors = done.stderr
+        schemas.check(done.stdout)
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     def sums(self, state):
@@ -204,10 +206,16 @@ class Damage(Track):
                     for reason, k in zip(("over range", "hole", "short file", "shape", "bad line"), gone)
                 ),
             )
-            for text in ("over range, pixel 5, 6", "hole", "ends before", "32x64", "timestamp_ns is missing", "quarantined",
+            for text in ("over range, pixel 5, 6 is 2147483648, more than --bit-depth", "hole", "ends before", "32x64", "timestamp_ns is missing", "quarantined",
                          "3 bytes more", "none_meta.jsonl: No such file"):
                 self.assertEqual(self.errors.count(text), 1, self.errors)
         self.track("s1", "all", "--strict", "--bit-depth", "31", code=4)  # the quarantined one stays so
+
+    def test_an_outlier_is_told_with_its_limit(self):
+        self.single(3)
+        out = self.track("far", "in", "--value-limit", "1e-12")
+        self.assertEqual(out[0]["verdict"], "outlier")
+        self.assertIn(f"a value of {out[0]['value']:.4g} px, beyond the 1e-12 px of --value-limit", self.errors)
 
     def test_strict(self):
         self.track("good", "all", "--strict")

@@ -59,7 +59,7 @@ class Options(Mistakes):
         for estimator in (TEMPLATE, ("--weights", "w.tlmw")):
             for words, text in (
                 (("--stat", "s", *GRID, *PAIRS), "unknown option --stat (did you mean --state?)"),
-                (("--state", "s", *GRID, "--dtype", "u8", "all"), "--dtype: u8 not in"),
+                (("--state", "s", *GRID, "--dtype", "u8", "all"), "--dtype u8: must be one of u16le, u32le"),
                 (("--state", "s", *GRID, "--jobs", "many", *PAIRS), "--jobs = many"),
                 (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
             ):

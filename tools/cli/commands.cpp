@@ -29,8 +29,9 @@ Examples:
 A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
 share/toliman/scenes beside the folder of the program; which one is told on stderr).
 Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
-3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict), 5 state folder damaged,
-6 output cannot be written or another process writes to the folder, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
+3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict) or doctor not ready,
+5 state folder damaged, 6 output cannot be written or another process writes to the folder, 129/130/143 stopped by
+SIGHUP, SIGINT, SIGTERM.)";
 
 } // namespace
 

@@ -101,7 +101,8 @@ class PlainFrames : public FrameFile {
 
     void next(double *image) override {
         if (!file_.read(raw_.data(), raw_.size()))
-            malformed(path_, "ends early");
+            malformed(path_, "ends within a frame: " + std::to_string(rows()) + "x" + std::to_string(cols()) +
+                                 " pixels of " + std::to_string(width()) + " bytes each are not whole");
         convert(type_, raw_.data(), rows() * cols(), image);
         frame_++;
     }

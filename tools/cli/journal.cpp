@@ -86,7 +86,8 @@ Journal::Journal(const std::string &path, const JsonTree &arguments)
         unwritable(path_);
     try {
         if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-            throw Failure(kExitOutput, path_ + ": another experiment is being written there");
+            throw Failure(kExitOutput,
+                          path_ + ": another experiment is being written there: wait for it, or give another --out");
         read(arguments);
     } catch (...) {
         ::close(file_);
@@ -121,7 +122,7 @@ void Journal::read(const JsonTree &arguments) {
 void Journal::check_arguments(const std::string &line, const JsonTree &arguments) const {
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     if (!cJSON_IsObject(found.get()))
-        malformed(path_ + ":1", "is no journal of an experiment");
+        malformed(path_ + ":1", "is no journal of an experiment: give another --out");
     for (const cJSON *item = arguments->child; item != nullptr; item = item->next) {
         const cJSON *there = item_of(found.get(), item->string);
         if (cJSON_Compare(item, there, 1) == 0)
@@ -139,7 +140,8 @@ void Journal::take(const std::string &line, size_t number) {
         !read_whole(json, "series", row.series) || !read_number(json, "period_days", row.period_days) ||
         !read_number(json, "log10_fap", row.log10_fap) || !read_number(json, "slope", row.slope) ||
         !read_number(json, "sigma", row.sigma) || !read_number(json, "mean", row.mean))
-        malformed(path_ + ":" + std::to_string(number), "is no result of an experiment");
+        malformed(path_ + ":" + std::to_string(number),
+                  "is no result of an experiment: without this line it is made anew");
     if (place_.emplace(key_of(row), rows_.size()).second)
         rows_.push_back(row);
 }

@@ -38,8 +38,7 @@ int parse_and_run(int argc, char **argv) {
     } catch (const CLI::Success &success) { // --help, --version
         return app.exit(success);
     } catch (const CLI::ParseError &error) {
-        const std::string unknown = unknown_word(app, argc, argv);
-        return complain(kExitUsage, unknown.empty() ? error.what() : unknown.c_str());
+        return complain(kExitUsage, complaint(error, app, argc, argv).c_str());
     }
     watch_signals();
     try {

@@ -52,7 +52,7 @@ class Once {
         const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
         const auto [other, is_new] = seen_.emplace(std::hash<std::string_view>()(text), file);
         if (!is_new && toliman_period_count(state.get()) > 0)
-            malformed(file, "holds the same samples as " + other->second);
+            malformed(file, "holds the same samples as " + other->second + ": give each once; nothing was written");
     }
 
   private:

@@ -4,6 +4,7 @@
 
 #include "failure.hpp"
 #include "series_methods.hpp"
+#include "suggest.hpp"
 
 namespace cli {
 
@@ -106,13 +107,15 @@ const std::vector<MethodKind> &method_kinds() {
 }
 
 const MethodKind &method_kind(const std::string &name) {
+    std::vector<std::string> names;
     std::string known;
     for (const MethodKind &kind : method_kinds()) {
         if (kind.name == name)
             return kind;
-        known += (known.empty() ? "" : ", ") + std::string(kind.name);
+        names.emplace_back(kind.name);
+        known += (known.empty() ? "" : ", ") + names.back();
     }
-    throw Failure(kExitUsage, "--methods " + name + ": unknown; there are " + known);
+    throw Failure(kExitUsage, "--methods " + name + ": must be one of " + known + meant(name, names));
 }
 
 } // namespace cli

@@ -189,21 +189,26 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *file =
         command->add_option("FILE", options->file, "CSV, JSON Lines or .npy: t, y[, sigma]; - reads standard input");
     command->add_option("--columns", options->columns, "names of the columns: T,Y or T,Y,SIGMA, default t,y,sigma");
-    command->add_option("--f0", options->f0, "first frequency");
-    command->add_option("--df", options->df, "frequency step");
-    command->add_option("--nf", options->nf, "number of frequencies");
-    command->add_flag("--fixed-mean", options->sums.fixed_mean, "subtract the weighted mean once, fit none");
-    command->add_option("--value-bound", options->sums.value_bound, "largest distance from the first or median value");
-    command->add_option("--sigma-floor", options->sums.sigma_floor, "smallest sigma to come, that of samples without");
-    command->add_option("--sigma-ceiling", options->sums.sigma_ceiling, "largest sigma to come");
-    command->add_option("--peaks", options->peaks, "list so many peaks, 1 to 64")->check(CLI::Range(1u, 64u));
-    command->add_option("--save-state", options->save_state, "keep the sums in this file (.tlmp)");
+    command->add_option("--f0", options->f0, "first frequency, cycles per unit of t, default 1.5/T");
+    command->add_option("--df", options->df, "frequency step, likewise, default 1/(10 T)");
+    command->add_option("--nf", options->nf, "number of frequencies, default up to 1/(2 median dt)");
+    command->add_flag("--fixed-mean", options->sums.fixed_mean,
+                      "subtract the weighted mean once instead of fitting it at each frequency");
+    command->add_option("--value-bound", options->sums.value_bound,
+                        "largest distance from the first or median value, default by the samples");
+    command->add_option("--sigma-floor", options->sums.sigma_floor,
+                        "smallest sigma to come, that of samples without; default by the samples");
+    command->add_option("--sigma-ceiling", options->sums.sigma_ceiling,
+                        "largest sigma to come, default by the samples");
+    command->add_option("--peaks", options->peaks, "list so many peaks, default 1")->check(CLI::Range(1u, 64u));
+    command->add_option("--save-state", options->save_state,
+                        "keep the sums in this file (.tlmp), for --from-state and merge");
     CLI::Option *state = command->add_option("--from-state", options->from_state, "go on from the sums in this file");
     for (const char *name :
          {"--f0", "--df", "--nf", "--fixed-mean", "--value-bound", "--sigma-floor", "--sigma-ceiling"})
         state->excludes(command->get_option(name)); // the state has them
     command->add_flag("--json", options->as_json, "result as JSON on stdout");
-    command->add_option("--power", options->power_file, "write the power of every frequency as .npy");
+    command->add_option("--power", options->power_file, "write the power of every frequency to this file, as .npy");
     command->add_option("--normalisation", options->normalisation, "of --power: standard (default), model, log or psd")
         ->check(CLI::IsMember(kNormalisations));
     add_fap(*command, options->fap);

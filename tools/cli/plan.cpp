@@ -54,7 +54,8 @@ void print_summary(const toliman_sim_plan_info &plan) {
     if (plan.plate_scale_error > 0)
         line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, each wavelength its own");
     const std::string samples = std::to_string(plan.pupil_samples);
-    line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "");
+    line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "",
+         "  > accuracy, as the scene has it: more telescope.pupil_samples, at most 2048, lessen it");
     line("wavelengths",
          plan.wavelengths < plan.scene_wavelengths
              ? std::to_string(plan.wavelengths) + " nodes for the scene's " + std::to_string(plan.scene_wavelengths)

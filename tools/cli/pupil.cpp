@@ -127,8 +127,10 @@ void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("pupil", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out, "the scene with the new mask; - is standard output");
-    CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes, "stop after so many minutes");
+    command->add_option("--out", options->out,
+                        "file for the scene with the new mask, default none; - is standard output");
+    CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes,
+                                               "stop after so many minutes, default when --count is done");
     CLI::Option *count =
         command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
             ->check(CLI::Range(1u, 1000000000u));

@@ -1,11 +1,13 @@
 #include "scene.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 
 #include "failure.hpp"
 #include "input.hpp"
 #include "scene_json.hpp"
+#include "suggest.hpp"
 
 namespace cli {
 
@@ -44,6 +46,18 @@ std::string shipped_folder() {
     return (program.parent_path().parent_path() / "share/toliman/scenes").string();
 }
 
+// A shipped scene that is nearly of this name, or of this one without its suffix.
+std::string meant_scene(const std::string &name, const std::string &folder) {
+    std::vector<std::string> scenes;
+    std::error_code error;
+    for (const auto &entry : std::filesystem::directory_iterator(folder, error))
+        if (entry.path().extension() == ".json")
+            scenes.push_back(entry.path().filename().string());
+    std::sort(scenes.begin(), scenes.end());
+    const std::string found = meant(name, scenes);
+    return found.empty() ? meant(name + ".json", scenes) : found;
+}
+
 } // namespace
 
 std::string found_scene(const std::string &name, const toliman_sim_options &options) {
@@ -52,7 +66,7 @@ std::string found_scene(const std::string &name, const toliman_sim_options &opti
     const std::string folder = shipped_folder();
     std::string shipped = folder + "/" + name;
     if (!exists(shipped))
-        malformed(name, "No such file, neither here nor in " + folder);
+        malformed(name, "No such file, neither here nor in " + folder + meant_scene(name, folder));
     if (options.log != nullptr)
         options.log(TOLIMAN_LOG_INFO, ("scene " + shipped).c_str(), options.log_data);
     return shipped;
@@ -87,7 +101,8 @@ FrameRange::FrameRange(const std::string &text, int64_t frames) {
     end = colon == std::string::npos ? (text.empty() ? frames : first + 1)
                                      : bound_of(text.substr(colon + 1), frames, text);
     if (first < 0 || end <= first || end > frames)
-        throw Failure(kExitUsage, "--frames " + text + ": must lie within 0:" + std::to_string(frames));
+        throw Failure(kExitUsage,
+                      "--frames " + text + ": must be FIRST:END, FIRST below END, within 0:" + std::to_string(frames));
 }
 
 } // namespace cli

@@ -37,12 +37,15 @@ FrequencyGrid grid_of_mission(double days) {
 void SetupOptions::add_to(CLI::App &command) {
     CLI::Option *grid =
         command.add_option("--grid", grid_, "F0:DF:NF, frequencies in cycles a day, default the folder's");
-    command.add_option("--mission-days", mission_days_, "the grid of `run` for N days of a frame a day")
+    command
+        .add_option("--mission-days", mission_days_, "the grid of `run` for N days of a frame a day, for a new folder")
         ->check(CLI::Range(4.0, 1e6))
         ->excludes(grid);
-    command.add_option("--clock", clock_,
-                       "CSV of pairs camera_ns,tai_ns, or camera where its time is TAI, as in a new folder");
-    command.add_option("--epoch", epoch_, "TAI in ns that is time 0 of the phase, in a new folder 0");
+    command.add_option(
+        "--clock", clock_,
+        "CSV of pairs camera_ns,tai_ns, or camera where its time is TAI, default the folder's, in a new one camera");
+    command.add_option("--epoch", epoch_,
+                       "TAI in ns that is time 0 of the phase, default the folder's, in a new one 0");
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {

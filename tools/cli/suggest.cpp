@@ -1,6 +1,8 @@
 #include "suggest.hpp"
 
 #include <algorithm>
+#include <regex>
+#include <sstream>
 #include <vector>
 
 #include "command.hpp"
@@ -35,14 +37,42 @@ bool known(const std::string &word, const std::vector<std::string> &names) {
     return std::find(names.begin(), names.end(), word) != names.end();
 }
 
-std::string meant(const std::string &word, const std::vector<std::string> &names) {
-    for (const std::string &name : names)
-        if (distance(word, name) <= 2)
-            return " (did you mean " + name + "?)";
-    return "";
+// What CLI11 says of a value that is none of a list, "--sync: fram not in {frame,group,none}", as the rest of the
+// program says it.
+std::string unknown_value(const std::string &message) {
+    static const std::regex form("(\\S+): (.*) not in \\{([^{}]*)\\}");
+    std::smatch parts;
+    if (!std::regex_match(message, parts, form))
+        return message;
+    std::vector<std::string> names;
+    std::string list;
+    std::stringstream words(parts[3].str());
+    for (std::string name; std::getline(words, name, ',');) {
+        list += (names.empty() ? "" : ", ") + name;
+        names.push_back(name);
+    }
+    return parts[1].str() + " " + parts[2].str() + ": must be one of " + list + meant(parts[2].str(), names);
 }
 
 } // namespace
+
+std::string meant(const std::string &word, const std::vector<std::string> &names) {
+    size_t least = 3;
+    std::string best;
+    for (const std::string &name : names) {
+        const size_t far = distance(word, name);
+        if (far < std::min(least, name.size())) {
+            least = far;
+            best = name;
+        }
+    }
+    return best.empty() ? "" : " (did you mean " + best + "?)";
+}
+
+std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
+    const std::string unknown = unknown_word(app, argc, argv);
+    return unknown.empty() ? unknown_value(error.what()) : unknown;
+}
 
 std::string unknown_word(const CLI::App &app, int argc, char **argv) {
     std::vector<std::string> commands, options;

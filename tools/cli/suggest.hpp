@@ -1,12 +1,19 @@
-// "Did you mean" for mistyped commands and options.
+// "Did you mean" for mistyped commands, options and values.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 namespace cli {
 
 // What to say of the first word of the command line that is no command or no option of the command:
 // "unknown option --frame (did you mean --frames?)"; "" if all are known.
 std::string unknown_word(const CLI::App &app, int argc, char **argv);
+
+// What to say of a command line that was refused.
+std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv);
+
+// " (did you mean pca?)" for the nearest name, "" if none is near.
+std::string meant(const std::string &word, const std::vector<std::string> &names);
 
 } // namespace cli

@@ -224,8 +224,9 @@ void track(Options &options, Progress &progress) {
     }
     tracking.end();
     if (options.strict && tracking.troubles() > 0)
-        throw Failure(kExitRejected, options.state + ": " + std::to_string(tracking.troubles()) +
-                                         " frames or inputs were not as they should be");
+        throw Failure(kExitRejected,
+                      options.state + ": " + std::to_string(tracking.troubles()) +
+                          " frames or inputs were not as they should be; the good ones are in, and status counts all");
 }
 
 } // namespace
@@ -242,28 +243,36 @@ void add_track(CLI::App &app, Context &context) {
         ->add_option("--state", options->state, "folder of the ledger and what is made of it, made unless it is there")
         ->required();
     options->setup.add_to(*command);
-    command->add_option("--sync", options->sync, "lines to the disk each (frame), in groups (default), or none")
+    command
+        ->add_option("--sync", options->sync,
+                     "bring lines to the disk each (frame), by 64 or a second (group, default), or leave it to the "
+                     "system (none)")
         ->check(CLI::IsMember({"frame", "group", "none"}));
     command->add_option("--every", options->every, "an update after so many accepted frames, default 1")
         ->check(CLI::Range(1u, 1000000000u));
-    command->add_option("--jobs", options->jobs, "threads that estimate the frames between two updates, default 1");
-    command->add_option("--dtype", downlink.dtype, "of raw pairs: u16le or u32le")
+    command->add_option("--jobs", options->jobs,
+                        "threads that estimate the frames between two updates, default 1; 0: one a processor");
+    command->add_option("--dtype", downlink.dtype, "of raw pairs, which need it: u16le or u32le")
         ->check(CLI::IsMember({"u16le", "u32le"}));
-    command->add_option("--bit-depth", options->bit_depth, "pixels of 2^N or more reject a frame; u16le 12, u32le 32")
+    command
+        ->add_option("--bit-depth", options->bit_depth,
+                     "pixels of 2^N or more reject a frame; default 12 of u16le, 32 of u32le")
         ->check(CLI::Range(1, 32));
-    command->add_option("--shape", options->shape, "ROWSxCOLS of frames, where --crop leaves some out");
-    command->add_option("--crop", options->crop,
-                        "ROW,COL of the first pixel taken, default 0,0 of a frame that is taken whole");
+    command->add_option("--shape", options->shape, "ROWSxCOLS of frames, default as many as the scene or weights take");
+    command->add_option("--crop", options->crop, "ROW,COL of the first pixel taken, default 0,0");
     command->add_option("--bin", options->bin, "so many pixels a side are added up, default 1")
         ->check(CLI::Range(1, 65536));
-    command->add_option("--value-limit", options->value_limit, "values further from 0 are outliers; 10,000 sigma")
+    command
+        ->add_option("--value-limit", options->value_limit,
+                     "px: values further from 0 are outliers; default 10,000 times the bound of a frame")
         ->check(CLI::PositiveNumber);
     command->add_option("--capacity", options->capacity, "frames at most, 24 bytes each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
-    command->add_option("--frames", options->frames, "A:B, only frames with ids from A to B - 1, of a shard");
+    command->add_option("--frames", options->frames,
+                        "A:B, only frames with ids from A to B - 1, of a shard; default all");
     command
         ->add_option("--cadence", downlink.cadence,
-                     "seconds from frame to frame of .npy and FITS files, unless they tell it")
+                     "s from frame to frame of .npy and FITS files, needed unless they tell it")
         ->check(CLI::PositiveNumber);
     command->add_option("--session", downlink.session, "of .npy and FITS files, default their names");
     command->add_option("--leap-seconds", options->leap_seconds,

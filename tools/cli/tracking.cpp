@@ -1,6 +1,7 @@
 #include "tracking.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 
 #include "json.hpp"
@@ -52,6 +53,12 @@ toliman_frame frame_of(const Arrival &arrival) noexcept {
     frame.rows = static_cast<int64_t>(arrival.facts.rows);
     frame.cols = static_cast<int64_t>(arrival.facts.cols);
     return frame;
+}
+
+std::string number(double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
 }
 
 std::string shape(int64_t rows, int64_t cols) {
@@ -122,19 +129,23 @@ std::string Tracking::why(const toliman_outcome &outcome) const {
     if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
         return "quarantined: came before with other pixels, time or count of drops; neither counts any longer";
     if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
-        return "outlier: a value of " + std::to_string(outcome.value);
+        return "outlier: a value of " + number(outcome.value, 4) + " px, beyond the " +
+               number(info_of(tracker_).value_limit, 4) + " px of --value-limit: it stays out of the periodogram";
     const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
     switch (outcome.reason) {
     case TOLIMAN_REASON_SHAPE:
         return "rejected: " + reason + " " + shape(outcome.row, outcome.col) + ", must be " +
                shape(options_.rows, options_.cols) + ": a new folder takes others by --shape and --crop";
     case TOLIMAN_REASON_OVER_RANGE:
-        return "rejected: " + reason + ", pixel " + place + " is " + std::to_string(outcome.pixel);
+        return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
+               ", more than --bit-depth allows";
     case TOLIMAN_REASON_HOLE:
     case TOLIMAN_REASON_NOT_FINITE:
         return "rejected: " + reason + " at pixel " + place;
+    case TOLIMAN_REASON_CLOCK:
+        return "rejected: " + reason + ": no TAI for its time, or too far off for the periodogram; see --clock";
     default:
-        return "rejected: " + reason;
+        return "rejected: " + reason + ": no finite value, so far is it from frames of the scene or weights";
     }
 }
 

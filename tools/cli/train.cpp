@@ -84,7 +84,8 @@ Training resumed_training(const Scene &scene, const Options &options) {
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     if (info.scene_digest != scene.info.scene_digest)
-        throw Failure(kExitUsage, options.resume + ": was trained for another scene than " + scene.path);
+        throw Failure(kExitUsage, options.resume + ": was trained for another scene than " + scene.path +
+                                      ": give the scene that it was begun with");
     Training training = {std::move(cae), {}, info.seed};
     if (!get_how(training.cae.get(), training.how))
         throw Failure(kExitUsage, options.resume + ": holds no training to go on with");

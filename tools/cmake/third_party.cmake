@@ -8,6 +8,7 @@ find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for declarations: OpenBLAS 
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
 # What the program takes besides.
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
+pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
 pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 if(TOLIMAN_TESTS)

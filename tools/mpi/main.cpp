@@ -54,8 +54,7 @@ bool parse(int argc, char **argv, bool first, Options &options) {
             app.exit(success);
         return false;
     } catch (const CLI::ParseError &error) {
-        const std::string unknown = unknown_word(app, argc, argv);
-        throw Failure(kExitUsage, unknown.empty() ? error.what() : unknown);
+        throw Failure(kExitUsage, complaint(error, app, argc, argv));
     }
     options.seed_given = seed->count() > 0;
     options.as_json = options.as_json || campaign->count() > 0;

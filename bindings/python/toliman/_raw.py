@@ -27,7 +27,7 @@ TOLIMAN_ABI_VERSION = 0
 # What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1.
 toliman_status = c_int32
 
-TOLIMAN_OK = 0
+TOLIMAN_OK = 0  # done
 TOLIMAN_E_INTERNAL = 1  # a bug in the library
 TOLIMAN_E_ARGUMENT = 2  # NULL, NaN or otherwise impossible argument
 TOLIMAN_E_MEMORY = 3  # out of memory or another resource of the system
@@ -84,7 +84,7 @@ class toliman_allocator(Sized):
 
 
 class toliman_machine(Sized):
-    """What the library found on this machine; the texts are static. Since 0.1.
+    """What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
     struct_size: in: sizeof(toliman_machine)
     isa: kernels in use: "baseline", "avx2" or "avx512"
     blas_core: OpenBLAS kernels in use, e.g. "SkylakeX"
@@ -113,7 +113,7 @@ class toliman_sim(Structure):
 
 
 class toliman_sim_options(Sized):
-    """toliman_sim_options.
+    """How a simulator is made. Since 0.1.
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL
     log: may be NULL
@@ -133,9 +133,12 @@ class toliman_sim_options(Sized):
     ]
 
 
-TOLIMAN_ENGINE_AUTOMATIC = 0
-TOLIMAN_ENGINE_MATRIX_DFT = 1
+# Ways to propagate light, see Engines above.
+TOLIMAN_ENGINE_AUTOMATIC = 0  # the matrix DFT
+TOLIMAN_ENGINE_MATRIX_DFT = 1  # exact pixel positions
 TOLIMAN_ENGINE_PADDED_FFT = 2  # no mask, amplitude or OPD files
+
+# Units of frames and expected images, see Unit above.
 TOLIMAN_UNIT_PHOTON = 0
 TOLIMAN_UNIT_ELECTRON = 1
 TOLIMAN_UNIT_DN = 2
@@ -271,7 +274,7 @@ class toliman_sim_plan_info(Sized):
 # Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter.
 TOLIMAN_IMAGE_BOTH = 0  # the whole frame without displacement, with dark current and bias
 TOLIMAN_IMAGE_STAR_A = 1  # also the derivative with respect to the relative flux of A
-TOLIMAN_IMAGE_STAR_B = 2  # E_ARGUMENT for a single star
+TOLIMAN_IMAGE_STAR_B = 2  # TOLIMAN_E_ARGUMENT for a single star
 TOLIMAN_IMAGE_SEPARATION = 3  # d/d separation, per px
 TOLIMAN_IMAGE_CURVATURE = 4  # second derivative, per px^2
 TOLIMAN_IMAGE_SHIFT_X = 5  # d/d common shift towards higher columns, per px
@@ -287,14 +290,14 @@ TOLIMAN_IMAGE_BACKGROUND = 11  # d/d light that falls on every pixel alike, per 
 
 
 class toliman_cae(Structure):
-    """Const calls may run on one network from several threads. Since 0.1."""
+    """A network. Const calls may run on one network from several threads. Since 0.1."""
 
 
 # Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
 # latent, and the same way back.
 #   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
 #   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
-# there is toliman_cae_reconstruct but no toliman_cae_decode
+#           that there is toliman_cae_reconstruct but no toliman_cae_decode
 TOLIMAN_CAE_FLIGHT = 0
 TOLIMAN_CAE_PAPER = 1
 
@@ -308,9 +311,9 @@ TOLIMAN_CAE_RAW = 2
 
 
 class toliman_cae_options(Sized):
-    """toliman_cae_options.
-    layout: TOLIMAN_CAE_FLIGHT, ...
-    input: TOLIMAN_CAE_WHITENED, ...
+    """What a network is. Since 0.1.
+    layout: TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER
+    input: TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW
     reserved: 0
     allocator: of the object's large arrays; NULL: the system's memory"""
 
@@ -343,8 +346,8 @@ toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_
 
 
 class toliman_cae_train_options(Sized):
-    """toliman_cae_train_options.
-    mode: TOLIMAN_CAE_TIED, ...
+    """How to train; 0 is the default throughout. Since 0.1.
+    mode: TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED
     steps: TIED: 0 = 300
     epochs: UNSUPERVISED: passes over the training frames, in all; 0 = 300
     learning_rate: in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -377,7 +380,7 @@ class toliman_cae_train_options(Sized):
 
 
 class toliman_cae_training(Sized):
-    """toliman_cae_training.
+    """What a training came to. Since 0.1.
     struct_size: in: sizeof(toliman_cae_training)
     steps: in all
     epochs: UNSUPERVISED: in all; else 0
@@ -453,12 +456,10 @@ TOLIMAN_ENCODING_FP16 = 2
 
 
 class toliman_cae_save_options(Sized):
-    """How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-    bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
-    has the bytes and what each costs in accuracy. Since 0.1.
-    weights_encoding: TOLIMAN_ENCODING_...
-    planes_encoding: of variance, target and nuisance images
-    training: 1: also where the last training stands, for toliman_cae_train to go on with"""
+    """What a blob holds. Since 0.1.
+    weights_encoding: TOLIMAN_ENCODING_..., default FLOAT32
+    planes_encoding: of variance, target and nuisance images; default FLOAT32
+    training: default 0; 1: also where the last training stands, for toliman_cae_train to go on with"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -480,7 +481,7 @@ class toliman_linear_components(Structure):
 
 
 class toliman_linear_components_options(Sized):
-    """toliman_linear_components_options.
+    """What a collection takes. Since 0.1.
     raw: 0: residuals against the scene's reference over the scene's sigma, less the nuisances of
         preprocess.project; 1: counts
     bin: pixels a side that are summed first, whitened as one pixel; divides rows and columns; 0 = 1
@@ -496,13 +497,14 @@ class toliman_linear_components_options(Sized):
     ]
 
 
+# Ways to find components, see toliman_linear_train_components.
 TOLIMAN_LINEAR_PCA = 0
 TOLIMAN_LINEAR_DICTIONARY = 1
 
 
 class toliman_linear_train_options(Sized):
-    """toliman_linear_train_options.
-    method: TOLIMAN_LINEAR_...
+    """How to train. Since 0.1.
+    method: TOLIMAN_LINEAR_PCA (default) or TOLIMAN_LINEAR_DICTIONARY
     components: 1 ... 64, less than frames; 0 = 1
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     iterations: of the dictionary, at most; 0 = 200
@@ -526,7 +528,7 @@ class toliman_linear_train_options(Sized):
 
 
 class toliman_linear_training(Sized):
-    """toliman_linear_training.
+    """What a training came to. Since 0.1.
     struct_size: in: sizeof(toliman_linear_training)
     iterations: done; 0 for PCA
     converged: 1: the last iteration added less than 1e-5 of the gain; 0: their number ended it
@@ -573,8 +575,9 @@ class toliman_period(Structure):
     """Streaming periodogram. Const calls may run on one object from several threads. Since 0.1."""
 
 
-TOLIMAN_PERIOD_FIXED_MEAN = 1  # flag: subtract the weighted mean once instead of fitting it at each f
-TOLIMAN_PERIOD_WIDE = 2  # flag: wide sums, 50 bits more for every term
+# Flags of toliman_period_options.
+TOLIMAN_PERIOD_FIXED_MEAN = 1  # subtract the weighted mean once instead of fitting it at each f
+TOLIMAN_PERIOD_WIDE = 2  # wide sums, 50 bits more for every term
 
 
 class toliman_period_options(Sized):
@@ -609,7 +612,7 @@ class toliman_period_options(Sized):
 
 
 class toliman_period_info(Sized):
-    """toliman_period_info.
+    """Facts of a periodogram. Since 0.1.
     struct_size: in: sizeof(toliman_period_info)
     count: samples
     digest: identity of grid and options; equal digests may be compared sum by sum
@@ -737,7 +740,7 @@ TOLIMAN_FAP_SEQUENTIAL = 3
 
 
 class toliman_period_bootstrap_options(Sized):
-    """toliman_period_bootstrap_options.
+    """How toliman_period_query_bootstrap works. Since 0.1.
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL"""
 
@@ -750,6 +753,7 @@ class toliman_period_bootstrap_options(Sized):
     ]
 
 
+# Flags of toliman_period_sampling.
 TOLIMAN_PERIOD_COARSE = 1  # df > coarsest_df: peaks may pass between two frequencies unseen
 TOLIMAN_PERIOD_PAST_CEILING = 2  # the grid goes beyond ceiling, where even samples repeat what is below
 
@@ -832,6 +836,7 @@ class toliman_frame(Sized):
     struct_size: sizeof(toliman_frame)
     pixel: TOLIMAN_PIXEL_...
     session: 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
+    frame_id: any number, below 0 too
     camera_ns: the camera's clock
     dropped: frames that the camera dropped before this one, up to 65535; 0 where it does not say
     pixels: [rows][stride], aligned to a pixel
@@ -1084,7 +1089,7 @@ FUNCTIONS = {
     "toliman_last_error": (
         c_char_p, (),
         """Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
-thread; never NULL. Numbers have the decimal sign of the host's locale. Since 0.1.""",
+thread; never NULL. One line; numbers have a decimal point in every locale. Since 0.1.""",
     ),
     "toliman_last_error_copy": (
         c_size_t, (("text", c_char_p), ("size", c_size_t)),
@@ -1117,7 +1122,8 @@ bindings: a struct of theirs that is larger needs a newer library. Since 0.1."""
     ),
     "toliman_get_blas_speed": (
         c_int32, (("gflops", POINTER(c_double)),),
-        """Speed of OpenBLAS in double precision: best of a few 512 x 512 x 512 products, about 50 ms in all. Since 0.1.""",
+        """Speed of OpenBLAS in double precision, in 1e9 operations a second: best of a few 512 x 512 x 512 products, about 50
+ms in all. TOLIMAN_E_ARGUMENT if gflops is NULL, TOLIMAN_E_MEMORY. Since 0.1.""",
     ),
     "toliman_sim_options_init": (
         None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
@@ -1202,7 +1208,8 @@ TOLIMAN_E_RANGE outside the cadence. Since 0.1.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Copies one of them into image[rows][stride], stride >= cols in elements. Since 0.1.""",
+        """Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
+smaller stride. Since 0.1.""",
     ),
     "toliman_sim_get_pupil": (
         c_int32, (
@@ -1210,8 +1217,8 @@ TOLIMAN_E_RANGE outside the cadence. Since 0.1.""",
             ("amplitude", POINTER(c_double)),
             ("opd_m", POINTER(c_double)),
         ),
-        """Pupil of the scene, each [N][N]: amplitude A in 0..1 (grey edges) and OPD in m, of mask and aberrations. Either may
-be NULL. Since 0.1.""",
+        """Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD in m,
+of mask and aberrations. Either may be NULL. Since 0.1.""",
     ),
     "toliman_sim_get_spectrum": (
         c_int32, (
@@ -1222,7 +1229,8 @@ be NULL. Since 0.1.""",
             ("weight_b", POINTER(c_double)),
         ),
         """Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
-`wavelengths` of the info. The weights of a star that is not there are 0. Any array may be NULL. Since 0.1.""",
+`wavelengths` of the info, else TOLIMAN_E_ARGUMENT. The weights of a star that is not there are 0. Any array may be
+NULL. Since 0.1.""",
     ),
     "toliman_sim_get_plate_scale": (
         c_int32, (("sim", POINTER(toliman_sim)), ("count", c_size_t), ("relative_error", POINTER(c_double))),
@@ -1513,11 +1521,12 @@ Since 0.1.""",
 take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
   PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
   dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
-random atoms in the frames' span: a local minimum. Sorted by energy. The element of a series with the largest
-magnitude is positive. Equal frames have series of zeros; where eigenvalues are equal, any basis of their space may
-come. Same frames, options and seed, same bits, as long as OpenBLAS runs as many threads (PCA's last bits depend on
-it). TOLIMAN_E_STATE for fewer than components + 1 frames, TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained
-before then stays. Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
+              random atoms in the frames' span: a local minimum. Sorted by energy.
+The element of a series with the largest magnitude is positive. Equal frames have series of zeros; where eigenvalues
+are equal, any basis of their space may come. Same frames, options and seed, same bits, as long as OpenBLAS runs as
+many threads (PCA's last bits depend on it). TOLIMAN_E_STATE for fewer than components + 1 frames,
+TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained before then stays. Source: Jolliffe (2002); Mairal, Bach,
+Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
     ),
     "toliman_linear_get_series": (
         c_int32, (
@@ -1864,7 +1873,8 @@ the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, 
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
 another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
 tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
-holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read. The caller destroys *out. Since 0.1.""",
+holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system
+has no random numbers to give. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),

@@ -7,7 +7,7 @@ from ._shown import Result, result, told
 
 @result
 class Machine(Result):
-    """What the library found on this machine; the texts are static."""
+    """What the library found on this machine; the texts are static, the processors those that are online."""
 
     processors: int
     isa: str = told("kernels in use: \"baseline\", \"avx2\" or \"avx512\"")
@@ -87,7 +87,7 @@ class Plan(Result):
 
 @result
 class Training(Result):
-    """What toliman_cae_training tells."""
+    """What a training came to."""
 
     steps: int = told("in all")
     epochs: int = told("UNSUPERVISED: in all; else 0")
@@ -122,7 +122,7 @@ class NetworkInfo(Result):
 
 @result
 class ComponentsTraining(Result):
-    """What toliman_linear_training tells."""
+    """What a training came to."""
 
     iterations: int = told("done; 0 for PCA")
     converged: bool = told("the last iteration added less than 1e-5 of the gain; 0: their number ended it")
@@ -146,7 +146,7 @@ class ComponentsInfo(Result):
 
 @result
 class PeriodogramInfo(Result):
-    """What toliman_period_info tells."""
+    """Facts of a periodogram."""
 
     nf: int
     f0: float

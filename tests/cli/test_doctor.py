@@ -1,0 +1,71 @@
+"""doctor: what it tells is so, and its verdict is right on machines made slow or useless on purpose."""
+import json
+import os
+import re
+import subprocess
+import unittest
+
+from program import ProgramTest
+
+SYNC = r"""#include <unistd.h>
+int fsync(int descriptor) { (void)descriptor; usleep(%d); return 0; }
+"""
+
+
+@unittest.skipIf(os.environ.get("TOLIMAN_SANITIZE"), "a sanitizer has to come first")
+class Doctor(ProgramTest):
+    def disk(self, milliseconds):
+        """The environment of a disk that takes so long."""
+        source, library = self.folder / "sync.c", self.folder / f"sync{milliseconds}.so"
+        source.write_text(SYNC % (1000 * milliseconds))
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
+        return {**os.environ, "LD_PRELOAD": str(library)}
+
+    def test_a_good_machine(self):
+        text = self.succeed("doctor", env=self.disk(0))
+        self.assertTrue(text.splitlines()[-1].startswith("verdict      ready"), text)
+        facts = json.loads(self.succeed("doctor", "--json", env=self.disk(0)))
+        self.assertTrue(facts["ready"])
+        with open("/proc/cpuinfo", encoding="utf-8") as stream:
+            cpu = stream.read()
+        name = re.search(r"^model name\s*: (.*)$", cpu, re.M)
+        self.assertEqual(facts["cpu"], name.group(1) if name else "unknown")
+        self.assertEqual("avx2" in facts["isa_available"], " avx2 " in cpu and " fma " in cpu and " bmi2 " in cpu)
+        self.assertEqual(facts["isa"], facts["isa_available"][-1])
+        self.assertEqual(facts["fsync_folder"].rstrip("/"), os.path.realpath(self.folder))
+        self.assertFalse(facts["blas_is_slow"])
+        for name, package in (("fftw", "libfftw3-dev"), ("zlib", "zlib1g-dev"), ("cjson", "libcjson-dev"),
+                              ("cli11", "libcli11-dev")):
+            shown = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", package], capture_output=True, text=True)
+            if shown.returncode == 0:
+                self.assertIn(re.search(r"(?:\d+:)?(\d+\.\d+\.\d+)", shown.stdout).group(1), facts[name])
+        self.assertEqual(list(self.folder.glob("toliman-doctor*")), [])
+
+    def not_ready(self, text, *arguments, env=None):
+        """Everything is printed all the same, the verdict last and again on stderr."""
+        done = self.run_program("doctor", *arguments, env=env or self.disk(0))
+        self.assertEqual(done.returncode, 4, done.stderr)
+        last = done.stdout.splitlines()[-1]
+        self.assertRegex(last, r"^verdict {6}.*" + text)
+        self.assertEqual(done.stderr, "toliman: not ready: " + last[13:] + "\n")
+        self.assertIn("GFLOP/s", done.stdout)
+
+    def test_a_slow_disk(self):
+        self.not_ready(r"fsync is slow: (6|7|8|9|\d\d)\d ms in /.*: track with --sync group", env=self.disk(60))
+
+    def test_no_place(self):
+        self.not_ready("nothing can be written to /.*/none: No such file or directory", "none")
+        done = self.run_program("doctor", "none", "--json", env=self.disk(0))
+        facts = json.loads(done.stdout)
+        self.assertEqual((done.returncode, facts["ready"], facts["fsync_ms"]), (4, False, None))
+
+    def test_old_kernels(self):
+        facts = json.loads(self.run_program("doctor", "--json").stdout)
+        if facts["isa"] == "baseline":
+            self.skipTest("they fit this CPU")
+        self.not_ready("OpenBLAS runs Prescott kernels, which are older than this CPU, and is slow: set OPENBLAS_CORETYPE=",
+                       env={**self.disk(0), "OPENBLAS_CORETYPE": "Prescott"})
+
+
+if __name__ == "__main__":
+    unittest.main()
