@@ -10,7 +10,8 @@ PYTHON = "/usr/bin/python3"
 
 def environment():
     """One thread, and kernels as new as the processor: Debian's OpenBLAS takes many for older ones."""
-    core = "SKYLAKEX" if " avx512f " in open("/proc/cpuinfo").read() else "HASWELL"
+    with open("/proc/cpuinfo") as file:
+        core = "SKYLAKEX" if " avx512f " in file.read() else "HASWELL"
     return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
