@@ -140,7 +140,7 @@ class Network(ProgramTest):
 
     def test_what_run_finds(self):
         """Frames as raw pairs, names in random order: the values of `toliman run`, and its period."""
-        scene = one_wavelength()
+        scene = json.loads((SCENES / "chapter.json").read_text())
         scene["cadence"]["frames"] = 40
         scene["signal"].update(amplitude_px=1e-5, period_days=9)
         (self.folder / "scene.json").write_text(json.dumps(scene))
