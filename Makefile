@@ -60,7 +60,7 @@ format: ## lay out the sources as .clang-format says
 lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the program
 	@cppcheck --quiet --error-exitcode=1 --enable=warning,performance,portability --std=c++17 --language=c++ \
 	    --suppressions-list=tools/check/cppcheck.txt -Ilib -Iinclude -I$(BUILD)/include -I$(BUILD)/tools/cli \
-	    -D__x86_64__=1 -DTOLIMAN_ISA=baseline '-D__attribute__(x)=' lib tools/cli tools/report tools/mpi
+	    -D__x86_64__=1 -DTOLIMAN_ISA=baseline '-D__attribute__(x)=' lib tools/cli tools/mpi
 	@git ls-files 'lib/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
 
 clean: ## remove what was built

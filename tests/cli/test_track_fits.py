@@ -211,7 +211,7 @@ class Times(Fits):
             self.assertEqual(frames[name]["verdict"], "accepted")
 
     def test_table_of_leap_seconds(self):
-        source = (SCENES.parents[1] / "tools/cli/leap-seconds.list").read_text()
+        source = (SCENES.parents[1] / "tools/cli/downlink/leap-seconds.list").read_text()
         ntp = lambda day: (day - datetime.date(1900, 1, 1)).days * 86400
         more = source.replace("#@\t3991593600", f"#@\t{ntp(datetime.date(2040, 1, 1))}")
         more += f"{ntp(datetime.date(2030, 1, 1))} 36\n"  # the first negative one

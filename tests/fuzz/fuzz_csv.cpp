@@ -3,12 +3,12 @@
 #include <cmath>
 #include <map>
 
-#include "clock_table.hpp"
-#include "frame_times.hpp"
+#include "downlink/clock_table.hpp"
+#include "downlink/frame_times.hpp"
+#include "downlink/leap_seconds.hpp"
 #include "fuzz.hpp"
-#include "leap_seconds.hpp"
 #include "memory_file.hpp"
-#include "series.hpp"
+#include "series/series.hpp"
 
 using namespace fuzz;
 

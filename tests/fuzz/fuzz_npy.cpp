@@ -1,11 +1,11 @@
 // .npy files that the program reads: frames, and a table of samples.
 #include <cmath>
 
-#include "failure.hpp"
-#include "frames_in.hpp"
+#include "common/failure.hpp"
+#include "frames/frames_in.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
-#include "series.hpp"
+#include "series/series.hpp"
 
 using namespace fuzz;
 

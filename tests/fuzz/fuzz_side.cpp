@@ -2,10 +2,10 @@
 // the binary's size (u16), then the side file.
 #include <algorithm>
 
-#include "failure.hpp"
+#include "common/failure.hpp"
+#include "downlink/pair.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
-#include "pair.hpp"
 
 using namespace fuzz;
 

@@ -3,13 +3,13 @@
 #include <string>
 
 #include "bounds.hpp"
-#include "clock_table.hpp"
-#include "failure.hpp"
-#include "frames_in.hpp"
-#include "leap_seconds.hpp"
+#include "common/failure.hpp"
+#include "downlink/clock_table.hpp"
+#include "downlink/leap_seconds.hpp"
+#include "downlink/side_file.hpp"
+#include "frames/frames_in.hpp"
 #include "memory_file.hpp"
-#include "series.hpp"
-#include "side_file.hpp"
+#include "series/series.hpp"
 
 using namespace bounds;
 

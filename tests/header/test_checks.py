@@ -57,6 +57,12 @@ class Layers(Tree):
             name = "lib/%s/a.cpp" % room
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
+    def test_rooms_of_the_program(self):
+        self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
+        for room, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
+            name = "tools/cli/%s/a.cpp" % room
+            self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
+
     def test_system_headers(self):
         for name, header in (("lib/kernels/a.cpp", "vector"), ("lib/kernels/a.cpp", "immintrin.h"),
                              ("lib/kernels/a.cpp", "Random123/philox.h"), ("lib/optics/a.cpp", "fftw3.h"),

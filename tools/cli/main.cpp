@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <utility>
 
-#include "command.hpp"
-#include "failure.hpp"
-#include "fast_blas.hpp"
-#include "suggest.hpp"
+#include "common/failure.hpp"
+#include "common/fast_blas.hpp"
+#include "options/command.hpp"
+#include "options/suggest.hpp"
 
 namespace {
 

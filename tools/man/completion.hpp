@@ -1,6 +1,6 @@
 // Completion of the command line by bash.
 #pragma once
-#include "command.hpp"
+#include "options/command.hpp"
 
 namespace manual {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "command.hpp"
+#include "options/command.hpp"
 
 namespace manual {
 

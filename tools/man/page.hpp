@@ -1,6 +1,6 @@
 // A page of the manual, in the language of man(7).
 #pragma once
-#include "command.hpp"
+#include "options/command.hpp"
 
 namespace manual {
 

@@ -3,16 +3,16 @@
 #include <cstdio>
 #include <optional>
 
-#include "command.hpp"
-#include "fast_blas.hpp"
-#include "json.hpp"
-#include "network.hpp"
-#include "output.hpp"
-#include "periodogram.hpp"
+#include "common/fast_blas.hpp"
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "frames/network.hpp"
+#include "options/command.hpp"
+#include "options/seed.hpp"
+#include "options/suggest.hpp"
 #include "ranks.hpp"
-#include "scene.hpp"
-#include "seed.hpp"
-#include "suggest.hpp"
+#include "scenes/scene.hpp"
+#include "series/periodogram.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <mpi.h>
 
-#include "periodogram.hpp"
+#include "series/periodogram.hpp"
 
 namespace mpi {
 

@@ -5,7 +5,7 @@
 
 #include <toliman/toliman.hpp>
 
-#include "failure.hpp"
+#include "common/failure.hpp"
 
 namespace mpi {
 

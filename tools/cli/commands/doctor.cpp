@@ -1,0 +1,216 @@
+// toliman doctor: what this machine offers, and whether that will do.
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include "common/failure.hpp"
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "frames/fits.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr double kSlowSync = 50; // ms: 20 lines a second with --sync frame
+constexpr const char *kSets[] = {"baseline", "avx2", "avx512"};
+
+constexpr char kDescription[] = R"(Report CPU, kernels, BLAS speed, fsync latency and versions, and whether they will do
+
+Examples:
+  toliman doctor                    this machine, and how quick the disk of the current folder is
+  toliman doctor /data/mission      the disk of another folder, as one for track
+  toliman doctor --json             for scripts
+
+The last line is the verdict: ready, or what is wrong and what to do about it. Exit codes: 0 ready (also with a remark),
+4 something is to be mended; all that works is printed in any case.)";
+
+struct Sync {
+    std::string folder;
+    double milliseconds = NAN; // median of write + fsync
+    std::string error;         // why there is none
+};
+
+Sync sync_in(const std::string &folder) {
+    std::error_code unknown;
+    Sync sync;
+    sync.folder = std::filesystem::absolute(folder, unknown).lexically_normal().string();
+    std::string name = folder + "/toliman-doctor.XXXXXX";
+    const int descriptor = ::mkstemp(name.data());
+    std::vector<double> times;
+    bool good = descriptor >= 0;
+    for (int i = 0; good && i < 9; i++) {
+        const auto start = std::chrono::steady_clock::now();
+        good = ::write(descriptor, kSets, sizeof kSets) > 0 && ::fsync(descriptor) == 0;
+        times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    }
+    if (!good)
+        sync.error = std::strerror(errno);
+    if (descriptor >= 0) {
+        ::close(descriptor);
+        ::unlink(name.c_str());
+    }
+    std::sort(times.begin(), times.end());
+    if (good)
+        sync.milliseconds = times[times.size() / 2];
+    return sync;
+}
+
+// As Linux names it.
+std::string cpu_name() {
+    std::ifstream facts("/proc/cpuinfo");
+    for (std::string line; std::getline(facts, line);)
+        if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
+            return line.substr(line.find(": ") + 2);
+    return "unknown";
+}
+
+struct Health {
+    toliman_machine machine = {};
+    std::string cpu = cpu_name();
+    std::vector<std::string> sets; // that the CPU has
+    double gflops = 0;
+    std::string cfitsio;
+    Sync sync;
+    std::vector<std::string> problems, remarks;
+};
+
+std::string rounded(double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, value < 10 ? "%.1f" : "%.0f", value);
+    return text;
+}
+
+void judge(Health &health) {
+    const toliman_machine &machine = health.machine;
+    if (toliman_abi_version() != TOLIMAN_ABI_VERSION)
+        health.problems.push_back("the program was built for ABI " + std::to_string(TOLIMAN_ABI_VERSION) +
+                                  ", libtoliman.so has " + std::to_string(toliman_abi_version()) +
+                                  ": install both from one version");
+    if (machine.blas_is_slow != 0)
+        health.problems.push_back(std::string("OpenBLAS runs ") + machine.blas_core +
+                                  " kernels, which are older than this CPU, and is slow: set OPENBLAS_CORETYPE=" +
+                                  machine.blas_better + ", or leave it unset for this program to choose");
+    if (!health.sync.error.empty())
+        health.problems.push_back("nothing can be written to " + health.sync.folder + ": " + health.sync.error +
+                                  ": name a folder that can be written to");
+    if (health.sync.milliseconds > kSlowSync)
+        health.problems.push_back("fsync is slow: " + rounded(health.sync.milliseconds) + " ms in " +
+                                  health.sync.folder + ": track with --sync group, or keep the state on another disk");
+    if (health.sets.size() < 2)
+        health.remarks.push_back("slow: this CPU has no AVX2, the baseline kernels take several times as long");
+#if !defined(__x86_64__)
+    health.remarks.push_back("untested: only x86-64 is");
+#endif
+}
+
+Health examine(const std::string &folder) {
+    Health health;
+    health.machine.struct_size = sizeof health.machine;
+    toliman::check(toliman_get_machine(&health.machine));
+    for (const char *set : kSets) {
+        health.sets.emplace_back(set);
+        if (std::strcmp(set, health.machine.isa) == 0)
+            break; // it takes the widest
+    }
+    toliman::check(toliman_get_blas_speed(&health.gflops));
+    float version = 0;
+    ::fits_get_version(&version);
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f", static_cast<double>(version));
+    health.cfitsio = text;
+    health.sync = sync_in(folder);
+    judge(health);
+    return health;
+}
+
+std::string joined(const std::vector<std::string> &words, const char *between) {
+    std::string text;
+    for (const std::string &word : words)
+        text += (text.empty() ? "" : between) + word;
+    return text;
+}
+
+std::string verdict(const Health &health) {
+    if (!health.problems.empty())
+        return joined(health.problems, "; ");
+    return health.remarks.empty() ? "ready" : "ready, but " + joined(health.remarks, "; ");
+}
+
+JsonTree array_of(const std::vector<std::string> &words) {
+    JsonTree array(cJSON_CreateArray());
+    for (const std::string &word : words)
+        cJSON_AddItemToArray(array.get(), cJSON_CreateString(word.c_str()));
+    return array;
+}
+
+std::string as_json(const Health &health) {
+    const toliman_machine &machine = health.machine;
+    Json json;
+    json.set("schema", "toliman-doctor/1").set("version", toliman_version());
+    json.set("abi_version", toliman_abi_version()).set("cpu", health.cpu).set("processors", machine.processors);
+    json.set("isa", machine.isa).set("isa_available", array_of(health.sets));
+    json.set("blas_core", machine.blas_core).set("blas_config", machine.blas_config);
+    json.set("blas_threads", machine.blas_threads).set_flag("blas_is_slow", machine.blas_is_slow != 0);
+    json.set("blas_gflops", health.gflops).set("fftw", machine.fftw).set("zlib", ::zlibVersion());
+    json.set("cjson", ::cJSON_Version()).set("cfitsio", health.cfitsio).set("cli11", CLI11_VERSION);
+    json.set("fsync_ms", health.sync.milliseconds).set("fsync_folder", health.sync.folder);
+    json.set_flag("ready", health.problems.empty()).set("verdict", verdict(health));
+    return json.text();
+}
+
+void print(const Health &health) {
+    const toliman_machine &machine = health.machine;
+    std::printf("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version());
+    std::printf("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors);
+    std::printf("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets, ", ").c_str());
+    std::printf("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
+                machine.blas_is_slow != 0 ? "older than the CPU" : "which fit the CPU", machine.blas_threads,
+                health.gflops, machine.blas_config);
+    std::printf("FFTW         %s\n", machine.fftw);
+    std::printf("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
+                health.cfitsio.c_str(), CLI11_VERSION);
+    std::printf("fsync        %s in %s\n",
+                health.sync.error.empty() ? (rounded(health.sync.milliseconds) + " ms, median of 9,").c_str()
+                                          : health.sync.error.c_str(),
+                health.sync.folder.c_str());
+    std::printf("verdict      %s\n", verdict(health).c_str());
+}
+
+void doctor(const std::string &folder, bool json) {
+    const Health health = examine(folder);
+    if (json)
+        print_stdout(as_json(health));
+    else {
+        print(health);
+        print_stdout("");
+    }
+    if (!health.problems.empty())
+        throw Failure(kExitRejected, "not ready: " + verdict(health));
+}
+
+} // namespace
+
+void add_doctor(CLI::App &app, Context &context) {
+    struct Options {
+        std::string folder = ".";
+        bool json = false;
+    };
+    CLI::App *command = app.add_subcommand("doctor", kDescription);
+    auto options = std::make_shared<Options>();
+    command->add_option("FOLDER", options->folder, "whose disk to try (default: the current one)");
+    command->add_flag("--json", options->json, "as JSON, schema toliman-doctor/1");
+    command->callback([&context, options] { context.action = [options] { doctor(options->folder, options->json); }; });
+}
+
+} // namespace cli

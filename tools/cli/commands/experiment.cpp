@@ -1,0 +1,183 @@
+// toliman experiment: which method finds which amplitude.
+#include <algorithm>
+#include <charconv>
+
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "experiment/experiment_report.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kBeforeMethods[] =
+    R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
+
+Examples:
+  toliman experiment examples/scenes/chapter.json --quick --out quick     four minutes
+  toliman experiment examples/scenes/chapter.json --out table             the whole table: about an hour on two cores
+  toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
+
+The scene's signal is given each amplitude in turn; each amplitude and seed has fresh noise that no training has seen and
+all methods look at the same frames. For each: the period, its relative error, log10 FAP, the slope of the values over
+the truth and the efficiency, which is the Cramer-Rao bound over the scatter about that line. Methods:
+
+)";
+constexpr char kAfterMethods[] = R"(
+Tables: `real` is the scene as it is, `equal` the same with both stars as bright, `robust` frames with jitter, with and
+without projecting it out, and frames of scenes that differ from the one the methods were made for (the scene's own
+signal, 10 seeds at most), as they are and about their own mean. Beside them stand
+--blind series without signal, on which the FAP should be uniform, and what theory expects of a method at the bound.
+
+Methods that learn from the very frames they are asked about, pca to dictionary and cae-unsupervised, and those that do not
+know the scene have the tables `real` and `equal` alone, and the former no series without signal. cae-unsupervised takes
+a minute a series: it has seed 1 and amplitudes from 1e-4 px alone. All but pca-blocks keep the frames of a series in
+memory, 4 bytes a pixel each.
+
+Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for each method and series) and
+experiment.md; see lib/FORMATS.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the
+same command goes on where it was. Other arguments need another folder.)";
+
+constexpr const char *kTables[] = {"real", "equal", "robust"};
+constexpr uint64_t kMostSeeds = 100000, kMostBlind = 10000000;
+constexpr double kMostAmplitude = 0.1; // px, of the series in the displacement
+
+std::string description() {
+    std::string methods;
+    for (const MethodKind &kind : method_kinds())
+        methods += "  " + std::string(kind.name) + ": " + kind.what + "\n";
+    return kBeforeMethods + methods + kAfterMethods;
+}
+
+struct Options {
+    std::string scene, folder;
+    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, {std::begin(kTables), std::end(kTables)}, 20, 200};
+    bool as_json = false;
+};
+
+std::vector<double> amplitudes_of(const std::vector<std::string> &words) {
+    std::vector<double> amplitudes;
+    for (const std::string &word : words) {
+        double value = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        const bool number = error == std::errc() && end == word.data() + word.size();
+        if (!number || !(value > 0 && value <= kMostAmplitude))
+            throw CLI::ValidationError("--amplitudes", word + ": must be above 0, at most 0.1 px");
+        if (std::count(amplitudes.begin(), amplitudes.end(), value) != 0)
+            throw CLI::ValidationError("--amplitudes", word + ": stands there twice");
+        amplitudes.push_back(value);
+    }
+    return amplitudes;
+}
+
+void leave_out_slow(std::vector<std::string> &methods) {
+    const auto slow = [](const std::string &name) { return method_kind(name).slow; };
+    methods.erase(std::remove_if(methods.begin(), methods.end(), slow), methods.end());
+}
+
+void check_names(const char *option, const std::vector<std::string> &names) {
+    for (const std::string &name : names)
+        if (std::count(names.begin(), names.end(), name) != 1)
+            throw CLI::ValidationError(option, name + ": stands there twice");
+}
+
+void write(OutputFile &out, const std::string &text) {
+    out.write(text.data(), text.size());
+}
+
+void write_results(const std::string &csv, const std::string &markdown, const std::string &json,
+                   const OutputFolder &folder) {
+    OutputFile rows(folder.file("experiment.csv")), tables(folder.file("experiment.md"));
+    OutputFile result(folder.file("experiment.json"));
+    write(rows, csv);
+    write(tables, markdown);
+    write(result, json);
+    rows.commit();
+    tables.commit();
+    result.commit(); // last: whoever finds it finds all
+}
+
+void try_all(const Campaign &campaign, Journal &journal, Progress &progress) {
+    try {
+        campaign.run(journal, progress);
+    } catch (...) {
+        if (stop_signal() != 0) {
+            progress.clear();
+            throw Failure(stop_code(), "stopped by a signal; the same command goes on where it was");
+        }
+        throw;
+    }
+}
+
+void experiment(const Options &options, Progress &progress) {
+    for (const std::string &name : options.campaign.methods)
+        method_kind(name);
+    const auto scene = std::make_shared<const Scene>(options.scene, progress);
+    check_cadence(*scene, "experiment");
+    const Campaign campaign(scene, options.campaign);
+    OutputFolder folder(options.folder);
+    Journal journal(folder.file("journal.jsonl"), campaign.arguments());
+    try_all(campaign, journal, progress);
+    const std::vector<TableSummary> summaries = summarise(campaign, journal);
+    const std::string json = report_json(campaign, summaries), markdown = report_markdown(campaign, summaries);
+    write_results(report_csv(campaign, journal), markdown, json, folder);
+    folder.keep();
+    progress.clear();
+    print_stdout(options.as_json ? json : markdown);
+}
+
+} // namespace
+
+void add_experiment(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("experiment", description());
+    auto options = std::make_shared<Options>();
+    CampaignOptions &asked = options->campaign;
+    for (const MethodKind &kind : method_kinds())
+        asked.methods.emplace_back(kind.name);
+    auto amplitudes = std::make_shared<std::vector<std::string>>();
+    auto quick = std::make_shared<bool>(false);
+    add_scene(*command, options->scene);
+    command->add_option("--out", options->folder, "folder for the results")->required();
+    CLI::Option *ladder = command->add_option("--amplitudes", *amplitudes, "of the signal in px, default 1e-2 to 1e-6")
+                              ->delimiter(',')
+                              ->allow_extra_args(false)
+                              ->type_name("PX,...");
+    CLI::Option *methods = command->add_option("--methods", asked.methods, "default all")
+                               ->delimiter(',')
+                               ->allow_extra_args(false)
+                               ->type_name("NAME,...:{" + CLI::detail::join(asked.methods, ",") + "}");
+    CLI::Option *tables = command->add_option("--tables", asked.tables, "default real,equal,robust")
+                              ->delimiter(',')
+                              ->allow_extra_args(false)
+                              ->type_name("NAME,...")
+                              ->check(CLI::IsMember(std::vector<std::string>(std::begin(kTables), std::end(kTables))));
+    CLI::Option *seeds = command->add_option("--seeds", asked.seeds, "of weights and noise: 1 to N, default 20")
+                             ->check(CLI::Range(uint64_t{1}, kMostSeeds));
+    CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal a table, default 200")
+                             ->check(CLI::Range(uint64_t{0}, kMostBlind));
+    command->add_flag("--quick", *quick,
+                      "3 seeds, 30 series without signal, table real, no cae-unsupervised, unless given");
+    command->add_flag("--json", options->as_json, "experiment.json on stdout instead of the tables");
+    command->callback([&context, options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
+        CampaignOptions &campaign = options->campaign;
+        if (ladder->count() > 0)
+            campaign.amplitudes = amplitudes_of(*amplitudes);
+        check_names("--methods", campaign.methods);
+        check_names("--tables", campaign.tables);
+        if (*quick && methods->count() == 0)
+            leave_out_slow(campaign.methods);
+        if (*quick && tables->count() == 0)
+            campaign.tables = {"real"};
+        if (*quick && seeds->count() == 0)
+            campaign.seeds = 3;
+        if (*quick && blind->count() == 0)
+            campaign.blind = 30;
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            experiment(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

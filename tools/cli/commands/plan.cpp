@@ -1,0 +1,144 @@
+// toliman plan: what a scene needs, before anything is computed.
+#include <cstdio>
+#include <string>
+
+#include "common/failure.hpp"
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "options/command.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    std::string scene, engine = "auto";
+    bool as_json = false;
+};
+
+constexpr char kDescription[] = R"(Say what a scene needs and what it costs, without computing it.
+
+Examples:
+  toliman plan examples/scenes/mission.json
+  toliman plan scene.json --engine fft --json
+
+The scene's `accuracy` decides how many wavelengths are propagated, how many terms the series of the displacement has
+and how pixels are sampled. Errors are largest pixel error over peak; those above the accuracy are marked. That of the
+pupil's cells is not held to it, because the scene gives their number, nor is what double precision rounds. What
+`simulate` would warn of is said on standard error.)";
+
+std::string stages(const toliman_sim_plan_info &plan, bool there) {
+    std::string text;
+    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
+        if (((plan.stages >> i & 1) != 0) == there)
+            text += (text.empty() ? "" : ", ") + std::string(toliman_sim_get_stage_name(i));
+    return text.empty() ? "nothing" : text;
+}
+
+const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
+    return plan.engine == TOLIMAN_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
+}
+
+constexpr char kAbove[] = "  > accuracy";
+
+void print_summary(const toliman_sim_plan_info &plan) {
+    std::printf("modelled      %s\n", stages(plan, true).c_str());
+    std::printf("not modelled  %s\n", stages(plan, false).c_str());
+    std::printf("accuracy      %.2g asked for                            error/peak\n", plan.accuracy);
+    const auto line = [&](const char *what, const std::string &how, double error, const char *of,
+                          const char *above = kAbove) {
+        std::printf("%-13s %-42s %.1e%s%s\n", what, how.c_str(), error, of, error > plan.accuracy ? above : "");
+    };
+    line("engine", engine_name(plan), plan.rounding_error, "", "  rounding");
+    if (plan.plate_scale_error > 0)
+        line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, each wavelength its own");
+    const std::string samples = std::to_string(plan.pupil_samples);
+    line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "",
+         "  > accuracy, as the scene has it: more telescope.pupil_samples, at most 2048, lessen it");
+    line("wavelengths",
+         plan.wavelengths < plan.scene_wavelengths
+             ? std::to_string(plan.wavelengths) + " nodes for the scene's " + std::to_string(plan.scene_wavelengths)
+             : "all " + std::to_string(plan.wavelengths),
+         plan.spectrum_error, "");
+    if (plan.exact_frames != 0)
+        line("displacement", "every frame propagated: no series pays", plan.rounding_error, "", "  rounding");
+    else // a series is as long as the accuracy needs: what is above it is the rounding of so small a signal
+        line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal",
+             "  rounding");
+    if (plan.place_order > 0)
+        line("places",
+             "series of order " + std::to_string(plan.place_order) +
+                 (plan.anchors > 0 ? " about " + std::to_string(plan.anchors) + " points of the orbit"
+                                   : " for systematics"),
+             plan.place_error, " of the signal");
+    if (plan.scale_focus_error > 0)
+        line("scale, focus", "to first and second order", plan.scale_focus_error, "");
+    if (plan.filter_taps > 0)
+        line("pixels",
+             std::to_string(plan.oversampling) + " sample(s) a side, filter of " + std::to_string(plan.filter_taps),
+             plan.pixel_error, "");
+    else
+        line("pixels", "sampled at their centres", 0, "");
+    std::printf("once          %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
+    std::printf("each frame    %.3g MFLOP, %.2g ms with its noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
+    std::printf("memory        %.0f MiB on all processors\n", plan.bytes / 1048576);
+    print_stdout("");
+}
+
+std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene) {
+    Json json, stages_there, errors;
+    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
+        stages_there.set(toliman_sim_get_stage_name(i), (plan.stages >> i & 1) != 0 ? 1.0 : 0.0);
+    errors.set("rounding", plan.rounding_error).set("pupil", plan.pupil_error).set("spectrum", plan.spectrum_error);
+    errors.set("series", plan.series_error).set("pixel", plan.pixel_error);
+    errors.set("places", plan.place_error).set("scale_focus", plan.scale_focus_error);
+    errors.set("plate_scale", plan.plate_scale_error);
+    json.set("schema", "toliman-plan/1").set("scene", scene).set("engine", engine_name(plan));
+    json.set("accuracy", plan.accuracy).set("scene_wavelengths", plan.scene_wavelengths);
+    json.set("wavelengths", plan.wavelengths).set("order", plan.order).set("exact_frames", plan.exact_frames);
+    json.set("anchors", static_cast<double>(plan.anchors)).set("orbit_px", plan.orbit_px);
+    json.set("place_order", static_cast<double>(plan.place_order));
+    json.set("oversampling", plan.oversampling).set("filter_taps", plan.filter_taps);
+    json.set("pupil_samples", static_cast<double>(plan.pupil_samples));
+    json.set("stages", std::move(stages_there)).set("errors", std::move(errors));
+    json.set("setup_flops", plan.setup_flops).set("frame_flops", plan.frame_flops).set("bytes", plan.bytes);
+    json.set("setup_s", plan.setup_s).set("frame_s", plan.frame_s);
+    return json.text();
+}
+
+void plan(const Options &options, Progress &progress) {
+    toliman_sim_options how;
+    toliman_sim_options_init(&how, sizeof how);
+    how.log = Progress::log;
+    how.log_data = &progress;
+    how.engine = options.engine == "fft"    ? TOLIMAN_ENGINE_PADDED_FFT
+                 : options.engine == "mdft" ? TOLIMAN_ENGINE_MATRIX_DFT
+                                            : TOLIMAN_ENGINE_AUTOMATIC;
+    toliman_sim_plan_info found = {};
+    found.struct_size = sizeof found;
+    toliman::check(toliman_sim_plan(found_scene(options.scene, how).c_str(), &how, &found));
+    if (options.as_json)
+        print_stdout(as_json(found, options.scene));
+    else
+        print_summary(found);
+}
+
+} // namespace
+
+void add_plan(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("plan", kDescription);
+    auto options = std::make_shared<Options>();
+    add_scene(*command, options->scene);
+    command->add_option("--engine", options->engine, "auto (default), mdft or fft, the chapter's baseline")
+        ->check(CLI::IsMember({"auto", "mdft", "fft"}));
+    command->add_flag("--json", options->as_json, "as JSON");
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            plan(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

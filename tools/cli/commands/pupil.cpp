@@ -1,0 +1,151 @@
+// toliman pupil: a better mask for a scene.
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "common/failure.hpp"
+#include "common/json.hpp"
+#include "common/output.hpp"
+#include "options/command.hpp"
+#include "options/seed.hpp"
+#include "scenes/pupil_search.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    std::string scene, out;
+    SearchLimits limits;
+    bool as_json = false;
+};
+
+constexpr uint64_t kDefaultCount = 4000;
+constexpr double kMostMinutes = 100000;
+
+constexpr char kDescription[] = R"(Search a spiral mask with a small Cramer-Rao bound of the separation.
+
+Examples:
+  toliman pupil examples/scenes/chapter.json                       4000 masks: some minutes
+  toliman pupil chapter.json --minutes 10 --out better.json        as many as ten minutes allow
+  toliman pupil chapter.json --count 1000 --seed 7 --json
+
+Masks are drawn at random, the best and the scene's own are varied, all on a sketch of the scene (six wavelengths, half
+the pupil samples); then the whole scene judges and improves the best. A mask is accepted only if its peak-to-mean ratio,
+brightest pixel over mean pixel of the noise-free frame, is not above that of the scene's own mask: it needs no more
+dynamic range of the detector. Light that leaves the frame is reported; in a scene of given peak it costs nothing.
+
+--count is that of the masks drawn and varied; the scene's own and those judged on the whole scene again do not count.
+Without --minutes the result depends on scene, seed and count alone. Ctrl-C ends the search with the best mask so far.)";
+
+// File names that are relative to one folder made relative to another, throughout the scene.
+void move_files(cJSON *item, const std::filesystem::path &from, const std::filesystem::path &to) {
+    for (cJSON *child = item->child; child != nullptr; child = child->next) {
+        const std::string name = child->string != nullptr ? child->string : "";
+        const bool is_file = name == "file" || (name.size() > 5 && name.substr(name.size() - 5) == "_file");
+        if (is_file && cJSON_IsString(child) && child->valuestring[0] != '/')
+            cJSON_SetValuestring(child, std::filesystem::proximate(from / child->valuestring, to).c_str());
+        move_files(child, from, to);
+    }
+}
+
+void write_scene(OutputFile &out, const std::string &path, const MaskedScene &scene, const Terms &terms) {
+    const JsonTree tree = scene.with(terms);
+    const std::filesystem::path to = std::filesystem::path(path).parent_path();
+    move_files(tree.get(), scene.folder(), to.empty() ? "." : to);
+    const std::string text = text_of(tree);
+    out.write(text.data(), text.size());
+    out.commit();
+}
+
+JsonTree mask_of(const MaskedScene &scene, const Terms &terms) {
+    if (!terms.empty())
+        return scene.mask(terms);
+    return JsonTree(scene.own_mask() != nullptr ? cJSON_Duplicate(scene.own_mask(), 1) : cJSON_CreateNull());
+}
+
+void print_json(const Scene &whole, const MaskedScene &scene, const Options &options, const Score &own,
+                const Found &best, uint64_t tried) {
+    Json json;
+    json.set("schema", "toliman-pupil/1").set("version", toliman_version());
+    json.set("scene", toliman_sim_get_name(whole.sim.get())).set_whole("seed", options.limits.seed);
+    json.set("judged", static_cast<double>(tried));
+    json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
+    json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
+    json.set("light_in_frame_before", own.light_in_frame).set("light_in_frame", best.score.light_in_frame);
+    json.set("mask", mask_of(scene, best.terms));
+    print_stdout(json.text());
+}
+
+void print_line(const char *what, const Score &score) {
+    std::printf("%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, %.1f %% of the light in the frame\n", what,
+                score.crb_px, score.peak_to_mean, 100 * score.light_in_frame);
+}
+
+void print_summary(const Scene &whole, const MaskedScene &scene, const Score &own, const Found &best, uint64_t tried) {
+    std::printf("scene         %s: %llu masks tried\n", toliman_sim_get_name(whole.sim.get()),
+                static_cast<unsigned long long>(tried));
+    print_line("own mask", own);
+    if (best.terms.empty()) {
+        print_stdout("found         nothing better\n");
+        return;
+    }
+    print_line("found", best.score);
+    Json json;
+    json.set("mask", scene.mask(best.terms));
+    print_stdout(json.text());
+}
+
+void pupil(const Options &options, Progress &progress) {
+    if (options.as_json && options.out == "-")
+        throw Failure(kExitUsage, "--json with --out -: standard output can hold only one of them");
+    std::optional<OutputFile> out;
+    if (!options.out.empty())
+        out.emplace(options.out);
+    const Scene whole(options.scene, progress);
+    const MaskedScene scene(whole.path, whole.sim.get());
+    const Score before = score_of(whole.sim.get());
+    if (!std::isfinite(before.crb_px))
+        throw Failure(kExitUsage, options.scene + ": no mask can be judged: the separation has no bound");
+    PupilSearch search(scene, before, options.limits, progress);
+    const Found best = search.run();
+    progress.clear();
+    if (out)
+        write_scene(*out, options.out, scene, best.terms);
+    if (options.as_json)
+        print_json(whole, scene, options, before, best, search.tried());
+    else if (options.out != "-")
+        print_summary(whole, scene, before, best, search.tried());
+    stop_if_asked();
+}
+
+} // namespace
+
+void add_pupil(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("pupil", kDescription);
+    auto options = std::make_shared<Options>();
+    add_scene(*command, options->scene);
+    command->add_option("--out", options->out,
+                        "file for the scene with the new mask, default none; - is standard output");
+    CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes,
+                                               "stop after so many minutes, default when --count is done");
+    CLI::Option *count =
+        command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
+            ->check(CLI::Range(1u, 1000000000u));
+    add_seed(*command, options->limits.seed, "of the masks drawn, default 1");
+    command->add_flag("--json", options->as_json, "result as JSON on stdout");
+    command->callback([&context, options, minutes, count] {
+        if (minutes->count() > 0 && !(options->limits.minutes > 0 && options->limits.minutes <= kMostMinutes))
+            throw CLI::ValidationError("--minutes", "must be above 0 and at most 100000");
+        if (minutes->count() == 0 && count->count() == 0)
+            options->limits.count = kDefaultCount;
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            pupil(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

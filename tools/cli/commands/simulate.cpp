@@ -1,0 +1,174 @@
+// toliman psf, toliman simulate: images to files.
+#include <algorithm>
+#include <cmath>
+
+#include "common/failure.hpp"
+#include "common/suffix.hpp"
+#include "frames/frames_out.hpp"
+#include "options/command.hpp"
+#include "options/seed.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    std::string scene, out, star = "both", frames, session, dtype;
+    int bit_depth = 0; // 0: the scene's, else 12 for u16le, 32 for u32le
+    uint64_t seed = 0;
+    bool seed_given = false;
+};
+
+constexpr size_t kFramesAtOnce = 32;
+
+constexpr char kPsfDescription[] =
+    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
+
+Example:
+  toliman psf examples/scenes/chapter.json --out psf.npy --star A
+
+FITS has a header of the scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.)";
+
+constexpr char kSimulateDescription[] = R"(Noisy frames of a scene.
+
+Examples:
+  toliman simulate chapter.json --frames 0:100 --out frames.npy    float64, exact counts (with read noise where asked)
+  toliman simulate chapter.json --frames 0:100 --out frames.bin    u32 little-endian, rounded to counts, no header
+  toliman simulate chapter.json --frames 0:100 --out frames.fits   cube with full header and a table of times
+  toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
+
+With --session the mission's own pair of files, <session>_frames.bin and <session>_meta.jsonl, goes into the folder
+--out. Unsigned counts hold nothing below 0: where read noise takes a pixel there, .bin and the pair are refused.
+Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
+
+void check_star(const Scene &scene) {
+    double places[4];
+    toliman::check(toliman_sim_get_offsets(scene.sim.get(), places));
+    if (std::isnan(places[2]))
+        throw Failure(kExitUsage, "--star B: " + scene.path + " has star A only");
+}
+
+void psf(const Options &options, Progress &progress) {
+    if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
+        throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
+    const Scene scene(options.scene, progress);
+    if (options.star == "B")
+        check_star(scene);
+    std::vector<double> image(scene.pixels());
+    const int32_t kind = options.star == "A"   ? TOLIMAN_IMAGE_STAR_A
+                         : options.star == "B" ? TOLIMAN_IMAGE_STAR_B
+                                               : TOLIMAN_IMAGE_BOTH;
+    const auto cols = static_cast<size_t>(scene.info.cols);
+    toliman::check(toliman_sim_get_image(scene.sim.get(), kind, image.data(), cols));
+    const auto out = image_output(options.out, {image.size() / cols, cols}, &scene);
+    out->write(image.data(), 1);
+    out->commit();
+}
+
+CountFormat count_format(const Options &options, const Scene &scene) {
+    const bool wide = options.dtype != "u16le";
+    const int width = wide ? 32 : 16, of_scene = static_cast<int>(scene.info.bit_depth);
+    const int otherwise = of_scene != 0 ? of_scene : wide ? 32 : 12;
+    const int bit_depth = options.bit_depth != 0 ? options.bit_depth : otherwise;
+    if (bit_depth > width)
+        throw Failure(kExitUsage, (options.bit_depth != 0 ? "--bit-depth " : scene.path + ": detector.bit_depth = ") +
+                                      std::to_string(bit_depth) + ": must be 1 to " + std::to_string(width) +
+                                      " bits for " + options.dtype);
+    return {wide, bit_depth};
+}
+
+void check_out(const Options &options) {
+    if (options.session.empty() && options.out != "-" && !ends_with(options.out, ".npy") &&
+        !ends_with(options.out, ".bin") && !ends_with(options.out, ".fits"))
+        throw Failure(kExitUsage, "--out " + options.out +
+                                      ": must end in .npy or .bin or .fits, be - for .npy on stdout, or with "
+                                      "--session be a folder");
+}
+
+std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &frames) {
+    if (!options.session.empty())
+        return session_output(options.out, options.session, count_format(options, frames.scene), frames);
+    if (ends_with(options.out, ".bin"))
+        return count_output(options.out, count_format(options, frames.scene), frames);
+    if (ends_with(options.out, ".fits"))
+        return cube_output(options.out, frames);
+    return image_output(options.out, {frames.count(), frames.rows(), frames.cols()});
+}
+
+void simulate(const Options &options, Progress &progress) {
+    check_out(options);
+    const Scene scene(options.scene, progress);
+    const Simulated frames = {scene, FrameRange(options.frames, scene.info.frames),
+                              options.seed_given ? options.seed : scene.info.seed};
+    const size_t total = frames.count();
+    const auto out = output_of(options, frames);
+    std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
+    for (size_t done = 0; done < total;) {
+        const size_t count = std::min(kFramesAtOnce, total - done);
+        toliman::check(toliman_sim_frame_many(scene.sim.get(), frames.seed,
+                                              frames.range.first + static_cast<int64_t>(done), count, nullptr, 0,
+                                              images.data()));
+        out->write(images.data(), count);
+        done += count;
+        progress.show("simulate", static_cast<double>(done) / static_cast<double>(total));
+        stop_if_asked();
+    }
+    out->commit();
+}
+
+// Names that are safe in a file name and in JSON.
+std::string session_complaint(const std::string &name) {
+    const char *letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+    const bool good =
+        !name.empty() && name.size() <= 64 && name[0] != '.' && name.find_first_not_of(letters) == std::string::npos;
+    return good ? "" : name + ": must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
+}
+
+} // namespace
+
+void add_psf(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("psf", kPsfDescription);
+    auto options = std::make_shared<Options>();
+    add_scene(*command, options->scene);
+    command->add_option("--out", options->out, "the .npy or .fits file to write; - is .npy on standard output")
+        ->required();
+    command->add_option("--star", options->star, "A, B or both (default)")->check(CLI::IsMember({"A", "B", "both"}));
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            psf(*options, progress);
+        };
+    });
+}
+
+void add_simulate(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
+    auto options = std::make_shared<Options>();
+    add_scene(*command, options->scene);
+    command
+        ->add_option("--out", options->out,
+                     "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")
+        ->required();
+    command->add_option("--frames", options->frames,
+                        "FIRST:END, FIRST:, :END or one number; default all of the cadence");
+    CLI::Option *seed = add_seed(*command, options->seed, "noise seed, default the scene's");
+    CLI::Option *session = command->add_option("--session", options->session, "name of the pair of files");
+    CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
+    session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));
+    dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
+    command
+        ->add_option("--bit-depth", options->bit_depth,
+                     "of the pair's frames, default the scene's, without one 12 for u16le, 32 for u32le")
+        ->needs(session)
+        ->check(CLI::Range(1, 32));
+    command->callback([&context, options, seed] {
+        options->seed_given = seed->count() > 0;
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            simulate(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

@@ -1,0 +1,188 @@
+// toliman status, toliman rebuild: what a state folder tells, and the same on another grid or clock.
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/output.hpp"
+#include "downlink/ledger_report.hpp"
+#include "downlink/setup_options.hpp"
+#include "downlink/state_folder.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kStatusDescription[] = R"(What a folder of `toliman track` holds; also while it is written.
+
+Examples:
+  toliman status mission
+  toliman status mission --json
+  toliman status mission --missing
+  toliman status mission --series | toliman period - --f0 1e-3 --df 1e-4 --nf 5000
+
+Shows frames by what became of them, sessions and how many frame ids are missing between the first and the last of each,
+and the period with its false alarm probability at one look and for who looks after every frame (sequential). Of frames
+that were rejected every arrival counts, as a good copy may still come.)";
+
+constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
+
+Examples:
+  toliman rebuild mission --grid 1e-3:1e-5:50000
+  toliman rebuild mission --clock clock.csv
+  toliman rebuild mission --mission-days 1500 --clock camera
+
+For another grid or epoch, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where
+that time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
+
+struct Options {
+    std::string folder;
+    bool as_json = false, lines = false, series = false, missing = false;
+};
+
+struct RebuildOptions : Options {
+    SetupOptions setup;
+};
+
+constexpr size_t kShownSessions = 20;
+
+std::string row(const char *format, ...) __attribute__((format(printf, 1, 2)));
+std::string row(const char *format, ...) {
+    char text[300];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    return text;
+}
+
+// What the folder was made with.
+std::string settings_text(const toliman::tracker &tracker, const toliman_track_options &how) {
+    const auto number = [](int64_t value) { return static_cast<long long>(value); };
+    std::string text = row("  grid        %.6g + k %.6g a day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
+                           how.df, number(how.nf), number(how.time_offset_ns));
+    text += row("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
+    text += row(
+        "  frames      %lldx%lld of %u bits, from %lld,%lld by %lld to %lldx%lld; estimator %016llx, sigma %.3g\n",
+        number(how.rows), number(how.cols), how.bit_depth, number(how.crop_row), number(how.crop_col), number(how.bin),
+        number(how.image_rows), number(how.image_cols), static_cast<unsigned long long>(how.estimator_id), how.sigma);
+    return text;
+}
+
+std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
+    std::string text;
+    for (size_t i = 0; i < std::min(streams.size(), kShownSessions); i++) {
+        const toliman_track_stream &stream = streams[i];
+        const std::string name = stream.session[0] != '\0' ? std::string(stream.session) + " " + stream.roi : "unnamed";
+        text += row("  %-30s ids %lld to %lld, %lld frames, %lld missing\n", name.c_str(),
+                    static_cast<long long>(stream.first_id), static_cast<long long>(stream.last_id),
+                    static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
+    }
+    if (streams.size() > kShownSessions)
+        text += row("  and %zu more: --json\n", streams.size() - kShownSessions);
+    return text;
+}
+
+JsonTree sessions_json(const std::vector<toliman_track_stream> &streams) {
+    JsonTree array(cJSON_CreateArray());
+    for (const toliman_track_stream &stream : streams) {
+        Json json;
+        json.set("session", std::string(stream.session)).set("roi", std::string(stream.roi));
+        json.set_count("first_id", stream.first_id).set_count("last_id", stream.last_id);
+        json.set_count("frames", stream.frames).set_count("missing", stream.missing);
+        cJSON_AddItemToArray(array.get(), json.release().release());
+    }
+    return array;
+}
+
+void print(const toliman::tracker &tracker, const toliman_track_options &how, bool as_json) {
+    const std::string folder = how.folder;
+    const toliman_track_info info = info_of(tracker);
+    const std::vector<toliman_track_stream> streams = streams_of(tracker);
+    const PeriodFacts period(tracker, Fit::made);
+    Json json;
+    json.set("schema", std::string("toliman-track-status/1")).set("folder", folder);
+    period.add_to(json);
+    add_counts(info, json);
+    json.set_count("lines", info.lines).set("sigma", info.sigma);
+    Json grid;
+    grid.set("f0", how.f0).set("df", how.df).set_count("nf", how.nf).set_count("time_offset_ns", how.time_offset_ns);
+    json.set("grid", std::move(grid))
+        .set_flag("clock", !clock_of(tracker).empty())
+        .set("streams", sessions_json(streams));
+    if (as_json)
+        return print_stdout(json.text());
+    char text[900];
+    const auto number = [](int64_t value) { return static_cast<long long>(value); };
+    std::snprintf(text, sizeof text,
+                  "%s\n  %s\n"
+                  "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
+                  "  repeated    %12lld\n  rejected    %12lld\n"
+                  "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
+                  "  sessions    %12lld   and regions\n",
+                  folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
+                  number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
+                  number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
+    print_stdout(text + settings_text(tracker, how) + sessions_text(streams));
+}
+
+void status(Options &options) {
+    options.folder = plain(options.folder);
+    const toliman_track_options how = state_to_read(options.folder);
+    const toliman::tracker tracker = open_tracker(how);
+    if (options.lines)
+        return print_lines(tracker);
+    if (options.series)
+        return print_series(tracker, how.time_offset_ns, how.unit_ns);
+    if (options.missing)
+        return print_missing(tracker);
+    print(tracker, how, options.as_json);
+}
+
+void rebuild(RebuildOptions &options, Progress &progress) {
+    options.folder = plain(options.folder);
+    toliman_track_options how = known_state(options.folder);
+    if (how.nf == 0 && !(options.setup.has_grid() && options.setup.has_clock()))
+        throw Failure(kExitUsage, options.folder + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                                   "--grid or --mission-days");
+    options.setup.set(how, progress);
+    how.flags = TOLIMAN_TRACK_REBUILD;
+    const toliman::tracker tracker = open_tracker(how);
+    toliman::check(toliman_track_save(tracker.get()));
+    print(tracker, how, options.as_json);
+}
+
+} // namespace
+
+void add_status(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("status", kStatusDescription);
+    auto options = std::make_shared<Options>();
+    command->add_option("DIR", options->folder, "a state folder")->required();
+    CLI::Option *json = command->add_flag("--json", options->as_json, "as JSON on stdout");
+    CLI::Option *lines = command->add_flag("--lines", options->lines, "every line of the ledger as a line of JSON");
+    CLI::Option *series = command->add_flag("--series", options->series, "CSV t,y,sigma of what is in the periodogram");
+    CLI::Option *missing =
+        command->add_flag("--missing", options->missing, "CSV session,roi,first,last of missing frame ids");
+    lines->excludes(json);
+    series->excludes(json)->excludes(lines);
+    missing->excludes(json)->excludes(lines)->excludes(series);
+    command->callback([&context, options] { context.action = [options] { status(*options); }; });
+}
+
+void add_rebuild(CLI::App &app, Context &context) {
+    CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
+    auto options = std::make_shared<RebuildOptions>();
+    command->add_option("DIR", options->folder, "a state folder")->required();
+    options->setup.add_to(*command);
+    command->add_flag("--json", options->as_json, "as JSON on stdout");
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            rebuild(*options, progress);
+        };
+    });
+}
+
+} // namespace cli

@@ -1,0 +1,64 @@
+#include "common/failure.hpp"
+
+#include <algorithm>
+#include <new>
+
+namespace cli {
+
+namespace {
+
+// Names and values in files may hold bytes that a terminal obeys.
+std::string harmless(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char byte) { return (byte >= 0 && byte < ' ') || byte == '\x7f'; }, '?');
+    return text;
+}
+
+} // namespace
+
+Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(harmless(text)), code_(code) {}
+
+void malformed(const std::string &path, const std::string &why) {
+    throw Failure(kExitInput, path + ": " + why);
+}
+
+ExitCode exit_code(toliman_status status) noexcept {
+    switch (status) {
+    case TOLIMAN_OK:
+        return kExitOk;
+    case TOLIMAN_E_ARGUMENT:
+    case TOLIMAN_E_SCENE:
+    case TOLIMAN_E_UNSUPPORTED:
+    case TOLIMAN_E_RANGE:
+    case TOLIMAN_E_MISMATCH:
+    case TOLIMAN_E_STATE:
+    case TOLIMAN_E_CAPACITY:
+        return kExitUsage;
+    case TOLIMAN_E_NOT_FOUND:
+    case TOLIMAN_E_FORMAT:
+        return kExitInput;
+    case TOLIMAN_E_WRITE:
+        return kExitOutput;
+    case TOLIMAN_E_CANCELLED:
+        return kExitInterrupted;
+    default:
+        return kExitInternal;
+    }
+}
+
+Ending ending_of(const std::function<void()> &work) {
+    try {
+        work();
+        return {};
+    } catch (const Failure &failure) {
+        return {failure.code(), failure.what()};
+    } catch (const toliman::error &error) {
+        return {exit_code(error.status()), error.what()};
+    } catch (const std::bad_alloc &) {
+        return {kExitInternal, "out of memory"};
+    } catch (const std::exception &error) {
+        return {kExitInternal, error.what()};
+    }
+}
+
+} // namespace cli

@@ -1,0 +1,79 @@
+#include "common/input.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <sys/stat.h>
+
+#include "common/failure.hpp"
+#include "common/terminal.hpp"
+
+namespace cli {
+
+bool exists(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0;
+}
+
+bool is_folder(const std::string &path) {
+    struct stat facts = {};
+    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
+}
+
+std::string plain(std::string path) {
+    while (path.size() > 1 && path.back() == '/')
+        path.pop_back();
+    return path;
+}
+
+FileStamp::FileStamp(const std::string &path) {
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) != 0)
+        malformed(path, std::strerror(errno));
+    inode = facts.st_ino;
+    size = static_cast<size_t>(facts.st_size);
+    changed_ns = facts.st_mtim.tv_sec * int64_t{1000000000} + facts.st_mtim.tv_nsec;
+}
+
+bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept {
+    return before.inode != 0 && (now.inode != before.inode || now.size < before.size ||
+                                 (now.size == before.size && now.changed_ns != before.changed_ns));
+}
+
+InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
+    struct stat facts = {};
+    if (::stat(path.c_str(), &facts) != 0)
+        malformed(path, std::strerror(errno));
+    if (!S_ISREG(facts.st_mode)) // a pipe would be waited for
+        malformed(path, "not a regular file");
+    file_ = std::fopen(path.c_str(), "rb");
+    if (file_ == nullptr)
+        malformed(path, std::strerror(errno));
+    size_ = static_cast<size_t>(facts.st_size);
+}
+
+InputFile::~InputFile() {
+    if (sized())
+        std::fclose(file_);
+}
+
+bool InputFile::read(void *data, size_t size) {
+    const bool whole = std::fread(data, 1, size, file_) == size;
+    check_input();
+    return whole;
+}
+
+bool InputFile::ended() {
+    const int next = std::getc(file_);
+    check_input();
+    return next == EOF || std::ungetc(next, file_) == EOF;
+}
+
+void InputFile::check_input() const {
+    if (sized() || std::ferror(file_) == 0)
+        return;
+    const int reason = errno;
+    stop_if_asked(); // it ended the waiting
+    malformed(path_, std::string("cannot be read: ") + std::strerror(reason));
+}
+
+} // namespace cli

@@ -1,0 +1,71 @@
+#include "common/lines.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+#include <utility>
+
+#include "common/failure.hpp"
+
+namespace cli {
+
+namespace {
+constexpr size_t kBuffer = 1 << 16;
+constexpr int kPatience = 1000; // ms: how late a signal may be noticed that comes just before the waiting
+} // namespace
+
+LineSource::LineSource(const std::string &path, std::function<void()> awake)
+    : name_(path == "-" ? "standard input" : path), awake_(std::move(awake)),
+      file_(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC)), buffer_(kBuffer) {
+    if (file_ < 0) {
+        const int reason = errno;
+        awake_(); // a signal ends the waiting for a pipe's other side
+        malformed(name_, std::strerror(reason));
+    }
+}
+
+LineSource::~LineSource() {
+    if (file_ != STDIN_FILENO)
+        ::close(file_);
+}
+
+bool LineSource::next(std::string &line) {
+    line.clear();
+    while (!ended_) {
+        awake_();
+        const char *start = buffer_.data() + at_;
+        const auto *newline = static_cast<const char *>(std::memchr(start, '\n', held_ - at_));
+        const size_t length = newline != nullptr ? static_cast<size_t>(newline - start) : held_ - at_;
+        line.append(start, std::min(length, kLongest + 1 - line.size()));
+        at_ += length + 1;
+        if (newline != nullptr)
+            return true;
+        ended_ = !fill();
+    }
+    awake_(); // Ctrl-C ends whoever writes the pipe as well
+    return !line.empty();
+}
+
+// False at the end.
+bool LineSource::fill() {
+    for (;;) {
+        awake_();
+        pollfd waiting = {file_, POLLIN, 0};
+        const int ready = ::poll(&waiting, 1, kPatience);
+        if (ready == 0 || (ready < 0 && errno == EINTR))
+            continue;
+        const ssize_t count = ::read(file_, buffer_.data(), buffer_.size());
+        if (count < 0 && (errno == EINTR || errno == EAGAIN))
+            continue;
+        if (count < 0)
+            malformed(name_, std::string("cannot be read: ") + std::strerror(errno));
+        at_ = 0;
+        held_ = static_cast<size_t>(count);
+        return count > 0;
+    }
+}
+
+} // namespace cli

@@ -1,0 +1,58 @@
+// Inputs of `toliman track`: files, folders, names on standard input, once or as they grow.
+#pragma once
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "downlink/arrival.hpp"
+#include "downlink/frame_times.hpp"
+#include "downlink/pair.hpp"
+
+namespace cli {
+
+struct DownlinkOptions {
+    std::vector<std::string> inputs;
+    std::string dtype;             // of pairs
+    std::optional<double> cadence; // seconds, of .npy and FITS
+    std::string session;           // of .npy and FITS; empty: their names
+    LeapSeconds leap_seconds;
+    bool clock = false; // the folder's clock changes the camera's time
+    bool follow = false;
+    size_t rows = 0, cols = 0; // of the tracker's frames
+};
+
+// Fails for inputs that cannot be meant.
+void check_inputs(const DownlinkOptions &options);
+
+class Downlink {
+  public:
+    Downlink(const DownlinkOptions &options, Receiver &receiver) : options_(options), receiver_(receiver) {}
+    // Gives everything there is; with `follow` until a signal ends it.
+    void read();
+
+  private:
+    void read_names();
+    void read_input(const std::string &name);
+    void read_folder(const std::string &folder);
+    void read_pair(const std::string &path);
+    void read_cube(const std::string &path);
+    std::vector<std::string> open_sides(const std::string &input) const;
+    std::vector<std::string> sides_of(const std::string &input);
+    void look_at(const std::string &side);
+    FrameFacts facts_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file);
+    void poll();
+    void end();
+
+    const DownlinkOptions &options_;
+    Receiver &receiver_;
+    std::map<std::string, Pair> growing_; // by their side files
+    std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
+    std::set<std::string> gone_;          // inputs that are followed and cannot be opened
+    std::string unnumbered_;              // the file without FRAME1 that had --session
+    bool told_beyond_ = false;            // that the table of leap seconds has expired
+};
+
+} // namespace cli

@@ -1,0 +1,118 @@
+#include "downlink/ledger_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "common/json.hpp"
+#include "common/output.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kChunk = 4096; // lines read and printed at once
+constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
+
+template <class Chunk> void for_chunks(const toliman::tracker &tracker, Chunk work) {
+    std::vector<toliman_track_line> lines(kChunk);
+    lines[0].struct_size = sizeof lines[0];
+    size_t done = kChunk;
+    for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
+        toliman::check(toliman_track_get_lines(tracker.get(), first, kChunk, lines.data(), &done));
+        work(lines.data(), done);
+    }
+}
+
+template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
+    for_chunks(tracker, [&](const toliman_track_line *lines, size_t count) {
+        std::string text;
+        for (size_t i = 0; i < count; i++)
+            each(lines[i], text);
+        print_stdout(text);
+    });
+}
+
+bool is_known(const toliman_track_line &line) noexcept {
+    return line.verdict == TOLIMAN_TRACK_ACCEPTED || line.verdict == TOLIMAN_TRACK_OUTLIER ||
+           line.verdict == TOLIMAN_TRACK_QUARANTINED;
+}
+
+} // namespace
+
+void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_line &line)> &work) {
+    for_chunks(tracker,
+               [&](const toliman_track_line *lines, size_t count) { std::for_each(lines, lines + count, work); });
+}
+
+double time_of(const toliman_track_line &line, int64_t offset_ns, double unit_ns) {
+    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
+    return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
+}
+
+std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
+    size_t count = 0;
+    toliman::check(toliman_track_get_streams(tracker.get(), nullptr, 0, &count));
+    std::vector<toliman_track_stream> streams(count);
+    if (count == 0)
+        return streams;
+    streams[0].struct_size = sizeof streams[0];
+    toliman::check(toliman_track_get_streams(tracker.get(), streams.data(), streams.size(), &count));
+    return streams;
+}
+
+void print_lines(const toliman::tracker &tracker) {
+    std::map<uint64_t, toliman_track_stream> names;
+    for (const toliman_track_stream &stream : streams_of(tracker))
+        names[stream.stream] = stream;
+    each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
+        if (line.verdict == TOLIMAN_TRACK_MERGED)
+            return;
+        const auto found = names.find(line.stream);
+        const bool is_named = found != names.end() && found->second.session[0] != '\0';
+        Json json;
+        json.set("schema", std::string("toliman-line/1"));
+        is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");
+        is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
+        json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
+        json.set("verdict", std::string(kVerdicts[line.verdict]));
+        if (line.verdict == TOLIMAN_TRACK_REJECTED)
+            json.set("reason", std::string(toliman_track_reason_name(line.reason)));
+        else
+            json.set_count("tai_ns", line.tai_ns).set_exact("value", line.value).set_exact("sigma", line.sigma);
+        text += json.set_count("dropped", line.dropped).line();
+    });
+}
+
+void print_series(const toliman::tracker &tracker, int64_t offset_ns, double unit_ns) {
+    print_stdout("t,y,sigma\n");
+    each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
+        if (line.verdict != TOLIMAN_TRACK_ACCEPTED)
+            return;
+        char row[120];
+        std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, offset_ns, unit_ns), line.value,
+                      line.sigma);
+        text += row;
+    });
+}
+
+void print_missing(const toliman::tracker &tracker) {
+    std::map<uint64_t, std::vector<int64_t>> ids;
+    each_line(tracker, [&](const toliman_track_line &line, std::string &) {
+        if (is_known(line))
+            ids[line.stream].push_back(line.frame_id);
+    });
+    print_stdout("session,roi,first,last\n");
+    for (const toliman_track_stream &stream : streams_of(tracker)) {
+        std::vector<int64_t> &known = ids[stream.stream];
+        std::sort(known.begin(), known.end());
+        std::string text;
+        for (size_t i = 1; i < known.size(); i++)
+            if (known[i] > known[i - 1] && known[i] - 1 > known[i - 1])
+                text += std::string(stream.session) + "," + stream.roi + "," + std::to_string(known[i - 1] + 1) + "," +
+                        std::to_string(known[i] - 1) + "\n";
+        print_stdout(text);
+    }
+}
+
+} // namespace cli

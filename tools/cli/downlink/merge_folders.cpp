@@ -1,0 +1,125 @@
+#include "downlink/merge_folders.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/output.hpp"
+#include "downlink/state_folder.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms", kCheckpoint[] = "/checkpoint.tlmc",
+                     kNames[] = "/streams.txt", kLock[] = "/lock";
+constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // lib/FORMATS.md, TLML
+
+std::string salt_of(const std::string &folder) {
+    InputFile ledger(folder + kLedger);
+    std::string salt(kSaltSize, '\0');
+    ledger.seek(kSaltOffset);
+    if (!ledger.read(salt.data(), salt.size()))
+        throw Failure(kExitState, ledger.path() + ": is too short for a ledger");
+    return salt;
+}
+
+// A ledger has a number of its own, which copies share.
+void check_different(const std::vector<std::string> &folders) {
+    std::map<std::string, std::string> seen;
+    for (const std::string &folder : folders) {
+        const auto [other, is_new] = seen.emplace(salt_of(folder), folder);
+        if (!is_new)
+            malformed(folder, "has the same ledger as " + other->second);
+    }
+}
+
+void copy(const std::string &from, const std::string &to) {
+    InputFile in(from);
+    OutputFile out(to);
+    std::vector<char> buffer(size_t{1} << 16);
+    for (size_t left = in.size(); left > 0;) {
+        const size_t count = std::min(left, buffer.size());
+        if (!in.read(buffer.data(), count))
+            malformed(from, "cannot be read");
+        out.write(buffer.data(), count);
+        left -= count;
+    }
+    out.commit();
+}
+
+// A new folder, which is removed again unless kept.
+class NewFolder {
+  public:
+    explicit NewFolder(const std::string &path) : path_(path) {
+        if (::mkdir(path.c_str(), 0777) != 0)
+            throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
+    }
+    ~NewFolder() {
+        if (kept_)
+            return;
+        for (const std::string name : {kLedger, kSetup, kCheckpoint, kNames, kLock})
+            for (const char *suffix : {"", ".tmp"})
+                ::unlink((path_ + name + suffix).c_str());
+        ::rmdir(path_.c_str());
+    }
+    NewFolder(const NewFolder &) = delete;
+    NewFolder &operator=(const NewFolder &) = delete;
+    void keep() noexcept { kept_ = true; }
+
+  private:
+    std::string path_;
+    bool kept_ = false;
+};
+
+} // namespace
+
+void merge_folders(const std::vector<std::string> &given, const std::string &out, bool salvage, SetupOptions &setup,
+                   Progress &progress) {
+    std::vector<std::string> folders;
+    for (const std::string &folder : given)
+        folders.push_back(plain(folder));
+    int64_t lines = 1;
+    toliman_track_options how = known_state(folders.front());
+    for (const std::string &folder : folders)
+        lines += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
+    if (setup.has_grid() != setup.has_clock())
+        throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
+    const bool given_anew = setup.has_grid();
+    if (how.nf == 0 && !given_anew)
+        throw Failure(kExitState, folders.front() +
+                                      ": setup.tlms, which had grid and clock, is lost: needs --clock and "
+                                      "--grid or --mission-days");
+    check_different(folders);
+    NewFolder made(out);
+    if (given_anew)
+        setup.set(how, progress);
+    else
+        copy(folders.front() + kSetup, out + kSetup);
+    how.folder = out.c_str();
+    how.nf = given_anew ? how.nf : 0;
+    how.capacity = std::min(lines, int64_t{1} << 28);
+    toliman::tracker tracker = open_tracker(how);
+    for (const std::string &folder : folders) {
+        int64_t lost = 0;
+        const toliman_status status =
+            toliman_track_merge(tracker.get(), folder.c_str(), salvage ? TOLIMAN_TRACK_SALVAGE : 0, &lost);
+        if (status == TOLIMAN_E_MISMATCH)
+            malformed(folder, toliman_last_error());
+        if (status == TOLIMAN_E_FORMAT)
+            throw Failure(kExitState, damage_of(folder));
+        toliman::check(status);
+        if (lost > 0)
+            std::fprintf(stderr, "%s: %lld lines are lost\n", folder.c_str(), static_cast<long long>(lost));
+    }
+    toliman::check(toliman_track_save(tracker.get()));
+    made.keep();
+    std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info_of(tracker).accepted));
+}
+
+} // namespace cli

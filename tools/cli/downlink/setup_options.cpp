@@ -1,0 +1,73 @@
+#include "downlink/setup_options.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "common/failure.hpp"
+#include "downlink/clock_table.hpp"
+#include "series/periodogram.hpp"
+
+namespace cli {
+
+namespace {
+
+// "F0:DF:NF", cycles a day.
+FrequencyGrid grid_of(const std::string &text) {
+    FrequencyGrid grid = {};
+    long long nf = 0;
+    char rest = '\0';
+    if (std::sscanf(text.c_str(), "%lf:%lf:%lld%c", &grid.f0, &grid.df, &nf, &rest) != 3)
+        throw Failure(kExitUsage, "--grid " + text + ": must be F0:DF:NF in cycles a day, e.g. 0.001:0.0001:5000");
+    grid.nf = nf;
+    if (!(grid.f0 >= 0) || !(grid.df > 0) || nf < 1 || nf > (1 << 26) || !std::isfinite(grid.f0 + grid.df))
+        throw Failure(kExitUsage, "--grid " + text + ": must be F0 >= 0, DF > 0 and 1 <= NF <= 2^26");
+    return grid;
+}
+
+FrequencyGrid grid_of_mission(double days) {
+    try {
+        return grid_of_span(1, days);
+    } catch (const Failure &failure) {
+        throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
+    }
+}
+
+} // namespace
+
+void SetupOptions::add_to(CLI::App &command) {
+    CLI::Option *grid =
+        command.add_option("--grid", grid_, "F0:DF:NF, frequencies in cycles a day, default the folder's");
+    command
+        .add_option("--mission-days", mission_days_, "the grid of `run` for N days of a frame a day, for a new folder")
+        ->check(CLI::Range(4.0, 1e6))
+        ->excludes(grid);
+    command.add_option(
+        "--clock", clock_,
+        "CSV of pairs camera_ns,tai_ns, or camera where its time is TAI, default the folder's, in a new one camera");
+    command.add_option("--epoch", epoch_,
+                       "TAI in ns that is time 0 of the phase, default the folder's, in a new one 0");
+}
+
+void SetupOptions::set(toliman_track_options &how, Progress &progress) {
+    if (has_grid()) {
+        const FrequencyGrid grid = grid_.empty() ? grid_of_mission(*mission_days_) : grid_of(grid_);
+        how.f0 = grid.f0;
+        how.df = grid.df;
+        how.nf = grid.nf;
+        how.period_flags = TOLIMAN_PERIOD_WIDE; // as `run` and `period`
+    }
+    how.time_offset_ns = epoch_.value_or(how.time_offset_ns);
+    pairs_ = read_clock(clock_, progress);
+    how.clock = pairs_.data();
+    how.clock_points = pairs_.size() / 2;
+}
+
+std::string SetupOptions::text() const {
+    char days[40] = "";
+    if (mission_days_)
+        std::snprintf(days, sizeof days, " --mission-days %.17g", *mission_days_);
+    return (grid_.empty() ? "" : " --grid " + grid_) + days + (epoch_ ? " --epoch " + std::to_string(*epoch_) : "") +
+           (clock_.empty() ? "" : " --clock " + clock_);
+}
+
+} // namespace cli

@@ -1,0 +1,169 @@
+#include "downlink/state_folder.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <sys/stat.h>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+
+namespace cli {
+
+namespace {
+
+// A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
+[[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
+    if (status == TOLIMAN_E_FORMAT)
+        throw Failure(kExitState, damage_of(folder));
+    if (status == TOLIMAN_E_STATE)
+        throw Failure(kExitOutput, toliman_last_error());
+    throw toliman::error(status);
+}
+
+// False where there certainly is none.
+bool has_ledger(const std::string &folder) {
+    struct stat facts = {};
+    if (::stat((folder + "/ledger.tlml").c_str(), &facts) == 0)
+        return true;
+    if (errno != ENOENT && errno != ENOTDIR)
+        malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
+    if (exists(folder + "/checkpoint.tlmc"))
+        throw Failure(kExitState, folder + ": ledger.tlml is gone, though its checkpoint is there: what is known of "
+                                           "its frames is lost: give all frames again, into a new folder");
+    return false;
+}
+
+} // namespace
+
+std::string damage_of(const std::string &folder) {
+    const std::string text = toliman_last_error();
+    const bool can_be_salvaged = text.find("salvage") != std::string::npos;
+    return text + (can_be_salvaged ? ": `toliman merge " + folder + " --salvage --out NEW`" : "");
+}
+
+std::optional<toliman_track_options> made_with(const std::string &folder) {
+    if (!has_ledger(folder))
+        return std::nullopt;
+    toliman_track_options options = {};
+    options.struct_size = sizeof options;
+    const toliman_status status = toliman_track_load_options(folder.c_str(), &options);
+    if (status != TOLIMAN_OK)
+        fail_state(status, folder);
+    return options;
+}
+
+toliman_track_options known_state(const std::string &folder) {
+    const std::optional<toliman_track_options> made = made_with(folder);
+    if (!made)
+        malformed(folder, exists(folder) ? "is no state folder of `toliman track`" : std::strerror(ENOENT));
+    return *made;
+}
+
+toliman_track_options state_to_read(const std::string &folder) {
+    toliman_track_options how = known_state(folder);
+    if (how.nf == 0)
+        throw Failure(kExitState, folder + ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
+                                      folder + " --grid F0:DF:NF --clock CSV` makes it anew");
+    how.flags = TOLIMAN_TRACK_READ_ONLY;
+    return how;
+}
+
+toliman::tracker open_tracker(const toliman_track_options &options) {
+    toliman_track *tracker = nullptr;
+    const toliman_status status = toliman_track_create(&options, &tracker);
+    if (status != TOLIMAN_OK)
+        fail_state(status, options.folder);
+    return toliman::tracker(tracker);
+}
+
+toliman_track_info info_of(const toliman::tracker &tracker) {
+    toliman_track_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_track_get_info(tracker.get(), &info));
+    return info;
+}
+
+std::vector<int64_t> clock_of(const toliman::tracker &tracker) {
+    size_t points = 0;
+    toliman::check(toliman_track_get_clock(tracker.get(), nullptr, 0, &points));
+    std::vector<int64_t> clock(2 * points);
+    toliman::check(toliman_track_get_clock(tracker.get(), clock.data(), points, &points));
+    return clock;
+}
+
+namespace {
+
+// NaN in all numbers.
+toliman_period_peak unknown_peak() noexcept {
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    for (double *number :
+         {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_error, &peak.frequency_error, &peak.amplitude,
+          &peak.amplitude_error, &peak.phase, &peak.offset, &peak.log10_fap, &peak.period_error})
+        *number = NAN;
+    return peak;
+}
+
+// Few frames, or hardly different ones, tell nothing.
+bool is_known(toliman_status status) {
+    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
+        return false;
+    toliman::check(status);
+    return true;
+}
+
+} // namespace
+
+PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
+    : sequential_(NAN), peak_(unknown_peak()), fit_(unknown_peak()) {
+    const toliman_period *period = nullptr;
+    toliman::check(toliman_track_get_period(tracker.get(), &period));
+    count_ = toliman_period_count(period);
+    if (!is_known(toliman_period_query_peak(period, &peak_)))
+        return;
+    toliman::check(toliman_period_query_fap(period, TOLIMAN_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
+    if (fit == Fit::made)
+        is_known(toliman_track_query_fit(tracker.get(), &fit_));
+}
+
+void PeriodFacts::add_to(Json &json) const {
+    json.set_count("n", count_).set("period", peak_.period).set("period_error_fwhm", peak_.fwhm_error);
+    json.set("frequency", peak_.frequency).set("power", peak_.power).set("log10_fap", peak_.log10_fap);
+    json.set("log10_fap_sequential", sequential_).set_flag("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    if (!std::isfinite(fit_.period)) {
+        json.set_null("fit");
+        return;
+    }
+    Json fit;
+    fit.set("period", fit_.period).set("period_error", fit_.period_error).set("amplitude", fit_.amplitude);
+    fit.set("amplitude_error", fit_.amplitude_error).set("phase", fit_.phase).set("offset", fit_.offset);
+    json.set("fit", std::move(fit.set("log10_fap", fit_.log10_fap)));
+}
+
+std::string PeriodFacts::text() const {
+    char text[200];
+    if (!std::isfinite(peak_.log10_fap))
+        return "no period yet";
+    const toliman_period_peak &best = std::isfinite(fit_.period) ? fit_ : peak_;
+    size_t size = static_cast<size_t>(std::snprintf(text, sizeof text, "period %.6g ", best.period));
+    if (std::isfinite(best.period_error))
+        size += static_cast<size_t>(std::snprintf(text + size, sizeof text - size, "+- %.2g ", best.period_error));
+    std::snprintf(text + size, sizeof text - size, "d, log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_);
+    return text;
+}
+
+void add_counts(const toliman_track_info &info, Json &json) {
+    json.set_count("received", info.received).set_count("accepted", info.accepted);
+    json.set_count("outlier", info.outlier).set_count("quarantined", info.quarantined);
+    json.set_count("repeated", info.repeated).set_count("rejected", info.rejected);
+    Json reasons;
+    for (int32_t i = 1; i < TOLIMAN_REASONS; i++)
+        reasons.set_count(toliman_track_reason_name(i), info.rejected_by[i]);
+    json.set("rejected_by", std::move(reasons));
+    json.set_count("expected", info.expected).set_count("missing", info.missing).set_count("dropped", info.dropped);
+    json.set_count("sessions", info.sessions);
+}
+
+} // namespace cli

@@ -1,0 +1,273 @@
+#include "downlink/tracking.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+#include "common/json.hpp"
+#include "common/output.hpp"
+
+namespace cli {
+
+namespace {
+
+using toliman::check;
+
+constexpr size_t kBatch = 64;                // frames that are estimated together, at most
+constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
+constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
+constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected"};
+constexpr const char kBadLine[] = "bad line";
+constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
+
+Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
+    const bool timed = facts != nullptr && !(reason != nullptr && std::strcmp(reason, kBadLine) == 0);
+    Json line;
+    line.set("schema", std::string("toliman-frame/1"));
+    for (const char *key : {"session", "roi"})
+        facts == nullptr ? line.set_null(key) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
+    facts == nullptr ? line.set_null("frame_id") : line.set_count("frame_id", facts->id);
+    line.set("verdict", std::string(verdict));
+    reason == nullptr ? line.set_null("reason") : line.set("reason", std::string(reason));
+    timed ? line.set_count("camera_ns", facts->camera_ns) : line.set_null("camera_ns");
+    line.set("input", where);
+    return line;
+}
+
+std::string remark_line(const char *remark, const std::string &where, const std::string &text) {
+    Json line;
+    line.set("schema", std::string("toliman-track-remark/1")).set("remark", std::string(remark));
+    return line.set("input", where).set("text", text).line();
+}
+
+toliman_frame frame_of(const Arrival &arrival) noexcept {
+    toliman_frame frame = {};
+    frame.struct_size = sizeof frame;
+    frame.pixel = arrival.pixel;
+    frame.session = arrival.facts.session.c_str();
+    frame.roi = arrival.facts.roi.c_str();
+    frame.frame_id = arrival.facts.id;
+    frame.camera_ns = arrival.facts.camera_ns;
+    frame.dropped = arrival.facts.dropped;
+    frame.pixels = arrival.pixels.data();
+    frame.rows = static_cast<int64_t>(arrival.facts.rows);
+    frame.cols = static_cast<int64_t>(arrival.facts.cols);
+    return frame;
+}
+
+std::string number(double value, int digits) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    return text;
+}
+
+std::string shape(int64_t rows, int64_t cols) {
+    return std::to_string(rows) + "x" + std::to_string(cols);
+}
+
+} // namespace
+
+Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
+    : tracker_(std::move(tracker)), options_(options), progress_(progress),
+      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_),
+      clock_(clock_of(tracker_)) {}
+
+void Tracking::take() {
+    filled_++;
+    // No update is passed over: at most as many frames at once as are left to the next.
+    if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_)))
+        flush();
+    stop_if_asked();
+}
+
+void Tracking::flush() {
+    if (filled_ == 0)
+        return;
+    std::vector<toliman_frame> frames;
+    for (size_t i = 0; i < filled_; i++)
+        frames.push_back(frame_of(batch_[i]));
+    toliman_outcome blank = {};
+    blank.struct_size = sizeof blank;
+    std::vector<toliman_outcome> outcomes(filled_, blank);
+    filled_ = 0;
+    size_t done = 0;
+    const toliman_status status =
+        toliman_track_push(tracker_.get(), frames.data(), frames.size(), outcomes.data(), &done);
+    const toliman::error error(status);
+    lines_ = info_of(tracker_).lines;
+    for (size_t i = 0; i < done; i++)
+        settled(batch_[i], outcomes[i]);
+    if (status != TOLIMAN_OK)
+        throw error;
+    if (since_update_ >= options_.every)
+        update(Fit::none);
+    if (lines_ - saved_ >= kCheckpoint) {
+        check(toliman_track_save(tracker_.get()));
+        saved_ = lines_;
+    }
+    print_acknowledged();
+}
+
+void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
+    const int32_t verdict = outcome.verdict;
+    const bool is_good = verdict == TOLIMAN_TRACK_ACCEPTED, has_value = is_good || verdict == TOLIMAN_TRACK_OUTLIER;
+    Json line = frame_line(arrival.where, &arrival.facts, kVerdicts[verdict],
+                           verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
+    has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
+    has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
+    say(line.line());
+    since_update_ += is_good;
+    good_ += is_good;
+    refused_ += verdict == TOLIMAN_TRACK_REJECTED || verdict == TOLIMAN_TRACK_OUTLIER;
+    beyond_clock_ += has_value && is_beyond_clock(arrival);
+    if (!is_good && verdict != TOLIMAN_TRACK_DUPLICATE)
+        warn(arrival.where, why(outcome));
+}
+
+std::string Tracking::why(const toliman_outcome &outcome) const {
+    const std::string reason = toliman_track_reason_name(outcome.reason);
+    if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
+        return "quarantined: came before with other pixels, time or count of drops; neither counts any longer";
+    if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
+        return "outlier: a value of " + number(outcome.value, 4) + " px, beyond the " +
+               number(info_of(tracker_).value_limit, 4) + " px of --value-limit: it stays out of the periodogram";
+    const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
+    switch (outcome.reason) {
+    case TOLIMAN_REASON_SHAPE:
+        return "rejected: " + reason + " " + shape(outcome.row, outcome.col) + ", must be " +
+               shape(options_.rows, options_.cols) + ": a new folder takes others by --shape and --crop";
+    case TOLIMAN_REASON_OVER_RANGE:
+        return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
+               ", more than --bit-depth allows";
+    case TOLIMAN_REASON_HOLE:
+    case TOLIMAN_REASON_NOT_FINITE:
+        return "rejected: " + reason + " at pixel " + place;
+    case TOLIMAN_REASON_CLOCK:
+        return "rejected: " + reason + ": no TAI for its time, or too far off for the periodogram; see --clock";
+    default:
+        return "rejected: " + reason + ": no finite value, so far is it from frames of the scene or weights";
+    }
+}
+
+// A single pair is a difference of clocks that has no ends.
+bool Tracking::is_beyond_clock(const Arrival &arrival) const noexcept {
+    if (clock_.size() < 4)
+        return false;
+    const int64_t time = arrival.facts.camera_ns, first = clock_.front(), last = clock_[clock_.size() - 2];
+    return time < first || time > last;
+}
+
+void Tracking::warn(const std::string &where, const std::string &text) {
+    troubles_++;
+    progress_.warn(where + ": " + text);
+}
+
+bool Tracking::wants(const FrameFacts &facts) {
+    const bool wanted = facts.id >= options_.frames.first && facts.id < options_.frames.end;
+    passed_over_ += !wanted;
+    return wanted;
+}
+
+void Tracking::reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &text) {
+    if (facts != nullptr && !wants(*facts))
+        return;
+    flush();
+    (std::strcmp(reason, kBadLine) == 0 ? bad_lines_ : short_frames_)++;
+    refused_++;
+    warn(where, std::string("rejected: ") + reason + ": " + text);
+    Json line = frame_line(where, facts, "rejected", reason);
+    say(line.set_null("tai_ns").set_null("value").line());
+}
+
+void Tracking::remark(Remark kind, const std::string &where, const std::string &text) {
+    flush();
+    const auto at = static_cast<size_t>(kind);
+    remarks_[at]++;
+    warn(where, text);
+    say(remark_line(kRemarkNames[at], where, text));
+}
+
+void Tracking::tell(const char *remark, const std::string &where, const std::string &text, bool warning) {
+    flush();
+    warning ? progress_.warn(where + ": " + text) : progress_.tell(where + ": " + text);
+    say(remark_line(remark, where, text));
+}
+
+void Tracking::update(Fit fit) {
+    since_update_ = 0;
+    const toliman_track_info info = info_of(tracker_);
+    const PeriodFacts period(tracker_, fit);
+    Json line;
+    line.set("schema", std::string("toliman-track-update/1"));
+    period.add_to(line);
+    add_counts(info, line);
+    line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
+    line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
+    line.set_count("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
+    line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
+    line.set_count("passed_over", passed_over_);
+    say(line.line());
+    const std::string passed = passed_over_ > 0 ? std::to_string(passed_over_) + " passed over, " : "";
+    const std::string text = std::to_string(info.accepted) + " frames, " + passed + period.text();
+    fit == Fit::made ? progress_.close("track", text) : progress_.note("track", text);
+}
+
+// What only a whole run tells.
+void Tracking::conclude() {
+    if (beyond_clock_ > 0)
+        progress_.warn(std::to_string(beyond_clock_) +
+                       " frames lie outside the clock's table, where its nearest line goes on: is there a newer one?");
+    if (refused_ > 0 && good_ == 0)
+        progress_.warn("none of " + std::to_string(refused_) +
+                       " new frames is good, all were rejected or are outliers: check the scene or weights, --dtype, "
+                       "--bit-depth and --shape");
+}
+
+void Tracking::say(const std::string &text) {
+    if (waiting_.empty())
+        oldest_ = std::chrono::steady_clock::now();
+    waiting_.push_back({lines_, text});
+}
+
+void Tracking::print_acknowledged() {
+    const int64_t committed = info_of(tracker_).committed;
+    std::string text;
+    for (; !waiting_.empty() && waiting_.front().lines <= committed; waiting_.pop_front())
+        text += waiting_.front().text;
+    if (!text.empty())
+        print_stdout(text);
+}
+
+void Tracking::wait() {
+    flush();
+    stop_if_asked();
+    if (waiting_.empty() || std::chrono::steady_clock::now() - oldest_ < kPatience)
+        return;
+    check(toliman_track_commit(tracker_.get()));
+    print_acknowledged();
+}
+
+void Tracking::end() {
+    flush();
+    update(Fit::made);
+    check(toliman_track_save(tracker_.get()));
+    print_acknowledged();
+    conclude();
+}
+
+void Tracking::rescue() {
+    try {
+        flush();
+        update(Fit::none);
+        check(toliman_track_save(tracker_.get()));
+        progress_.clear();
+        print_acknowledged();
+        conclude();
+        progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
+    } catch (const std::exception &error) {
+        progress_.warn(error.what());
+        progress_.tell("lines that were printed are safe on the disk, and the same command goes on");
+    }
+}
+
+} // namespace cli

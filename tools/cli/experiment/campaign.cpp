@@ -1,0 +1,319 @@
+#include "experiment/campaign.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "common/failure.hpp"
+#include "experiment/variants.hpp"
+#include "frames/frame_loop.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr uint64_t kControlFrames = 2000; // a seed, where they serve the efficiency alone: known to 1.6 %
+constexpr uint64_t kFewSeeds = 10;        // where there is no ladder
+constexpr double kStep = 1e-5;            // px, for the slope of a method on expected images
+
+std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {
+    const double amplitude = scene.info.amplitude_px;
+    if (!(amplitude > 0))
+        throw Failure(kExitUsage, scene.path + ": signal: experiment needs one above 0 px, whose amplitude it varies");
+    std::vector<double> shape = cadence.displacements;
+    for (double &value : shape)
+        value /= amplitude;
+    return shape;
+}
+
+// Regression of the values on what they should be.
+void regress(const std::vector<double> &truth, const std::vector<double> &values, Row &row) {
+    const double centre = mean(truth), level = mean(values);
+    double square = 0, product = 0, rest = 0;
+    for (size_t i = 0; i < truth.size(); i++) {
+        square += (truth[i] - centre) * (truth[i] - centre);
+        product += (truth[i] - centre) * (values[i] - level);
+    }
+    row.slope = product / square;
+    for (size_t i = 0; i < truth.size(); i++) {
+        const double gap = values[i] - level - row.slope * (truth[i] - centre);
+        rest += gap * gap;
+    }
+    row.sigma = std::sqrt(rest / static_cast<double>(truth.size() - 2));
+}
+
+// Of every whole block.
+std::vector<double> block_means(const std::vector<double> &values, size_t block) {
+    std::vector<double> means(values.size() / block);
+    for (size_t i = 0; i < means.size() * block; i++)
+        means[i / block] += values[i] / static_cast<double>(block);
+    return means;
+}
+
+std::vector<double> expected(const Scene &scene) {
+    std::vector<double> image(scene.pixels());
+    toliman::check(
+        toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_BOTH, image.data(), static_cast<size_t>(scene.info.cols)));
+    return image;
+}
+
+void add_reference(const Table &table, double *images, size_t count) {
+    const size_t pixels = table.reference.size();
+    for (size_t k = 0; k < count; k++)
+        for (size_t i = 0; i < pixels; i++)
+            images[k * pixels + i] += table.reference[i];
+}
+
+// What a method that needs no series makes of expected images: its values a px, without noise.
+double slope_of(const Table &table, Method &method) {
+    const Scene &scene = *table.frames;
+    std::vector<double> images(2 * scene.pixels());
+    const auto cols = static_cast<size_t>(scene.info.cols);
+    toliman::check(toliman_sim_expect(scene.sim.get(), -kStep, images.data(), cols));
+    toliman::check(toliman_sim_expect(scene.sim.get(), kStep, images.data() + scene.pixels(), cols));
+    add_reference(table, images.data(), 2);
+    method.push(images.data(), 2);
+    const std::vector<double> values = method.series();
+    return (values[1] - values[0]) / (2 * kStep);
+}
+
+} // namespace
+
+// The methods of one seed, made when they are first asked for.
+class Campaign::Workshop {
+  public:
+    Workshop(const Scene &scene, uint64_t seed) : scene_(scene), seed_(seed) {}
+    bool serves(const Scene &scene, uint64_t seed) const noexcept { return &scene == &scene_ && seed == seed_; }
+    Method &method(const std::string &name) {
+        std::unique_ptr<Method> &found = made_[name];
+        if (!found)
+            found = method_kind(name).make(scene_, seed_);
+        return *found;
+    }
+
+  private:
+    const Scene &scene_;
+    uint64_t seed_;
+    std::map<std::string, std::unique_ptr<Method>> made_;
+};
+
+struct Campaign::Cell {
+    double amplitude_px; // 0 without signal
+    uint64_t series;     // without signal
+    uint64_t noise_seed;
+};
+
+struct Campaign::Work {
+    const Table *table;
+    Cell cell;
+    std::vector<Row> rows; // to be found
+};
+
+Campaign::Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &options)
+    : scene_(std::move(scene)), options_(options), cadence_(*scene_),
+      grid_(default_grid({scene_->path, cadence_.times, {}, {}})), shape_(shape_of(*scene_, cadence_)),
+      theory_(cadence_.times, shape_, grid_), amplitudes_(options.amplitudes) {
+    if (noise_share(*scene_, 1) < kLeastShare)
+        throw Failure(kExitUsage,
+                      scene_->path + ": noise.photon: must be true: the Cramer-Rao bound counts photon noise");
+    if (std::count(amplitudes_.begin(), amplitudes_.end(), scene_->info.amplitude_px) == 0)
+        amplitudes_.push_back(scene_->info.amplitude_px);
+    make_tables();
+}
+
+void Campaign::make_tables() {
+    const auto asked = [this](const char *name) {
+        return std::count(options_.tables.begin(), options_.tables.end(), name) != 0;
+    };
+    if (asked("real"))
+        add_table("real", "the scene as it is", scene_, scene_);
+    if (!asked("equal") && !asked("robust"))
+        return;
+    const SceneVariants variants(*scene_);
+    const auto scene_of = [this](const std::string &json) { return std::make_shared<const Scene>(scene_->path, json); };
+    if (asked("equal")) {
+        const auto equal = scene_of(variants.equal_stars());
+        add_table("equal", "both stars as bright", equal, equal);
+    }
+    if (!asked("robust"))
+        return;
+    add_table("matched", "the scene as it is", scene_, scene_);
+    add_table("jitter", "pointing 1e-3 px rms, fluxes 1e-4 rms", scene_of(variants.disturbed(false)), scene_);
+    add_table("projected", "the same, fluxes and shift projected out", scene_of(variants.disturbed(true)),
+              scene_of(variants.projected()));
+    add_mismatch("defocus", "focus off by 0.03 wave rms", variants.defocused(0.03));
+    add_mismatch("separation", "separation off by 1 px", variants.moved(1, 0, 1));
+    add_mismatch("scale", "plate scale off by 1e-3", variants.moved(0, 0, 1.001));
+    add_mismatch("pointing-0.1", "pointing off by 0.1 px", variants.moved(0, 0.1, 1));
+    add_mismatch("pointing-0.5", "pointing off by 0.5 px", variants.moved(0, 0.5, 1));
+}
+
+// Frames of another scene, once as they are and once as residuals of their own mean, for which their expected image
+// stands, on the reference of the methods' scene.
+void Campaign::add_mismatch(const std::string &name, const std::string &what, const std::string &json) {
+    const auto frames = std::make_shared<const Scene>(scene_->path, json);
+    add_table(name, what, frames, scene_);
+    Table &table = add_table(name + "-mean", what + ", about their own mean", frames, scene_);
+    table.reference = expected(*scene_);
+    const std::vector<double> own = expected(*frames);
+    for (size_t i = 0; i < own.size(); i++)
+        table.reference[i] -= own[i];
+}
+
+Table &Campaign::add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
+                           std::shared_ptr<const Scene> methods) {
+    Table table = {name, what, name == "real" || name == "equal", std::move(frames), std::move(methods), {}, {}, {}};
+    const auto frames_a_series = static_cast<uint64_t>(scene_->info.frames);
+    const uint64_t few = (kControlFrames + frames_a_series - 1) / frames_a_series;
+    table.amplitudes = table.ladder ? options_.amplitudes : std::vector<double>{scene_->info.amplitude_px};
+    const uint64_t seeds = table.ladder ? options_.seeds : std::min(options_.seeds, kFewSeeds);
+    for (uint64_t s = 0; s < seeds; s++) {
+        const uint64_t share = options_.blind / options_.seeds + (s < options_.blind % options_.seeds ? 1 : 0);
+        table.blind.push_back(table.ladder ? share : std::min(share, few));
+    }
+    tables_.push_back(std::move(table));
+    return tables_.back();
+}
+
+JsonTree Campaign::arguments() const {
+    const auto names = [](const std::vector<std::string> &list) {
+        JsonTree array(cJSON_CreateArray());
+        for (const std::string &name : list)
+            cJSON_AddItemToArray(array.get(), cJSON_CreateString(name.c_str()));
+        return array;
+    };
+    char digest[20];
+    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(scene_->info.scene_digest));
+    Json json;
+    json.set("schema", "toliman-experiment-journal/1").set("version", toliman_version());
+    json.set("scene", toliman_sim_get_name(scene_->sim.get())).set("scene_digest", digest);
+    json.set("crb_px", scene_->info.crb_projected_px); // also of the files that the scene names
+    json.set("amplitudes_px", JsonTree(cJSON_CreateDoubleArray(options_.amplitudes.data(),
+                                                               static_cast<int>(options_.amplitudes.size()))));
+    json.set("methods", names(options_.methods)).set("tables", names(options_.tables));
+    json.set("seeds", static_cast<double>(options_.seeds)).set("blind", static_cast<double>(options_.blind));
+    return json.release();
+}
+
+std::vector<Campaign::Cell> Campaign::cells(const Table &table, uint64_t seed) const {
+    std::vector<Cell> cells;
+    const auto noise_seed = [seed](size_t use) { return seed + (static_cast<uint64_t>(use) << 32); };
+    for (const double amplitude : table.amplitudes) {
+        const auto at = std::find(amplitudes_.begin(), amplitudes_.end(), amplitude);
+        cells.push_back({amplitude, 0, noise_seed(static_cast<size_t>(at - amplitudes_.begin()))});
+    }
+    for (uint64_t series = 0; series < table.blind[seed - 1]; series++)
+        cells.push_back({0, series, noise_seed(amplitudes_.size() + series)});
+    return cells;
+}
+
+// Whether a method is asked about a series.
+bool Campaign::fits(const MethodKind &method, const Table &table, const Row &row) {
+    if (row.amplitude_px == 0 && method.learns_from_series)
+        return false;
+    if (method.slow && (row.seed > kSlowSeeds || row.amplitude_px < kSlowLeastPx))
+        return false;
+    return table.ladder || method.knows_scene;
+}
+
+// What is left to do, so that methods of one scene and seed are made once.
+std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
+    std::vector<Work> all;
+    for (const Table &table : tables_)
+        for (uint64_t seed = 1; seed <= table.blind.size(); seed++)
+            for (const Cell &cell : cells(table, seed)) {
+                Work work = {&table, cell, {}};
+                for (const std::string &method : options_.methods) {
+                    Row row;
+                    row.table = table.name;
+                    row.method = method;
+                    row.amplitude_px = cell.amplitude_px;
+                    row.seed = seed;
+                    row.series = cell.series;
+                    if (fits(method_kind(method), table, row) && !journal.holds(row))
+                        work.rows.push_back(row);
+                }
+                if (!work.rows.empty())
+                    all.push_back(std::move(work));
+            }
+    std::map<const Scene *, size_t> order; // in which the methods' scenes come
+    for (const Table &table : tables_)
+        order.emplace(table.methods.get(), order.size());
+    std::stable_sort(all.begin(), all.end(), [&](const Work &a, const Work &b) {
+        return std::pair(order[a.table->methods.get()], a.rows[0].seed) <
+               std::pair(order[b.table->methods.get()], b.rows[0].seed);
+    });
+    return all;
+}
+
+void Campaign::run(Journal &journal, Progress &progress) const {
+    std::vector<Work> all = left(journal);
+    double total = 0, done = 0;
+    for (const Work &work : all)
+        total += static_cast<double>(work.rows.size());
+    std::optional<Workshop> workshop;
+    for (Work &work : all) {
+        if (!workshop || !workshop->serves(*work.table->methods, work.rows[0].seed))
+            workshop.emplace(*work.table->methods, work.rows[0].seed);
+        char note[80];
+        std::snprintf(note, sizeof note, "%s, %g px, seed %llu", work.table->name.c_str(), work.cell.amplitude_px,
+                      static_cast<unsigned long long>(work.rows[0].seed));
+        const auto share = static_cast<double>(work.rows.size());
+        try_out(work, *workshop,
+                [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
+        done += share;
+        for (const Row &row : work.rows)
+            journal.add(row);
+    }
+}
+
+// One series of frames, before all methods at once.
+void Campaign::try_out(Work &work, Workshop &workshop, const std::function<void(double)> &show) const {
+    const Scene &frames = *work.table->frames;
+    const size_t count = shape_.size();
+    const bool blind = work.cell.amplitude_px == 0;
+    std::vector<Method *> methods;
+    for (Row &row : work.rows) {
+        methods.push_back(&workshop.method(row.method));
+        if (blind)
+            row.slope = slope_of(*work.table, *methods.back());
+    }
+    std::vector<double> truth = shape_;
+    for (double &value : truth)
+        value *= work.cell.amplitude_px;
+    for_frames(frames, work.cell.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
+        add_reference(*work.table, images, n);
+        for (Method *method : methods)
+            method->push(images, n);
+        show(static_cast<double>(at + n) / static_cast<double>(count));
+    });
+    Progress quiet(Progress::Style::none);
+    for (size_t i = 0; i < methods.size(); i++) {
+        Row &row = work.rows[i];
+        const std::vector<double> values = methods[i]->series();
+        const size_t block = methods[i]->block();
+        const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
+        const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
+        row.period_days = peak.period;
+        row.log10_fap = peak.log10_fap;
+        row.mean = mean(values);
+        if (blind)
+            row.sigma = deviation(values);
+        else
+            regress(block_means(truth, block), values, row);
+        row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
+    }
+}
+
+std::vector<Row> Campaign::rows(const Journal &journal, const Table &table, const std::string &method,
+                                double amplitude_px) const {
+    std::vector<Row> result;
+    for (const Row &row : journal.rows())
+        if (row.table == table.name && row.method == method && row.amplitude_px == amplitude_px)
+            result.push_back(row);
+    std::sort(result.begin(), result.end(),
+              [](const Row &a, const Row &b) { return std::pair(a.seed, a.series) < std::pair(b.seed, b.series); });
+    return result;
+}
+
+} // namespace cli

@@ -1,0 +1,196 @@
+#include "experiment/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/failure.hpp"
+#include "common/stopwatch.hpp"
+#include "frames/frame_loop.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kControlFrames = 2000;   // efficiency is known to 1/sqrt(2 * 2000) = 1.6 %
+constexpr size_t kValidationFrames = 110; // as many as the chapter's validation set
+constexpr uint32_t kSteps = 300;          // the library's default
+
+using toliman::check;
+
+std::vector<unsigned char> bytes_of(const toliman::autoencoder &cae) {
+    size_t size = 0;
+    check(toliman_cae_save(cae.get(), nullptr, nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    check(toliman_cae_save(cae.get(), nullptr, bytes.data(), size, &size));
+    return bytes;
+}
+
+// Power of the grid's highest peak that noise alone exceeds with the probability kFalseAlarm.
+double false_alarm_power(const toliman::periodogram &periodogram) {
+    double log10_residual = 0;
+    check(toliman_period_query_level(periodogram.get(), TOLIMAN_FAP_BALUEV, kFalseAlarm, &log10_residual));
+    return 1 - std::pow(10, log10_residual);
+}
+
+// Estimators of one scene and the frames they are tried on.
+class Bench {
+  public:
+    Bench(const Scene &scene, uint64_t seed, Progress &progress)
+        : scene_(scene), seed_(seed), progress_(progress),
+          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
+          untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
+          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
+
+    void train(Pipeline &result) {
+        const Stopwatch watch(result.timings.train);
+        toliman_cae_train_options options;
+        toliman_cae_train_options_init(&options, sizeof options);
+        options.progress = Progress::callback;
+        options.progress_data = &progress_;
+        result.losses.resize(kSteps);
+        options.steps = kSteps;
+        options.losses = result.losses.data();
+        options.loss_count = kSteps;
+        result.training.struct_size = sizeof result.training;
+        check(toliman_cae_train(cae_.get(), &options, &result.training));
+        result.weights = bytes_of(cae_);
+    }
+
+    // (decode(z) - decode(0))/z against what it should be; a dead decoder also reaches the photon floor.
+    void inspect_decoder(Pipeline &result) const {
+        constexpr size_t side = 256;
+        const double z = scene_.info.crb_px;
+        std::vector<double> target(side * side), at_z(target.size()), at_0(target.size());
+        check(toliman_cae_get_target(cae_.get(), target.data(), side));
+        check(toliman_cae_decode(cae_.get(), z, at_z.data(), side));
+        check(toliman_cae_decode(cae_.get(), 0, at_0.data(), side));
+        double product = 0, target_square = 0, painted_square = 0;
+        for (size_t i = 0; i < target.size(); i++) {
+            const double painted = (at_z[i] - at_0[i]) / z;
+            product += painted * target[i];
+            target_square += target[i] * target[i];
+            painted_square += painted * painted;
+        }
+        result.decoder_cosine = product / std::sqrt(target_square * painted_square);
+        result.decoder_gain = product / target_square;
+    }
+
+    void signal_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &untrained) const {
+        const size_t total = cadence.times.size();
+        result.latents.resize(total);
+        result.estimates.resize(total);
+        untrained.resize(total);
+        result.validation_frames = std::min(total, kValidationFrames);
+        const auto work = [&](size_t at, size_t count, const double *images) {
+            {
+                const Stopwatch watch(result.timings.encode);
+                check(toliman_cae_encode_many(cae_.get(), images, count, 0, &result.latents[at]));
+            }
+            const Stopwatch watch(result.timings.controls);
+            check(toliman_cae_encode_many(untrained_.get(), images, count, 0, &untrained[at]));
+            estimate(images, count, &result.estimates[at]);
+            for (size_t i = 0; i < count && at + i < result.validation_frames; i++)
+                reconstruct(images + i * scene_.pixels(), result);
+            show("frames", at + count, total);
+        };
+        for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
+    }
+
+    // Frames without signal, numbered on from the cadence's last.
+    void control_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &latents,
+                        std::vector<double> &estimates, std::vector<double> &untrained) const {
+        const Stopwatch watch(result.timings.controls);
+        const size_t total = result.control_frames = std::max(kControlFrames, cadence.times.size());
+        latents.resize(total);
+        estimates.resize(total);
+        untrained.resize(std::min(total, cadence.times.size()));
+        const std::vector<double> still(total, 0.0);
+        const auto work = [&](size_t at, size_t count, const double *images) {
+            check(toliman_cae_encode_many(cae_.get(), images, count, 0, &latents[at]));
+            estimate(images, count, &estimates[at]);
+            if (at < untrained.size())
+                check(toliman_cae_encode_many(untrained_.get(), images, std::min(count, untrained.size() - at), 0,
+                                              &untrained[at]));
+            show("controls", at + count, total);
+        };
+        for_frames(scene_, seed_, static_cast<int64_t>(cadence.times.size()), total, still.data(), work);
+    }
+
+  private:
+    void show(const char *stage, size_t done, size_t total) const {
+        progress_.show(stage, static_cast<double>(done) / static_cast<double>(total));
+    }
+
+    void estimate(const double *images, size_t count, double *values) const {
+        for (size_t i = 0; i < count; i++)
+            check(toliman_linear_encode(linear_.get(), images + i * scene_.pixels(), cols(), &values[i]));
+    }
+
+    void reconstruct(const double *image, Pipeline &result) const {
+        constexpr size_t side = 256;
+        std::vector<double> painted(side * side);
+        double mmse, mssim, floor;
+        check(toliman_cae_reconstruct(cae_.get(), image, cols(), painted.data(), side, &mmse, &mssim, &floor));
+        const auto share = 1 / static_cast<double>(result.validation_frames);
+        result.mmse += mmse * share;
+        result.mssim += mssim * share;
+        result.photon_floor += floor * share;
+    }
+
+    size_t cols() const { return static_cast<size_t>(scene_.info.cols); }
+
+    const Scene &scene_;
+    uint64_t seed_;
+    Progress &progress_;
+    toliman::autoencoder cae_, untrained_;
+    toliman::linear_estimator linear_;
+};
+
+} // namespace
+
+Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
+                      Progress &progress) {
+    Pipeline result;
+    result.timings.setup = result.timings.total = setup_seconds;
+    const Stopwatch total(result.timings.total);
+    result.seed = seed;
+    result.grid = default_grid({scene.path, cadence.times, {}, {}});
+    const double share = noise_share(scene, seed);
+    if (share == 0)
+        throw Failure(kExitUsage,
+                      scene.path + ": noise: run needs frames with noise: photon true, or read_e above 0 e-");
+
+    Bench bench(scene, seed, progress);
+    bench.train(result);
+    bench.inspect_decoder(result);
+    std::vector<double> untrained, blank_latents, blank_estimates, blank_untrained;
+    bench.signal_frames(cadence, result, untrained);
+    bench.control_frames(cadence, result, blank_latents, blank_estimates, blank_untrained);
+    result.latent.sigma_px = result.no_signal.sigma_px = deviation(blank_latents);
+    result.estimate.sigma_px = deviation(blank_estimates);
+    result.untrained.sigma_px = deviation(blank_untrained);
+    result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
+
+    const auto searched = [&](const std::vector<double> &values) {
+        return find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);
+    };
+    {
+        const Stopwatch watch(result.timings.period);
+        const Periodogram periodogram = searched(result.latents);
+        result.latent.peak = periodogram.peak;
+        result.power = power_of(periodogram.handle, result.grid.nf);
+        result.false_alarm_power = false_alarm_power(periodogram.handle);
+    }
+    const Stopwatch watch(result.timings.controls);
+    blank_latents.resize(cadence.times.size());
+    const Periodogram of_template = searched(result.estimates);
+    result.estimate.peak = of_template.peak;
+    result.estimate_power = power_of(of_template.handle, result.grid.nf);
+    result.no_signal.peak = searched(blank_latents).peak;
+    result.untrained.peak = searched(untrained).peak;
+    if (deviation(cadence.displacements) > 0)
+        result.truth.peak = searched(cadence.displacements).peak;
+    return result;
+}
+
+} // namespace cli

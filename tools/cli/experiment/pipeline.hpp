@@ -1,0 +1,46 @@
+// The whole job of `run`: scene -> frames -> latent -> period, with every control beside it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/terminal.hpp"
+#include "scenes/scene.hpp"
+#include "series/periodogram.hpp"
+
+namespace cli {
+
+// One series of estimates and what its periodogram says.
+struct Outcome {
+    double sigma_px = 0; // over frames without signal
+    toliman_period_peak peak = {};
+};
+
+constexpr double kFalseAlarm = -3; // log10 FAP
+
+struct Timings {
+    double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, total = 0;
+};
+
+struct Pipeline {
+    uint64_t seed = 0;
+    FrequencyGrid grid = {};
+    toliman_cae_training training = {};
+    double decoder_cosine = 0, decoder_gain = 0;  // of (decode(z) - decode(0))/z against the whitened derivative
+    double mmse = 0, mssim = 0, photon_floor = 0; // means over the validation frames
+    size_t control_frames = 0, validation_frames = 0;
+    double efficiency = 0; // of the latent; NaN where the frames have not the variance that the bound counts
+    Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
+    Outcome truth;                                  // of the true displacements; peak of period 0 without signal
+    std::vector<double> latents, estimates;         // of the frames with signal
+    std::vector<double> power, estimate_power;      // of both
+    double false_alarm_power = 0;                   // that has the FAP kFalseAlarm
+    std::vector<double> losses;                     // of training, after each step
+    std::vector<unsigned char> weights;             // of the trained network, a TLMW
+    Timings timings;
+};
+
+// Everything is fresh: training sees no frame at all, and the control frames have numbers beyond the cadence.
+Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
+                      Progress &progress);
+
+} // namespace cli

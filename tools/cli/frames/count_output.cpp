@@ -1,0 +1,70 @@
+// Frames as headerless little-endian counts.
+#include <cmath>
+
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "frames/frames_out.hpp"
+
+namespace cli {
+
+namespace {
+
+class CountOutput : public FrameOutput {
+  public:
+    CountOutput(const std::string &path, const CountFormat &format, const Simulated &frames)
+        : path_(path), out_(path), format_(format), rows_(frames.rows()), cols_(frames.cols()),
+          next_(frames.range.first), largest_(std::ldexp(1.0, format.bit_depth) - 1) {
+        out_.need_space({frames.count(), rows_, cols_}, format.wide ? 4 : 2);
+    }
+
+    void write(const double *images, size_t count) override {
+        for (size_t k = 0; k < count; k++, next_++) {
+            if (format_.wide)
+                write_frame<uint32_t>(images + k * rows_ * cols_);
+            else
+                write_frame<uint16_t>(images + k * rows_ * cols_);
+        }
+    }
+
+    void commit() override { out_.commit(); }
+
+  private:
+    template <class T> void write_frame(const double *image) {
+        std::vector<T> counts(rows_ * cols_);
+        for (size_t i = 0; i < counts.size(); i++) {
+            const double rounded = std::nearbyint(image[i]);
+            if (rounded < 0) // cut off at 0 it would bias the light
+                refuse(i, rounded,
+                       "an unsigned file holds none below 0, as noise.read_e makes them; .npy and .fits do");
+            if (rounded > largest_)
+                refuse(i, rounded,
+                       "bit depth overflow: " + std::to_string(format_.bit_depth) + " bits hold 0 to " +
+                           std::to_string(static_cast<uint64_t>(largest_)));
+            counts[i] = static_cast<T>(rounded);
+        }
+        out_.write(counts.data(), counts.size() * sizeof counts[0]);
+    }
+
+    [[noreturn]] void refuse(size_t pixel, double counts, const std::string &why) const {
+        char text[100];
+        std::snprintf(text, sizeof text,
+                      ": frame %lld, row %zu, column %zu: %.0f counts: ", static_cast<long long>(next_), pixel / cols_,
+                      pixel % cols_, counts);
+        throw Failure(kExitUsage, path_ + text + why);
+    }
+
+    std::string path_;
+    OutputFile out_;
+    CountFormat format_;
+    size_t rows_, cols_;
+    int64_t next_; // number of the next frame
+    double largest_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames) {
+    return std::make_unique<CountOutput>(path, format, frames);
+}
+
+} // namespace cli

@@ -1,0 +1,134 @@
+// FITS images and cubes as frames: every BITPIX with BZERO and BSCALE, tiles as compressed by fpack.
+#include <cstring>
+#include <limits>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "frames/fits.hpp"
+#include "frames/frames_in.hpp"
+
+namespace cli {
+
+namespace {
+
+class FitsFrames : public FrameFile {
+  public:
+    explicit FitsFrames(const std::string &path) : FrameFile(path) {
+        const size_t size = check_is_fits();
+        int status = 0;
+        fitsfile *file = nullptr;
+        fits_open_diskfile(&file, plain_name(path).c_str(), READONLY, &status);
+        file_.reset(file);
+        check(status);
+        const int axes = find_image();
+        std::vector<LONGLONG> lengths(static_cast<size_t>(axes));
+        fits_get_img_sizell(file, axes, lengths.data(), &status);
+        LONGLONG end = 0;
+        fits_get_hduaddrll(file, nullptr, nullptr, &end, &status);
+        check(status);
+        set_axes({lengths.rbegin(), lengths.rend()}); // NAXIS1 is the columns
+        if (static_cast<size_t>(end) > size)
+            malformed(path, "holds " + std::to_string(size) + " bytes, up to the end of its image it takes " +
+                                std::to_string(end));
+        fits_get_hdu_num(file, &unit_);
+    }
+
+    std::optional<std::string> value_of(const std::string &key) override {
+        std::optional<std::string> value = value_in(unit_, key);
+        return value || unit_ == 1 ? value : value_in(1, key);
+    }
+
+    std::vector<double> days() override {
+        char table[] = "FRAMES", column[] = "time_days";
+        int status = 0, number = 0;
+        LONGLONG rows = 0;
+        std::vector<double> days;
+        if (fits_movnam_hdu(file_.get(), BINARY_TBL, table, 0, &status) == 0 &&
+            fits_get_colnum(file_.get(), CASEINSEN, column, &number, &status) == 0) {
+            fits_get_num_rowsll(file_.get(), &rows, &status);
+            if (static_cast<size_t>(rows) != count())
+                malformed(path_, "table FRAMES has " + std::to_string(rows) + " rows for " + std::to_string(count()) +
+                                     " frames");
+            days.resize(count());
+            double blank = std::numeric_limits<double>::quiet_NaN();
+            fits_read_col(file_.get(), TDOUBLE, number, 1, 1, rows, &blank, days.data(), nullptr, &status);
+            check(status);
+        }
+        move_to(unit_);
+        return days;
+    }
+
+  private:
+    void check(int status) const {
+        if (status != 0)
+            malformed(path_, "cannot be read as FITS: " + fits_reason(status));
+    }
+
+    // CFITSIO itself would also look for other names and other kinds of files.
+    size_t check_is_fits() const {
+        InputFile file(path_);
+        if (file.size() == 0)
+            malformed(path_, "is empty");
+        char start[9];
+        if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
+            malformed(path_, "is not a FITS file");
+        return file.size();
+    }
+
+    void move_to(int unit) {
+        int status = 0;
+        fits_movabs_hdu(file_.get(), unit, nullptr, &status);
+        check(status);
+    }
+
+    std::optional<std::string> value_in(int unit, const std::string &key) {
+        char value[FLEN_VALUE] = "";
+        int status = 0;
+        move_to(unit);
+        fits_read_keyword(file_.get(), key.c_str(), value, nullptr, &status);
+        move_to(unit_);
+        if (status == KEY_NO_EXIST)
+            return std::nullopt;
+        check(status);
+        if (value[0] == '\0') // undefined, as the standard has it
+            return std::nullopt;
+        return value;
+    }
+
+    // Moves to the first image that holds pixels; returns how many axes it has.
+    int find_image() {
+        for (int unit = 1;; unit++) {
+            int status = 0, kind = 0, axes = 0;
+            if (fits_movabs_hdu(file_.get(), unit, &kind, &status) == END_OF_FILE)
+                malformed(path_, "holds no image");
+            if (kind == IMAGE_HDU)
+                fits_get_img_dim(file_.get(), &axes, &status);
+            check(status);
+            if (axes > 0)
+                return axes;
+        }
+    }
+
+    void next(double *image) override {
+        const LONGLONG pixels = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
+        double blank = std::numeric_limits<double>::quiet_NaN();
+        int status = 0, any = 0;
+        fits_read_img(file_.get(), TDOUBLE, first_, pixels, &blank, image, &any, &status);
+        check(status);
+        first_ += pixels;
+    }
+
+    void pass() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }
+
+    Fits file_;
+    int unit_ = 0;       // of the image
+    LONGLONG first_ = 1; // pixel of the next frame
+};
+
+} // namespace
+
+std::unique_ptr<FrameFile> open_fits(const std::string &path) {
+    return std::make_unique<FitsFrames>(path);
+}
+
+} // namespace cli

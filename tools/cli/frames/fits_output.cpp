@@ -1,0 +1,164 @@
+// FITS images, and cubes of simulated frames with header and table.
+#include <cinttypes>
+
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "frames/fits.hpp"
+#include "frames/frames_out.hpp"
+
+namespace cli {
+
+namespace {
+
+// CFITSIO writes to the temporary of an OutputFile: nothing is visible before it is whole.
+class FitsOutput : public FrameOutput {
+  public:
+    FitsOutput(const std::string &path, const std::vector<size_t> &axes, int type)
+        : out_(path), pixels_(static_cast<LONGLONG>(axes.back() * axes[axes.size() - 2])) {
+        out_.need_space(axes, type == ULONG_IMG ? 4 : 8);
+        std::vector<LONGLONG> lengths(axes.rbegin(), axes.rend()); // NAXIS1 is the columns
+        int status = 0;
+        fitsfile *file = nullptr;
+        fits_create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status);
+        file_.reset(file);
+        check(status);
+        fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status);
+        check(status);
+    }
+
+    // Given up: without axes, or CFITSIO would fill in zeros for all the frames that were to come.
+    ~FitsOutput() override {
+        if (file_ == nullptr)
+            return;
+        int status = 0, none = 0;
+        fits_update_key(file_.get(), TINT, "NAXIS", &none, nullptr, &status);
+        fits_set_hdustruc(file_.get(), &status);
+    }
+
+    void write(const double *images, size_t count) override {
+        const LONGLONG values = static_cast<LONGLONG>(count) * pixels_;
+        int status = 0;
+        fits_write_img(file_.get(), TDOUBLE, first_, values, const_cast<double *>(images), &status);
+        check(status);
+        first_ += values;
+    }
+
+    void commit() override {
+        int status = 0;
+        fits_close_file(file_.release(), &status);
+        check(status);
+        out_.commit();
+    }
+
+    // What the header says about the scene.
+    void describe(const Scene &scene) {
+        const toliman_sim_info &info = scene.info;
+        text("BUNIT",
+             info.unit == TOLIMAN_UNIT_DN         ? "adu"
+             : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
+                                                  : "photon",
+             "of a frame");
+        text("CREATOR", std::string("toliman ") + toliman_version(), "");
+        text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
+        char digest[17];
+        std::snprintf(digest, sizeof digest, "%016" PRIx64, info.scene_digest);
+        text("SCENEID", digest, "FNV-1a of the scene's text");
+        number("PIXSCALE", info.pixel_scale_arcsec, "[arcsec] side of a pixel");
+        number("APERTURE", info.aperture_m, "[m] diameter");
+        std::vector<double> wavelengths(static_cast<size_t>(info.wavelengths));
+        toliman::check(
+            toliman_sim_get_spectrum(scene.sim.get(), wavelengths.size(), wavelengths.data(), nullptr, nullptr));
+        number("WAVEMIN", wavelengths.front() * 1e9, "[nm] shortest wavelength");
+        number("WAVEMAX", wavelengths.back() * 1e9, "[nm] longest wavelength");
+        number("NWAVES", static_cast<uint64_t>(wavelengths.size()), "samples of the spectrum");
+    }
+
+  protected:
+    void text(const char *key, const std::string &value, const char *comment) {
+        int status = 0;
+        fits_write_key_longstr(file(), key, value.c_str(), comment, &status);
+        check(status);
+    }
+
+    void number(const char *key, double value, const char *comment) {
+        int status = 0;
+        fits_write_key_dbl(file(), key, value, -15, comment, &status);
+        check(status);
+    }
+
+    void number(const char *key, uint64_t value, const char *comment) {
+        int status = 0;
+        fits_write_key(file(), TULONGLONG, key, &value, comment, &status);
+        check(status);
+    }
+
+    void check(int status) const {
+        if (status != 0)
+            out_.fail(fits_reason(status));
+    }
+
+    fitsfile *file() noexcept { return file_.get(); }
+
+  private:
+    OutputFile out_;
+    Fits file_;                   // closed before its temporary is removed
+    LONGLONG pixels_, first_ = 1; // of a frame; number of the next
+};
+
+class SimulatedCube : public FitsOutput {
+  public:
+    SimulatedCube(const std::string &path, const Simulated &frames)
+        : FitsOutput(path, {frames.count(), frames.rows(), frames.cols()}, type_of(frames.scene.info)),
+          range_(frames.range), cadence_(frames.scene) {
+        describe(frames.scene);
+        number("SEED", frames.seed, "of the noise");
+        number("FRAME1", static_cast<uint64_t>(range_.first), "number of the first frame");
+        number("FRAMEN", static_cast<uint64_t>(range_.end - 1), "number of the last frame");
+    }
+
+    void commit() override {
+        write_table();
+        FitsOutput::commit();
+    }
+
+  private:
+    // Counts as u32 (BZERO = 2^31) where they are whole and fit with a margin of two, else float64.
+    static int type_of(const toliman_sim_info &info) noexcept {
+        return info.whole_counts != 0 && info.peak_counts < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
+    }
+
+    void write_table() {
+        const auto first = static_cast<size_t>(range_.first), rows = static_cast<size_t>(range_.end) - first;
+        std::vector<LONGLONG> numbers;
+        for (int64_t k = range_.first; k < range_.end; k++)
+            numbers.push_back(k);
+        char frame[] = "frame", time[] = "time_days", displacement[] = "displacement_px", whole[] = "K", real[] = "D";
+        char none[] = "", days[] = "d", pixels[] = "pixel";
+        char *names[] = {frame, time, displacement}, *types[] = {whole, real, real}, *units[] = {none, days, pixels};
+        int status = 0;
+        fits_create_tbl(file(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status);
+        const auto n = static_cast<LONGLONG>(rows);
+        fits_write_col(file(), TLONGLONG, 1, 1, 1, n, numbers.data(), &status);
+        fits_write_col(file(), TDOUBLE, 2, 1, 1, n, &cadence_.times[first], &status);
+        fits_write_col(file(), TDOUBLE, 3, 1, 1, n, &cadence_.displacements[first], &status);
+        check(status);
+    }
+
+    FrameRange range_;
+    Cadence cadence_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes, const Scene *scene) {
+    auto output = std::make_unique<FitsOutput>(path, axes, DOUBLE_IMG);
+    if (scene != nullptr)
+        output->describe(*scene);
+    return output;
+}
+
+std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames) {
+    return std::make_unique<SimulatedCube>(path, frames);
+}
+
+} // namespace cli

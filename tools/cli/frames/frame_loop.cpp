@@ -1,0 +1,68 @@
+#include "frames/frame_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/stopwatch.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kFramesAtOnce = 48;
+
+} // namespace
+
+void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
+                const FrameWork &work, double *seconds) {
+    double unread = 0;
+    std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
+    for (size_t done = 0; done < total;) {
+        const size_t count = std::min(kFramesAtOnce, total - done);
+        {
+            const Stopwatch watch(seconds != nullptr ? *seconds : unread);
+            toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, first + static_cast<int64_t>(done), count,
+                                                  displacements != nullptr ? displacements + done : nullptr, 0,
+                                                  images.data()));
+        }
+        work(done, count, images.data());
+        done += count;
+        stop_if_asked();
+    }
+}
+
+double noise_share(const Scene &scene, uint64_t seed) {
+    constexpr size_t frames = 16, pairs = frames / 2;
+    const size_t pixels = scene.pixels();
+    const std::vector<double> still(frames, 0.0);
+    std::vector<double> images(frames * pixels), variance(pixels);
+    toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, 0, frames, still.data(), 0, images.data()));
+    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, variance.data(),
+                                         static_cast<size_t>(scene.info.cols)));
+    double found = 0, counted = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        counted += variance[i] * pairs;
+        for (size_t k = 0; k < pairs; k++) {
+            const double gap = images[2 * k * pixels + i] - images[(2 * k + 1) * pixels + i];
+            found += gap * gap / 2;
+        }
+    }
+    return found / counted;
+}
+
+double mean(const std::vector<double> &values) {
+    double sum = 0;
+    for (const double value : values)
+        sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
+double deviation(const std::vector<double> &values) {
+    const double centre = mean(values);
+    double square = 0;
+    for (const double value : values)
+        square += (value - centre) * (value - centre);
+    return std::sqrt(square / static_cast<double>(values.size() - 1));
+}
+
+} // namespace cli

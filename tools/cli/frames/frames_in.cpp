@@ -1,0 +1,169 @@
+#include "frames/frames_in.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "common/failure.hpp"
+#include "common/npy.hpp"
+#include "common/suffix.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kMostFrames = size_t{1} << 24, kLargestSide = size_t{1} << 14;
+
+template <class T> void convert(const unsigned char *raw, size_t count, double *out) noexcept {
+    for (size_t i = 0; i < count; i++) {
+        T value;
+        std::memcpy(&value, raw + i * sizeof value, sizeof value);
+        out[i] = static_cast<double>(value);
+    }
+}
+
+void convert(const std::string &type, const unsigned char *raw, size_t count, double *out) noexcept {
+    const auto is = [&](const char *name) { return type == name; };
+    if (is("f8"))
+        convert<double>(raw, count, out);
+    else if (is("f4"))
+        convert<float>(raw, count, out);
+    else if (is("u1"))
+        convert<uint8_t>(raw, count, out);
+    else if (is("u2"))
+        convert<uint16_t>(raw, count, out);
+    else if (is("u4"))
+        convert<uint32_t>(raw, count, out);
+    else if (is("u8"))
+        convert<uint64_t>(raw, count, out);
+    else if (is("i2"))
+        convert<int16_t>(raw, count, out);
+    else if (is("i4"))
+        convert<int32_t>(raw, count, out);
+    else
+        convert<int64_t>(raw, count, out);
+}
+
+InputFile open_input(const std::string &path) {
+    return path == "-" ? InputFile::standard_input() : InputFile(path);
+}
+
+// Plain little-endian numbers behind a .npy header or none.
+class PlainFrames : public FrameFile {
+  public:
+    explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
+        path_ = file_.path();
+        const NpyHeader header = read_npy_header(file_);
+        type_ = header.type;
+        set_axes(header.shape);
+        check_size(header.size);
+    }
+
+    PlainFrames(const std::string &path, const std::string &type, size_t rows, size_t cols)
+        : FrameFile(path), file_(open_input(path)), type_(type) {
+        path_ = file_.path();
+        const size_t frame = rows * cols * width();
+        if (file_.ended())
+            malformed(path_, "is empty");
+        if (file_.size() % frame != 0)
+            malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
+                                 std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
+                                 std::to_string(cols));
+        set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
+        check_size(0);
+    }
+
+    bool counted() const noexcept override { return file_.sized() || start_ > 0; }
+    bool more() override {
+        if (!counted())
+            return !file_.ended();
+        if (FrameFile::more())
+            return true;
+        if (!file_.sized() && !file_.ended())
+            malformed(path_, "holds more than " + std::to_string(count()) + " frames of " + std::to_string(rows()) +
+                                 "x" + std::to_string(cols()));
+        return false;
+    }
+
+  private:
+    size_t width() const noexcept { return static_cast<size_t>(type_[1] - '0'); }
+
+    // The sides are bounded, so that nothing here overflows; memory is taken only for what the file really holds.
+    void check_size(size_t header) {
+        const size_t frame = rows() * cols() * width();
+        if (file_.sized() && header + count() * frame != file_.size())
+            malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, " + std::to_string(count()) +
+                                 " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()) + " take " +
+                                 std::to_string(header + count() * frame));
+        raw_.resize(frame);
+        start_ = header;
+    }
+
+    void next(double *image) override {
+        if (!file_.read(raw_.data(), raw_.size()))
+            malformed(path_, "ends within a frame: " + std::to_string(rows()) + "x" + std::to_string(cols()) +
+                                 " pixels of " + std::to_string(width()) + " bytes each are not whole");
+        convert(type_, raw_.data(), rows() * cols(), image);
+        frame_++;
+    }
+
+    void pass() override { file_.seek(start_ + ++frame_ * raw_.size()); }
+
+    InputFile file_;
+    std::string type_; // as in NpyHeader
+    std::vector<unsigned char> raw_;
+    size_t start_ = 0, frame_ = 0; // of the pixels in the file; number of the next frame
+};
+
+} // namespace
+
+bool is_fits(const std::string &path) {
+    return ends_with(path, ".fits") || ends_with(path, ".fits.fz");
+}
+
+void FrameFile::set_axes(const std::vector<size_t> &axes) {
+    if (axes.size() != 2 && axes.size() != 3)
+        malformed(path_, "has " + std::to_string(axes.size()) + " axes: frames need 2 or 3");
+    axes_ = axes;
+    if (count() == 0)
+        malformed(path_, "holds no frames");
+    if (rows() == 0 || cols() == 0 || rows() > kLargestSide || cols() > kLargestSide || count() > kMostFrames)
+        malformed(path_, std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
+                             std::to_string(cols()) + ": must be at most " + std::to_string(kMostFrames) +
+                             " frames with sides of 1 to " + std::to_string(kLargestSide));
+}
+
+void FrameFile::read_any(double *image) {
+    next(image);
+    read_++;
+}
+
+void FrameFile::skip() {
+    pass();
+    read_++;
+}
+
+void FrameFile::read(double *image) {
+    read_any(image);
+    for (size_t i = 0; i < rows() * cols(); i++)
+        if (!std::isfinite(image[i]))
+            malformed(path_, "frame " + std::to_string(read_ - 1) + ", row " + std::to_string(i / cols()) +
+                                 ", column " + std::to_string(i % cols()) + ": is blank or not a finite number");
+}
+
+std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {
+    if ((ends_with(path, ".npy") || is_fits(path)) && (!dtype.empty() || rows != 0))
+        throw Failure(kExitUsage, path + ": --dtype and --shape are for headerless files, this one has a header");
+    if (ends_with(path, ".npy") || (path == "-" && dtype.empty() && rows == 0))
+        return std::make_unique<PlainFrames>(path);
+    if (is_fits(path))
+        return open_fits(path);
+    const InputFile there = open_input(path); // a missing file is named before its options are
+    if (dtype.empty())
+        throw Failure(kExitUsage, path + ": a headerless file needs --dtype u16le or u32le and --shape ROWSxCOLS");
+    if (rows == 0 || cols == 0)
+        throw Failure(kExitUsage, path + ": a headerless file needs --shape ROWSxCOLS");
+    return std::make_unique<PlainFrames>(path, dtype == "u16le" ? "u2" : "u4", rows, cols);
+}
+
+} // namespace cli

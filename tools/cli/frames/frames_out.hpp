@@ -1,0 +1,52 @@
+// Where frames go: .npy, FITS, headerless counts, or the mission's pair of files.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+// Takes frames in order; commit() makes what was written appear.
+class FrameOutput {
+  public:
+    FrameOutput() = default;
+    virtual ~FrameOutput() = default;
+    FrameOutput(const FrameOutput &) = delete;
+    FrameOutput &operator=(const FrameOutput &) = delete;
+    virtual void write(const double *images, size_t count) = 0;
+    virtual void commit() = 0;
+};
+
+// Simulated frames and all that a header can say about them.
+struct Simulated {
+    const Scene &scene;
+    FrameRange range;
+    uint64_t seed;
+    size_t count() const noexcept { return static_cast<size_t>(range.end - range.first); }
+    size_t rows() const noexcept { return static_cast<size_t>(scene.info.rows); }
+    size_t cols() const noexcept { return static_cast<size_t>(scene.info.cols); }
+};
+
+// How counts are stored without header; above 2^bit_depth - 1 there is an error, never a wrapped number.
+struct CountFormat {
+    bool wide; // u32le rather than u16le
+    int bit_depth;
+};
+
+// Float64 with the given axes, columns last: FITS or .npy as the suffix says. A scene, where there is one, stands in
+// the header of FITS.
+std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
+                                          const Scene *scene = nullptr);
+std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes, const Scene *scene);
+
+std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames);
+// Cube with a full header and a table of times.
+std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames);
+// <session>_frames.bin and <session>_meta.jsonl in a folder, as lib/FORMATS.md says.
+std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
+                                            const CountFormat &format, const Simulated &frames);
+
+} // namespace cli

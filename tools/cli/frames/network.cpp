@@ -1,0 +1,16 @@
+#include "frames/network.hpp"
+
+#include "common/failure.hpp"
+
+namespace cli {
+
+Network::Network(const std::string &path)
+    : cae(toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr)) {
+    info.struct_size = sizeof info;
+    toliman::check(toliman_cae_get_info(cae.get(), &info));
+    if (info.trained == 0)
+        malformed(path, "holds a training that was stopped, no trained network: `toliman train --resume` goes on with "
+                        "it");
+}
+
+} // namespace cli

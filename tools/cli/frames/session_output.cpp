@@ -1,0 +1,60 @@
+// The mission's pair of files: counts, and one JSON object a frame.
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "common/time_text.hpp"
+#include "frames/frames_out.hpp"
+
+namespace cli {
+
+namespace {
+
+long long nanoseconds(double days) {
+    const std::optional<int64_t> ns = ns_of_days(days);
+    if (!ns)
+        throw Failure(kExitUsage, "a frame at " + std::to_string(days) + " days: timestamp_ns holds up to 100000 days");
+    return *ns;
+}
+
+class SessionOutput : public FrameOutput {
+  public:
+    SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
+                  const Simulated &frames)
+        : folder_(folder), session_(session), cadence_(frames.scene), next_(frames.range.first), rows_(frames.rows()),
+          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+          meta_(folder_.file(session + "_meta.jsonl")) {}
+
+    void write(const double *images, size_t count) override {
+        counts_->write(images, count);
+        for (size_t k = 0; k < count; k++, next_++) {
+            const double days = cadence_.times[static_cast<size_t>(next_)];
+            meta_.print("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
+                        "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
+                        static_cast<long long>(next_), nanoseconds(days), days * 86400, rows_, cols_, session_.c_str());
+        }
+    }
+
+    // The side file last: whoever finds it finds the frames.
+    void commit() override {
+        counts_->commit();
+        meta_.commit();
+        folder_.keep();
+    }
+
+  private:
+    OutputFolder folder_;
+    std::string session_;
+    Cadence cadence_;
+    int64_t next_; // number of the next frame
+    size_t rows_, cols_;
+    std::unique_ptr<FrameOutput> counts_;
+    OutputFile meta_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
+                                            const CountFormat &format, const Simulated &frames) {
+    return std::make_unique<SessionOutput>(folder, session, format, frames);
+}
+
+} // namespace cli

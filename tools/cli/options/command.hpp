@@ -1,0 +1,45 @@
+// The subcommands: each adds itself with its options and leaves what it will do in `action`.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "common/terminal.hpp"
+
+namespace cli {
+
+struct Context {
+    std::string progress = "auto"; // --progress
+    std::function<void()> action;  // the chosen command, run after parsing
+
+    Progress::Style style() const {
+        return progress == "json"   ? Progress::Style::json
+               : progress == "none" ? Progress::Style::none
+                                    : Progress::Style::automatic;
+    }
+};
+
+// The whole program: its description, options and subcommands.
+void add_commands(CLI::App &app, Context &context);
+// All options of a command, those of its groups too; positionals are options without names.
+std::vector<const CLI::Option *> options_of(const CLI::App &command);
+// SCENE, which many commands take.
+void add_scene(CLI::App &command, std::string &name);
+
+void add_run(CLI::App &app, Context &context);
+void add_experiment(CLI::App &app, Context &context);
+void add_psf(CLI::App &app, Context &context);
+void add_simulate(CLI::App &app, Context &context);
+void add_train(CLI::App &app, Context &context);
+void add_encode(CLI::App &app, Context &context);
+void add_convert(CLI::App &app, Context &context);
+void add_period(CLI::App &app, Context &context);
+void add_merge(CLI::App &app, Context &context);
+void add_track(CLI::App &app, Context &context);
+void add_status(CLI::App &app, Context &context);
+void add_rebuild(CLI::App &app, Context &context);
+void add_plan(CLI::App &app, Context &context);
+void add_pupil(CLI::App &app, Context &context);
+void add_report(CLI::App &app, Context &context);
+void add_doctor(CLI::App &app, Context &context);
+
+} // namespace cli

@@ -1,0 +1,203 @@
+// What `make bench` left: speed against error.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "report/result_file.hpp"
+#include "report/sections.hpp"
+#include "report/words.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr const char *kSchema = "toliman-bench/1";
+using Items = std::vector<const cJSON *>;
+using Numbers = std::vector<double>;
+
+// Letters, digits and - of a name, for files.
+std::string file_name(const std::string &text) {
+    std::string name;
+    for (const char letter : text)
+        name += (letter >= '0' && letter <= '9') || (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z')
+                    ? letter
+                    : '-';
+    return name;
+}
+
+std::string text_or(const ResultFile &file, const cJSON *row, const char *key) {
+    return cJSON_HasObjectItem(row, key) ? file.text_in(row, key) : "";
+}
+
+// What is drawn against what.
+struct Axes {
+    const char *x, *y, *labels, *caption; // keys of a row; gnuplot's settings
+};
+constexpr Axes kSpeed = {"error", "seconds",
+                         "set logscale xy\nset format xy '10^{%T}'\nset xlabel 'error (relative)'\n"
+                         "set ylabel 'seconds'\n",
+                         ": seconds against error; better is lower and further left."};
+constexpr Axes kBytes = {"bytes", "efficiency",
+                         "set format x '%.1s %cB'\nset format y '%.4f'\nset xlabel 'bytes of the weights file'\n"
+                         "set ylabel 'efficiency (no unit)'\n",
+                         ": efficiency against bytes, of the same frames; better is higher and further left."};
+
+using Points = std::map<std::string, std::pair<Numbers, Numbers>>;
+constexpr size_t kFewest = 7; // points that are worth a figure
+
+size_t points_in(const Points &points) {
+    size_t count = 0;
+    for (const auto &[name, xy] : points)
+        count += xy.first.size();
+    return count;
+}
+
+// Rows that have both, by series, in their order.
+Figure pareto(const ResultFile &file, const std::string &bench, const Items &rows, const Axes &axes) {
+    std::vector<std::string> names;
+    Points points;
+    for (const cJSON *row : rows) {
+        const double x = file.number_in(row, axes.x, NAN), y = file.number_in(row, axes.y, NAN);
+        if (!(x > 0 && y > 0))
+            continue;
+        const std::string name = text_or(file, row, "series");
+        if (points.find(name) == points.end())
+            names.push_back(name);
+        points[name].first.push_back(x);
+        points[name].second.push_back(y);
+    }
+    Figure figure = {"bench-" + file_name(bench), "", 400, "", {}};
+    if (points_in(points) < kFewest)
+        return figure;
+    std::string plots;
+    for (size_t i = 0; i < names.size(); i++) {
+        const auto &[x, y] = points[names[i]];
+        figure.script += data_block("series" + std::to_string(i), {&x, &y});
+        plots += printed("%s$series%zu using 1:2 with points pt %zu ps 1.1 lw 1.5 lc rgb '%s' title ",
+                         i > 0 ? ", " : "", i, 5 + 2 * (i % 5), line_colour(i)) +
+                 gnuplot_text(names[i]);
+    }
+    figure.script += stacked(0, 1, figure) + axes.labels +
+                     "set key outside right top\nset rmargin at screen 0.72\n"
+                     "set offsets graph 0.05, graph 0.05, graph 0.05, graph 0.05\nplot " +
+                     plots + "\n";
+    figure.caption = escaped(bench) + axes.caption;
+    return figure;
+}
+
+// What a reader compares machines by.
+std::string machine_text(const ResultFile &file) {
+    std::string text;
+    const cJSON *machine = cJSON_GetObjectItemCaseSensitive(file.tree().get(), "machine");
+    for (const char *key : {"date", "model", "isa", "blas_core", "fftw"}) {
+        const cJSON *fact = cJSON_GetObjectItemCaseSensitive(machine, key);
+        if (cJSON_IsString(fact))
+            text += (text.empty() ? "" : ", ") + escaped(fact->valuestring);
+    }
+    return text;
+}
+
+// In the unit that suits it.
+std::string duration(double seconds) {
+    return seconds >= 1      ? printed("%.3g s", seconds)
+           : seconds >= 1e-3 ? printed("%.3g ms", seconds * 1e3)
+                             : printed("%.3g us", seconds * 1e6);
+}
+
+std::string ratio(double value, const char *format) {
+    return std::isfinite(value) ? printed(format, value) : "";
+}
+
+std::string error_text(const ResultFile &file, const cJSON *row) {
+    const double error = file.number_in(row, "error", NAN);
+    const std::string of = escaped(text_or(file, row, "error_of"));
+    return std::isfinite(error) ? scientific(error, 1) + (of.empty() ? "" : " " + of) : "";
+}
+
+std::vector<std::string> cells_of(const ResultFile &file, const cJSON *row) {
+    const double seconds = file.number_in(row, "seconds");
+    const std::string peer = escaped(text_or(file, row, "peer"));
+    return {escaped(file.text_in(row, "what")),
+            duration(seconds),
+            ratio(100 * file.number_in(row, "spread", NAN) / seconds, "%.0f %%"),
+            error_text(file, row),
+            ratio(file.number_in(row, "ratio_peer", NAN), "%.3g &times; ") + peer,
+            ratio(file.number_in(row, "ratio_roofline", NAN), "%.2f")};
+}
+
+void add_rows(const ResultFile &file, const Items &rows, const std::string &caption, Page &page) {
+    std::vector<std::vector<std::string>> cells;
+    for (const cJSON *row : rows)
+        cells.push_back(cells_of(file, row));
+    page.add_table(caption, {"", "time", "&plusmn;", "error", "beside it", "of the least"}, cells);
+}
+
+Items headlines(const ResultFile &file) {
+    Items rows;
+    for (const cJSON *row : file.list("rows"))
+        if (cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(row, "headline")))
+            rows.push_back(row);
+    return rows;
+}
+
+void add_bench(const ResultFile &file, const std::string &bench, const Items &rows, Page &page) {
+    page.add_heading(escaped(bench));
+    Figure figure = pareto(file, bench, rows, cJSON_HasObjectItem(rows[0], "bytes") ? kBytes : kSpeed);
+    if (!figure.script.empty())
+        page.add(std::move(figure));
+    add_rows(file, rows, "", page);
+}
+
+void add_benches(const ResultFile &file, Page &page) {
+    std::vector<std::string> names;
+    std::map<std::string, Items> benches;
+    for (const cJSON *row : file.list("rows")) {
+        const std::string name = file.text_in(row, "bench");
+        if (benches.find(name) == benches.end())
+            names.push_back(name);
+        benches[name].push_back(row);
+    }
+    for (const std::string &name : names)
+        add_bench(file, name, benches[name], page);
+}
+
+} // namespace
+
+std::vector<std::string> bench_files(const std::string &folder) {
+    std::vector<std::string> files;
+    std::error_code error;
+    for (const auto &entry : std::filesystem::directory_iterator(folder, error))
+        if (entry.path().extension() == ".json" && entry.is_regular_file(error) &&
+            schema_of(entry.path().string()) == kSchema)
+            files.push_back(entry.path().string());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void add_bench_section(const std::string &folder, Page &page, Progress &progress) {
+    page.add_title("make bench: speed against error");
+    std::vector<ResultFile> files;
+    std::string machine;
+    for (const std::string &path : bench_files(folder))
+        files.emplace_back(path, kSchema);
+    page.add_text(
+        "Medians of processor time on one core and half of what the middle half of the runs spans; the largest "
+        "error; how many times as long a peer takes, measured in the same run; the time over the least that "
+        "the machine allows.");
+    for (const ResultFile &file : files) {
+        const std::string facts = machine_text(file);
+        if (facts != machine)
+            page.add_text("Machine: " + facts + ".");
+        machine = facts;
+        const Items rows = headlines(file);
+        if (!rows.empty())
+            add_rows(file, rows, "", page);
+    }
+    for (size_t i = 0; i < files.size(); i++) {
+        progress.show("report: bench", static_cast<double>(i) / static_cast<double>(files.size()));
+        add_benches(files[i], page);
+    }
+}
+
+} // namespace cli

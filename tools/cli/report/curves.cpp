@@ -1,0 +1,132 @@
+#include "report/curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frames/frame_loop.hpp"
+#include "report/words.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kMostPoints = 1500; // of a curve: more than it has pixels
+
+// The lowest frequency that has a logarithm.
+double first_of(const PowerCurve &curve) {
+    const double first = curve.frequency.front();
+    return first > 0 || curve.frequency.size() < 2 ? first : curve.frequency[1];
+}
+
+// The highest of each of many narrow intervals of log frequency: no peak is lost.
+void put_envelope(const PowerCurve &curve, Numbers &frequency, Numbers &power) {
+    const double first = first_of(curve), last = curve.frequency.back();
+    const double width = std::log(last / first) / static_cast<double>(kMostPoints);
+    double end = 0;
+    for (size_t k = 0; k < curve.frequency.size(); k++) {
+        const double f = curve.frequency[k], p = curve.power[k];
+        if (f < first)
+            continue;
+        if (frequency.empty() || f >= end) {
+            frequency.push_back(f);
+            power.push_back(p);
+            end = f * std::exp(width);
+        } else if (p > power.back()) {
+            frequency.back() = f;
+            power.back() = p;
+        }
+    }
+}
+
+bool is_marked(double value) {
+    return std::isfinite(value) && value > 0;
+}
+
+// Labels at 1, 2, 5 of every decade.
+std::string decades(const PowerCurve &curve) {
+    std::string text;
+    const double first = std::floor(std::log10(first_of(curve))), last = std::log10(curve.frequency.back());
+    for (double exponent = first; exponent <= last && last - first < 6; exponent++)
+        for (const int digit : {1, 2, 5})
+            text += printed("%s%de%.0f", text.empty() ? "set xtics (" : ", ", digit, exponent);
+    return text.empty() ? "" : text + ")\n";
+}
+
+std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const std::string &unit,
+                         const Figure &figure) {
+    Numbers frequency, power;
+    put_envelope(curve, frequency, power);
+    const double top = std::max(1e-300, *std::max_element(power.begin(), power.end()));
+    const double height = 1.12 * std::max(top, is_marked(curve.level) ? curve.level : 0);
+    const std::string block = "power" + std::to_string(i);
+    std::string text = data_block(block, {&frequency, &power}) + stacked(i, count, figure);
+    text +=
+        printed("set xrange [%.10g:%.10g]\nset yrange [0:%.10g]\n", first_of(curve), curve.frequency.back(), height);
+    text += i + 1 == count ? "set xlabel " + gnuplot_text("frequency, " + unit) + "\nset format x '%g'\n"
+                           : "unset xlabel\nset format x ''\n";
+    text += "set ylabel 'power (no unit)'\nset key top right\nunset arrow\nunset label\n";
+    std::string plots =
+        printed("plot $%s using 1:2 with lines lw 1.2 lc rgb '%s' title ", block.c_str(), line_colour(i)) +
+        gnuplot_text(curve.name);
+    if (is_marked(curve.level))
+        plots += printed(", %.10g with lines lw 1.2 dt 2 lc rgb '#222222' title 'FAP 0.001'", curve.level);
+    if (is_marked(curve.peak_frequency))
+        text += printed("set label 1 at first %.10g,%.10g point pt 11 ps 0.9 lc rgb '#222222' offset 0,0.4\n",
+                        curve.peak_frequency, top) +
+                printed("set label 2 ") + gnuplot_text(curve.peak_label) +
+                printed(" at first %.10g,%.10g left offset 1.2,0.1 front noenhanced\n", curve.peak_frequency, top);
+    if (is_marked(curve.peak_frequency) && is_marked(curve.fwhm))
+        text +=
+            printed("set arrow 1 from first %.10g,%.10g to first %.10g,%.10g heads size screen 0.006,60 lw 1.4 lc rgb "
+                    "'#222222' front\nset label 3 'FWHM' at first %.10g,%.10g left offset 0.8,0 front\n",
+                    std::max(curve.peak_frequency - curve.fwhm / 2, first_of(curve)), top / 2,
+                    curve.peak_frequency + curve.fwhm / 2, top / 2, curve.peak_frequency + curve.fwhm / 2, top / 2);
+    return text + plots + "\n";
+}
+
+} // namespace
+
+Numbers thinned(const Numbers &values, size_t most) {
+    const size_t step = (values.size() + most - 1) / most;
+    Numbers kept;
+    for (size_t i = 0; i < values.size(); i += std::max<size_t>(step, 1))
+        kept.push_back(values[i]);
+    return kept;
+}
+
+Numbers standardised(Numbers values) {
+    const double centre = mean(values), spread = deviation(values);
+    for (double &value : values)
+        value = spread > 0 ? (value - centre) / spread : 0;
+    return values;
+}
+
+Means means_of(const Numbers &t, const Numbers &y, size_t count) {
+    const auto [first, last] = std::minmax_element(t.begin(), t.end());
+    const double start = *first, width = (*last - start) / static_cast<double>(count);
+    Numbers sums(count), numbers(count);
+    for (size_t i = 0; i < t.size(); i++) {
+        const size_t at = width > 0 ? std::min(static_cast<size_t>((t[i] - start) / width), count - 1) : 0;
+        sums[at] += y[i];
+        numbers[at] += 1;
+    }
+    Means means;
+    for (size_t i = 0; i < count; i++)
+        if (numbers[i] > 0) {
+            means.t.push_back(start + (static_cast<double>(i) + 0.5) * width);
+            means.y.push_back(sums[i] / numbers[i]);
+        }
+    return means;
+}
+
+Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
+                    const std::vector<PowerCurve> &curves) {
+    Figure figure = {name, caption, curves.size() > 1 ? 480 : 320, "", {}};
+    figure.script = "set logscale x\n" + decades(curves[0]) + "set multiplot\n";
+    for (size_t i = 0; i < curves.size(); i++)
+        figure.script += curve_script(curves[i], i, curves.size(), unit, figure);
+    figure.script += "unset multiplot\n";
+    return figure;
+}
+
+} // namespace cli

@@ -1,0 +1,35 @@
+// The page of a report: one HTML file that needs nothing else, and its figures as files.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/output.hpp"
+#include "report/figure.hpp"
+
+namespace cli {
+
+class Page {
+  public:
+    // Names of figures that are added from now on begin with this.
+    void set_prefix(const std::string &prefix) { prefix_ = prefix; }
+    void add_title(const std::string &html);
+    void add_heading(const std::string &html);
+    void add_text(const std::string &html);
+    // Drawn at once.
+    void add(Figure figure);
+    // Cells are HTML; the first column is text, the others are numbers.
+    void add_table(const std::string &caption, const std::vector<std::string> &heads,
+                   const std::vector<std::vector<std::string>> &rows);
+
+    // All files or none, the page last; returns its path. The folder is made if need be.
+    std::string write(const std::string &folder) const;
+
+  private:
+    struct File {
+        std::string name, bytes;
+    };
+    std::string prefix_, title_, body_;
+    std::vector<File> figures_; // below figures/
+};
+
+} // namespace cli

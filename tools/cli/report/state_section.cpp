@@ -1,0 +1,132 @@
+// What `toliman track` keeps: series, periodogram, what became of the frames.
+#include <algorithm>
+#include <cmath>
+
+#include "downlink/ledger_report.hpp"
+#include "downlink/state_folder.hpp"
+#include "report/curves.hpp"
+#include "report/sections.hpp"
+#include "report/words.hpp"
+#include "series/periodogram.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kMostDots = 4000, kCurve = 800;
+constexpr double kDay = 86400e9; // ns
+
+std::string unit_of(double unit_ns) {
+    return unit_ns == kDay ? "days" : printed("units of %g s", unit_ns * 1e-9);
+}
+
+struct Samples {
+    Numbers t, y;
+};
+
+Samples samples_of(const toliman::tracker &tracker, const toliman_track_options &how) {
+    Samples samples;
+    for_lines(tracker, [&](const toliman_track_line &line) {
+        if (line.verdict != TOLIMAN_TRACK_ACCEPTED)
+            return;
+        samples.t.push_back(time_of(line, how.time_offset_ns, how.unit_ns));
+        samples.y.push_back(line.value);
+    });
+    return samples;
+}
+
+void add_series(const Samples &samples, const toliman_period_peak &fit, const std::string &unit, Page &page) {
+    const Numbers t = thinned(samples.t, kMostDots), y = thinned(samples.y, kMostDots);
+    const int exponent = thousands_of(y);
+    Figure figure = {"series", "The value of each frame that is in the periodogram", 380, "", {}};
+    figure.script = data_block("dots", {&t, &y}) + stacked(0, 1, figure) + "set key horizontal top right\nset xlabel " +
+                    gnuplot_text("time, " + unit) +
+                    printed("\nset ylabel 'separation, 10^{%d} px'\nset offsets 0, 0, graph 0.12, 0\n", exponent) +
+                    printed("plot $dots using 1:($2*1e%d) with points", -exponent) +
+                    " pt 7 ps 0.3 lc rgb '#7fa3c7' title 'frames'";
+    if (std::isfinite(fit.period)) {
+        const auto [first, last] = std::minmax_element(samples.t.begin(), samples.t.end());
+        Numbers x, curve;
+        for (size_t i = 0; i <= kCurve; i++) {
+            x.push_back(*first + (*last - *first) * static_cast<double>(i) / kCurve);
+            curve.push_back(fit.offset + fit.amplitude * std::sin(2 * M_PI * x.back() / fit.period + fit.phase));
+        }
+        figure.script = data_block("best", {&x, &curve}) + figure.script +
+                        printed(", $best using 1:($2*1e%d) with lines lw 2 lc rgb '%s' title 'best sinusoid'",
+                                -exponent, line_colour(1));
+        figure.caption += ", and the sinusoid that fits all best: amplitude " + scientific(fit.amplitude) +
+                          " &plusmn; " + scientific(fit.amplitude_error, 2) + " px, period " +
+                          printed("%.6g", fit.period) + " &plusmn; " + printed("%.2g ", fit.period_error) + unit;
+    }
+    figure.caption += samples.t.size() > kMostDots ? printed("; of %zu frames every %zuth is drawn.", samples.t.size(),
+                                                             (samples.t.size() + kMostDots - 1) / kMostDots)
+                                                   : ".";
+    figure.script += "\n";
+    page.add(std::move(figure));
+}
+
+// Power of FAP 1e-3; NaN where there are too few samples.
+double level_of(const toliman_period *period) {
+    double log10_residual = 0;
+    const bool known = toliman_period_query_level(period, TOLIMAN_FAP_BALUEV, -3, &log10_residual) == TOLIMAN_OK;
+    return known ? 1 - std::pow(10, log10_residual) : NAN;
+}
+
+void add_periodogram(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &facts,
+                     const std::string &unit, Page &page) {
+    const toliman_period *period = nullptr;
+    toliman::check(toliman_track_get_period(tracker.get(), &period));
+    PowerCurve curve;
+    curve.name = "all frames";
+    curve.power.resize(static_cast<size_t>(how.nf));
+    toliman::check(
+        toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, curve.power.size(), curve.power.data()));
+    for (size_t k = 0; k < curve.power.size(); k++)
+        curve.frequency.push_back(how.f0 + how.df * static_cast<double>(k));
+    const toliman_period_peak &peak = facts.peak();
+    curve.peak_frequency = peak.frequency;
+    curve.fwhm = peak.fwhm;
+    curve.level = level_of(period);
+    curve.peak_label = printed("%.5g ", peak.period) + unit;
+    page.add(power_figure("periodogram",
+                          "Lomb-Scargle power on the grid of the folder; the peak stands at " +
+                              printed("%.6g ", peak.period) + unit +
+                              ". The dashed line is for one look; for who looks after every frame the sequential FAP "
+                              "holds.",
+                          unit == "days" ? "1/day" : "1/unit of time", {curve}));
+}
+
+void add_counts_table(const toliman_track_info &info, Page &page) {
+    const auto row = [](const std::string &name, int64_t count) {
+        return std::vector<std::string>{name, std::to_string(count)};
+    };
+    std::vector<std::vector<std::string>> rows = {row("received", info.received), row("accepted", info.accepted),
+                                                  row("outliers", info.outlier),  row("quarantined", info.quarantined),
+                                                  row("repeated", info.repeated), row("rejected", info.rejected)};
+    for (int32_t i = 1; i < TOLIMAN_REASONS; i++)
+        if (info.rejected_by[i] > 0)
+            rows.push_back(row(std::string("&nbsp;&nbsp;") + toliman_track_reason_name(i), info.rejected_by[i]));
+    rows.insert(rows.end(), {row("expected", info.expected), row("missing", info.missing),
+                             row("dropped by the camera", info.dropped), row("sessions and regions", info.sessions)});
+    page.add_table("Frames by what became of them. Of rejected ones every arrival counts.", {"", "frames"}, rows);
+}
+
+} // namespace
+
+void add_state_section(const std::string &folder, Page &page, Progress &progress) {
+    toliman_track_options how = state_to_read(folder);
+    const toliman::tracker tracker = open_tracker(how);
+    const PeriodFacts facts(tracker, Fit::made);
+    const Samples samples = samples_of(tracker, how);
+    const std::string unit = unit_of(how.unit_ns);
+    progress.show("report: state", 0.3);
+    page.add_title("toliman track: " + escaped(folder));
+    page.add_text("All frames so far: " + escaped(facts.text()) + ".");
+    add_counts_table(info_of(tracker), page);
+    if (samples.t.size() > 1)
+        add_series(samples, facts.fit(), unit, page);
+    if (std::isfinite(facts.peak().period))
+        add_periodogram(tracker, how, facts, unit, page);
+}
+
+} // namespace cli

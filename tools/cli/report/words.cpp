@@ -1,0 +1,124 @@
+#include "report/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <vector>
+
+namespace cli {
+
+namespace {
+
+constexpr const char *kUnknown = "&ndash;";
+
+std::string with_exponent(double mantissa, long exponent, int digits) {
+    return printed("%.*f &times; 10<sup>%s%ld</sup>", digits - 1, mantissa, exponent < 0 ? "&minus;" : "",
+                   std::labs(exponent));
+}
+
+} // namespace
+
+std::string printed(const char *format, ...) {
+    va_list arguments, again;
+    va_start(arguments, format);
+    va_copy(again, arguments);
+    const int size = std::vsnprintf(nullptr, 0, format, arguments);
+    va_end(arguments);
+    std::string text(size > 0 ? static_cast<size_t>(size) : 0, '\0');
+    std::vsnprintf(text.data(), text.size() + 1, format, again);
+    va_end(again);
+    return text;
+}
+
+std::string scientific(double value, int digits) {
+    if (!std::isfinite(value))
+        return kUnknown;
+    if (value < 0)
+        return "&minus;" + scientific(-value, digits);
+    const std::string plain = printed("%.*e", digits - 1, value); // whose rounding may raise the exponent
+    const size_t e = plain.find('e');
+    const long exponent = std::stol(plain.substr(e + 1));
+    if (value == 0 || (exponent >= -3 && exponent < digits))
+        return printed("%.*g", digits, value);
+    return with_exponent(std::stod(plain.substr(0, e)), exponent, digits);
+}
+
+std::string fixed(double value, int decimals) {
+    if (!std::isfinite(value))
+        return kUnknown;
+    const std::string size = printed("%.*f", decimals, std::fabs(value));
+    const bool is_zero = size.find_first_not_of("0.") == std::string::npos;
+    return (value < 0 && !is_zero ? "&minus;" : "") + size;
+}
+
+std::string power_of_ten(double log10) {
+    if (!std::isfinite(log10))
+        return kUnknown;
+    if (log10 > -3)
+        return printed("%.2g", std::pow(10, log10));
+    double exponent = std::floor(log10), mantissa = std::pow(10, log10 - exponent);
+    if (mantissa > 9.95) {
+        mantissa = 1;
+        exponent += 1;
+    }
+    return with_exponent(mantissa, std::lround(exponent), 2);
+}
+
+int thousands_of(const std::vector<double> &numbers) {
+    double most = 0;
+    for (const double number : numbers)
+        if (std::isfinite(number))
+            most = std::max(most, std::fabs(number));
+    return most > 0 ? 3 * static_cast<int>(std::floor(std::log10(most) / 3)) : 0;
+}
+
+std::string escaped(const std::string &text) {
+    std::string safe;
+    for (const char letter : text)
+        switch (letter) {
+        case '&':
+            safe += "&amp;";
+            break;
+        case '<':
+            safe += "&lt;";
+            break;
+        case '>':
+            safe += "&gt;";
+            break;
+        case '"':
+            safe += "&quot;";
+            break;
+        case '\'':
+            safe += "&#39;";
+            break;
+        default:
+            safe += letter;
+        }
+    return safe;
+}
+
+std::string base64(const std::string &bytes) {
+    constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        unsigned three = 0;
+        for (size_t k = 0; k < 3; k++)
+            three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        for (size_t k = 0; k < 4; k++)
+            text += i + k <= bytes.size() ? digits[three >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+std::string gnuplot_text(const std::string &text) {
+    std::string safe = "'";
+    for (const char letter : text) {
+        if (letter == '\'')
+            safe += '\'';
+        safe += letter >= 0 && letter < ' ' ? ' ' : letter;
+    }
+    return safe + "'";
+}
+
+} // namespace cli

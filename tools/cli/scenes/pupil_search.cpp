@@ -1,0 +1,150 @@
+#include "scenes/pupil_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <thread>
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kBatch = 16, kLines = 8;
+constexpr double kFar = 0.5, kNear = 0.1; // reach of a variation
+
+bool better(const Found &a, const Found &b) {
+    return a.score.crb_px < b.score.crb_px;
+}
+
+// Calls job(0) ... job(count - 1) on all processors; the exception of the first job that failed is thrown again.
+void on_all_processors(size_t count, const std::function<void(size_t)> &job) {
+    const size_t workers = std::min<size_t>(count, std::max(1U, std::thread::hardware_concurrency()));
+    std::vector<std::exception_ptr> failed(count);
+    const auto work = [&](size_t first) {
+        for (size_t i = first; i < count; i += workers)
+            try {
+                job(i);
+            } catch (...) {
+                failed[i] = std::current_exception();
+            }
+    };
+    std::vector<std::thread> threads;
+    for (size_t i = 1; i < workers; i++)
+        threads.emplace_back(work, i);
+    work(0);
+    for (std::thread &thread : threads)
+        thread.join();
+    for (const std::exception_ptr &failure : failed)
+        if (failure)
+            std::rethrow_exception(failure);
+}
+
+} // namespace
+
+PupilSearch::PupilSearch(const MaskedScene &scene, const Score &own, const SearchLimits &limits, Progress &progress)
+    : whole_(scene.without_signal()), sketch_(whole_.sketch()), own_terms_(terms_of(scene.own_mask())),
+      own_(own), best_{{}, own}, limits_(limits), progress_(progress) {}
+
+std::vector<Score> PupilSearch::judge(const MaskedScene &scene, const Batch &batch) {
+    std::vector<Score> scores(batch.size());
+    on_all_processors(batch.size(), [&](size_t i) {
+        try {
+            scores[i] = scene.judge(batch[i]);
+        } catch (const toliman::error &error) {
+            if (error.status() != TOLIMAN_E_SCENE) // e.g. brighter than the library can count: no mask for this scene
+                throw;
+        }
+    });
+    judged_ += batch.size();
+    return scores;
+}
+
+void PupilSearch::work(const Stage &stage, const std::function<void(size_t count, double fraction)> &batch) {
+    const double quota =
+        std::ceil(stage.count_until * static_cast<double>(limits_.count)) - static_cast<double>(tried_);
+    const double end = stage.time_until * 60 * limits_.minutes;
+    const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start_).count(); };
+    const double begin = elapsed();
+    for (double done = 0; stop_signal() == 0;) {
+        const double by_count = limits_.count == 0 ? 0 : done < quota ? done / quota : 1;
+        const double by_time = limits_.minutes > 0 ? (elapsed() - begin) / std::max(end - begin, 1e-9) : 0;
+        const double fraction = std::min(std::max(by_count, by_time), 1.0);
+        const double least = lines_.empty() || !best_.terms.empty() ? best_.score.crb_px : lines_[0].score.crb_px;
+        char note[40];
+        std::snprintf(note, sizeof note, "best %.4g px", least);
+        progress_.show(stage.name, fraction, note);
+        if (fraction >= 1)
+            return;
+        const double left = limits_.count > 0 ? quota - done : kBatch;
+        const auto count = static_cast<size_t>(std::min<double>(left, kBatch));
+        batch(count, fraction);
+        tried_ += count;
+        done += static_cast<double>(count);
+    }
+}
+
+void PupilSearch::draw(size_t count) {
+    Batch batch;
+    for (size_t i = 0; i < count; i++)
+        batch.push_back(draw_terms(limits_.seed, judged_ + i));
+    const std::vector<Score> scores = judge(sketch_, batch);
+    for (size_t i = 0; i < count; i++)
+        if (fits(scores[i]))
+            lines_.push_back({batch[i], scores[i]});
+    std::stable_sort(lines_.begin(), lines_.end(), better);
+    lines_.resize(std::min(lines_.size(), kLines));
+}
+
+// Children of the first `live` lines, in turn; a better child takes its parent's place.
+void PupilSearch::refine(size_t count, size_t live) {
+    Batch batch;
+    for (size_t i = 0; i < count; i++)
+        batch.push_back(vary_terms(lines_[i % live].terms, kFar, limits_.seed, judged_ + i));
+    const std::vector<Score> scores = judge(sketch_, batch);
+    for (size_t i = 0; i < count; i++)
+        if (fits(scores[i]) && scores[i].crb_px < lines_[i % live].score.crb_px)
+            lines_[i % live] = {batch[i], scores[i]};
+    std::stable_sort(lines_.begin(), lines_.end(), better);
+}
+
+// The whole scene has the last word.
+void PupilSearch::keep_best(const Batch &batch) {
+    const std::vector<Score> scores = judge(whole_, batch);
+    for (size_t i = 0; i < batch.size(); i++)
+        if (fits(scores[i]) && scores[i].crb_px < best_.score.crb_px)
+            best_ = {batch[i], scores[i]};
+}
+
+// After a signal only the best line is judged, so that the program ends soon.
+void PupilSearch::confirm() {
+    Batch batch;
+    for (const Found &line : lines_)
+        if (batch.empty() || stop_signal() == 0)
+            batch.push_back(line.terms);
+    keep_best(batch);
+}
+
+void PupilSearch::polish(size_t count) {
+    Batch batch;
+    for (size_t i = 0; i < count; i++)
+        batch.push_back(vary_terms(best_.terms, kNear, limits_.seed, judged_ + i));
+    keep_best(batch);
+}
+
+Found PupilSearch::run() {
+    if (!own_terms_.empty())
+        lines_.push_back({own_terms_, judge(sketch_, {own_terms_})[0]});
+    work({"draw", 0.35, 0.3}, [&](size_t count, double) { draw(count); });
+    if (!lines_.empty())
+        work({"refine", 0.975, 0.8}, [&](size_t count, double fraction) { // ever fewer lines: 8, 4, 2, 1
+            const size_t live = kLines >> static_cast<size_t>(4 * fraction);
+            refine(count, std::clamp<size_t>(live, 1, lines_.size()));
+        });
+    confirm();
+    if (!best_.terms.empty())
+        work({"polish", 1, 1}, [&](size_t count, double) { polish(count); });
+    return best_;
+}
+
+} // namespace cli

@@ -1,0 +1,108 @@
+#include "scenes/scene.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "options/suggest.hpp"
+#include "scenes/scene_json.hpp"
+
+namespace cli {
+
+namespace {
+
+toliman_sim_options shown_by(Progress &progress) {
+    toliman_sim_options options;
+    toliman_sim_options_init(&options, sizeof options);
+    options.progress = Progress::callback;
+    options.log = Progress::log;
+    options.progress_data = options.log_data = &progress;
+    return options;
+}
+
+toliman_sim_info info_of(const toliman::simulator &sim) {
+    toliman_sim_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_sim_get_info(sim.get(), &info));
+    return info;
+}
+
+int64_t bound_of(const std::string &text, int64_t absent, const std::string &whole) {
+    if (text.empty())
+        return absent;
+    int64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+        throw Failure(kExitUsage, "--frames " + whole + ": must be FIRST:END, e.g. 0:100");
+    return value;
+}
+
+// share/toliman/scenes beside the folder of the program, wherever both were moved.
+std::string shipped_folder() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    return (program.parent_path().parent_path() / "share/toliman/scenes").string();
+}
+
+// A shipped scene that is nearly of this name, or of this one without its suffix.
+std::string meant_scene(const std::string &name, const std::string &folder) {
+    std::vector<std::string> scenes;
+    std::error_code error;
+    for (const auto &entry : std::filesystem::directory_iterator(folder, error))
+        if (entry.path().extension() == ".json")
+            scenes.push_back(entry.path().filename().string());
+    std::sort(scenes.begin(), scenes.end());
+    const std::string found = meant(name, scenes);
+    return found.empty() ? meant(name + ".json", scenes) : found;
+}
+
+} // namespace
+
+std::string found_scene(const std::string &name, const toliman_sim_options &options) {
+    if (exists(name) || name.find('/') != std::string::npos)
+        return name;
+    const std::string folder = shipped_folder();
+    std::string shipped = folder + "/" + name;
+    if (!exists(shipped))
+        malformed(name, "No such file, neither here nor in " + folder + meant_scene(name, folder));
+    if (options.log != nullptr)
+        options.log(TOLIMAN_LOG_INFO, ("scene " + shipped).c_str(), options.log_data);
+    return shipped;
+}
+
+Scene::Scene(const std::string &file, Progress &progress) : Scene(file, shown_by(progress)) {}
+
+Scene::Scene(const std::string &file, const toliman_sim_options &options)
+    : path(found_scene(file, options)),
+      sim(toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options)), info(info_of(sim)) {}
+
+Scene::Scene(const std::string &file, const std::string &json)
+    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
+                                                        folder_of(file).c_str(), nullptr)),
+      info(info_of(sim)) {}
+
+Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
+    toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));
+}
+
+void check_cadence(const Scene &scene, const std::string &command) {
+    constexpr int64_t fewest = 5, most = 400000;
+    const int64_t frames = scene.info.frames;
+    if (frames < fewest || frames > most)
+        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": " + command +
+                                      " takes " + std::to_string(fewest) + " to " + std::to_string(most) + " frames");
+}
+
+FrameRange::FrameRange(const std::string &text, int64_t frames) {
+    const size_t colon = text.find(':');
+    first = bound_of(text.substr(0, colon), 0, text);
+    end = colon == std::string::npos ? (text.empty() ? frames : first + 1)
+                                     : bound_of(text.substr(colon + 1), frames, text);
+    if (first < 0 || end <= first || end > frames)
+        throw Failure(kExitUsage,
+                      "--frames " + text + ": must be FIRST:END, FIRST below END, within 0:" + std::to_string(frames));
+}
+
+} // namespace cli

@@ -1,0 +1,102 @@
+#include "scenes/spiral.hpp"
+
+#include <cmath>
+
+namespace cli {
+
+namespace {
+
+// Random numbers that depend on (seed, k) alone: splitmix64 (Steele, Lea, Flood 2014).
+class Dice {
+  public:
+    Dice(uint64_t seed, uint64_t k) : state_(seed) {
+        state_ = next() ^ k;
+        state_ = next();
+    }
+    double uniform(double low, double high) {
+        return low + (high - low) * (static_cast<double>(next() >> 11) * 0x1p-53);
+    }
+    bool chance(double probability) { return uniform(0, 1) < probability; }
+    double whole(double low, double high) { return std::floor(uniform(low, high + 1)); }
+    double bell() { return uniform(-1, 1) + uniform(-1, 1) + uniform(-1, 1); } // mean 0, variance 1
+
+  private:
+    uint64_t next() {
+        uint64_t z = state_ += 0x9e3779b97f4a7c15;
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+        return z ^ (z >> 31);
+    }
+    uint64_t state_;
+};
+
+// Four decimals are finer than any mask is made, and keep the JSON short: what is judged is what is printed.
+double rounded(double value) {
+    return std::nearbyint(value * 1e4) / 1e4;
+}
+
+} // namespace
+
+Terms draw_terms(uint64_t seed, uint64_t k) {
+    constexpr double turn = 6.2831;
+    Dice dice(seed, k);
+    Terms terms(static_cast<size_t>(dice.whole(2, 6)));
+    const double coarse = dice.uniform(1, 14), most = std::floor(2 * coarse) + 1;
+    for (SpiralTerm &term : terms) {
+        term.a = rounded(dice.uniform(0.4, 1));
+        term.f = rounded(dice.uniform(0, coarse));
+        term.l = dice.chance(0.5) ? rounded(dice.uniform(-12, 12)) : 0;
+        term.m = dice.whole(-most, most);
+        term.p = rounded(dice.uniform(0, turn));
+    }
+    return terms;
+}
+
+Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k) {
+    Dice dice(seed, k);
+    Terms varied = terms;
+    const double step = reach * std::exp2(-dice.uniform(0, 7));
+    const auto chosen = static_cast<size_t>(dice.whole(0, static_cast<double>(terms.size()) - 1));
+    for (size_t i = 0; i < varied.size(); i++) {
+        SpiralTerm &term = varied[i];
+        if (i != chosen && dice.chance(0.4))
+            continue;
+        term.a = rounded(term.a + step * dice.bell());
+        term.f = rounded(term.f + 2 * step * dice.bell());
+        term.p = rounded(term.p + 3 * step * dice.bell());
+        if (term.l != 0 || dice.chance(0.1))
+            term.l = rounded(term.l + 3 * step * dice.bell());
+        if (dice.chance(0.15))
+            term.m += dice.whole(-2, 2);
+    }
+    return varied;
+}
+
+Terms terms_of(const cJSON *mask) {
+    Terms terms;
+    const cJSON *term;
+    cJSON_ArrayForEach(term, cJSON_GetObjectItemCaseSensitive(mask, "terms")) {
+        const auto number = [&](const char *name) {
+            const cJSON *item = cJSON_GetObjectItemCaseSensitive(term, name);
+            return item != nullptr ? item->valuedouble : 0;
+        };
+        terms.push_back({number("a"), number("f"), number("l"), number("m"), number("p")});
+    }
+    return terms;
+}
+
+JsonTree json_of(const Terms &terms) {
+    JsonTree array(cJSON_CreateArray());
+    for (const SpiralTerm &term : terms) {
+        cJSON *item = cJSON_CreateObject();
+        cJSON_AddItemToArray(array.get(), item);
+        cJSON_AddNumberToObject(item, "a", term.a);
+        cJSON_AddNumberToObject(item, "f", term.f);
+        cJSON_AddNumberToObject(item, "l", term.l);
+        cJSON_AddNumberToObject(item, "m", term.m);
+        cJSON_AddNumberToObject(item, "p", term.p);
+    }
+    return array;
+}
+
+} // namespace cli

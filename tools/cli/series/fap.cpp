@@ -1,0 +1,93 @@
+#include "series/fap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "common/failure.hpp"
+#include "options/seed.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr const char kBootstrap[] = "bootstrap";
+const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_FAP_BALUEV},
+                                                 {"naive", TOLIMAN_FAP_NAIVE},
+                                                 {"single", TOLIMAN_FAP_SINGLE},
+                                                 {"sequential", TOLIMAN_FAP_SEQUENTIAL}};
+
+std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
+                             Progress &progress) {
+    toliman_period_bootstrap_options how;
+    toliman_period_bootstrap_options_init(&how, sizeof how);
+    how.seed = options.seed;
+    how.progress = Progress::callback;
+    how.progress_data = &progress;
+    std::vector<double> peaks(options.resamplings);
+    toliman::check(toliman_period_query_bootstrap(periodogram.get(), series.t.data(), series.y.data(),
+                                                  series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),
+                                                  &how, peaks.size(), peaks.data()));
+    return peaks;
+}
+
+} // namespace
+
+void add_fap(CLI::App &command, FapOptions &options) {
+    std::vector<std::string> names = {kBootstrap};
+    for (const auto &[name, method] : kMethods)
+        names.push_back(name);
+    command.add_option("--fap", options.method, "how the FAP is judged, default baluev")->check(CLI::IsMember(names));
+    command.add_option("--resamplings", options.resamplings, "of --fap bootstrap, default 1000")
+        ->check(CLI::Range(1u, 1000000u));
+    add_seed(command, options.seed, "of --fap bootstrap, default 0");
+}
+
+Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress)
+    : periodogram_(periodogram), method_(options.method) {
+    if (method_ != kBootstrap)
+        return;
+    if (series == nullptr)
+        throw Failure(kExitUsage, "--fap bootstrap draws from the samples themselves: not with --from-state");
+    resampled_ = resample(options, periodogram, *series, progress);
+}
+
+double Fap::judged(const toliman_period_peak &fitted) const {
+    if (method_ != kBootstrap)
+        return fitted.log10_residual;
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    toliman::check(toliman_period_query_peak(periodogram_.get(), &peak));
+    return peak.log10_residual;
+}
+
+double Fap::log10(double log10_residual) const {
+    double log10_fap = 0;
+    if (method_ != kBootstrap) {
+        toliman::check(toliman_period_query_fap(periodogram_.get(), kMethods.at(method_), log10_residual, &log10_fap));
+        return log10_fap;
+    }
+    return std::log10(static_cast<double>(above(log10_residual) + 1) / static_cast<double>(resampled_.size() + 1));
+}
+
+// Resamplings with a peak as high.
+std::ptrdiff_t Fap::above(double log10_residual) const {
+    return std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
+}
+
+bool Fap::is_bound(double log10_residual) const {
+    return method_ == kBootstrap && above(log10_residual) == 0;
+}
+
+std::string Fap::text(double log10_residual) const {
+    char number[40];
+    std::snprintf(number, sizeof number, "%s%.2f", is_bound(log10_residual) ? "< " : "", log10(log10_residual));
+    return number;
+}
+
+std::string Fap::how(double log10_residual) const {
+    return is_bound(log10_residual) ? method_ + ", none of " + std::to_string(resampled_.size()) : method_;
+}
+
+} // namespace cli

@@ -1,0 +1,83 @@
+#include "series/period_report.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "common/json.hpp"
+#include "common/output.hpp"
+
+namespace cli {
+
+namespace {
+
+double shortest(const FrequencyGrid &grid) {
+    return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1));
+}
+
+double longest(const FrequencyGrid &grid) {
+    return 1 / grid.f0; // infinite where it begins at 0
+}
+
+void print_peaks(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
+    for (size_t i = 1; i < peaks.size(); i++)
+        std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s\n", i + 1, peaks[i].period, peaks[i].power,
+                    fap.text(peaks[i].log10_residual).c_str(),
+                    (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
+                    (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the grid's edge" : "");
+}
+
+JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
+    JsonTree list(cJSON_CreateArray());
+    for (const toliman_period_peak &peak : peaks) {
+        Json one;
+        one.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
+        one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_error", peak.fwhm_error);
+        one.set_flag("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
+        one.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+        cJSON_AddItemToArray(list.get(), one.release().release());
+    }
+    return list;
+}
+
+} // namespace
+
+void PeriodReport::print() const {
+    const toliman_period_peak &peak = periodogram.peak;
+    if (std::isnan(peak.frequency_error)) // from the sums alone
+        std::printf("period      %.6g, half width %.3g, FWHM %.3g\n", peak.period, peak.half_width_error,
+                    peak.fwhm_error);
+    else
+        std::printf("period      %.6g +- %.2g (least squares), half width %.3g, FWHM %.3g\n", peak.period,
+                    peak.period_error, peak.half_width_error, peak.fwhm_error);
+    std::printf("amplitude   %.6g +- %.2g, offset %.6g\n", peak.amplitude, peak.amplitude_error, peak.offset);
+    std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
+    std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
+    std::printf("log10 FAP   %s (%s)\n", fap.text(fap.judged(peak)).c_str(), fap.how(fap.judged(peak)).c_str());
+    print_peaks(peaks, fap);
+    std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
+                grid.df, static_cast<long long>(grid.nf));
+    std::printf("searched    periods from %.6g to %.6g\n", shortest(grid), longest(grid));
+    print_stdout("");
+}
+
+std::string PeriodReport::json() const {
+    const toliman_period_peak &peak = periodogram.peak;
+    Json json, at, on, searched;
+    at.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
+    at.set("log10_residual", peak.log10_residual).set("fwhm_error", peak.fwhm_error);
+    at.set("half_width_error", peak.half_width_error).set("frequency_error", peak.frequency_error);
+    at.set("amplitude", peak.amplitude).set("amplitude_error", peak.amplitude_error);
+    at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
+    at.set_flag("at_edge", periodogram.at_edge());
+    on.set("f0", grid.f0).set("df", grid.df).set("nf", static_cast<double>(grid.nf));
+    json.set("schema", "toliman-period/1").set("n", static_cast<double>(samples));
+    json.set("peak", std::move(at)).set("log10_fap", fap.log10(fap.judged(peak))).set("fap_method", fap.method());
+    searched.set("shortest", shortest(grid)).set("longest", longest(grid));
+    json.set("grid", std::move(on)).set("searched", std::move(searched));
+    if (peaks.size() > 1)
+        json.set("peaks", peaks_json(peaks, fap));
+    return json.text();
+}
+
+} // namespace cli

@@ -1,0 +1,237 @@
+#include "series/period_stream.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "series/grid_remarks.hpp"
+
+namespace cli {
+
+namespace {
+
+using toliman::check;
+
+constexpr int64_t kFewest = 5; // samples of a peak
+
+// False where there is no peak yet.
+bool print_update(const toliman::periodogram &periodogram, double t) {
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    const toliman_status status = toliman_period_query_peak(periodogram.get(), &peak);
+    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // few samples, or hardly different ones
+        return false;
+    check(status);
+    double sequential = 0;
+    check(toliman_period_query_fap(periodogram.get(), TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
+    char line[400], period[32] = "null"; // of frequency 0
+    if (std::isfinite(peak.period))
+        std::snprintf(period, sizeof period, "%.10g", peak.period);
+    std::snprintf(line, sizeof line,
+                  "{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%s,"
+                  "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
+                  "\"at_edge\":%s}\n",
+                  static_cast<long long>(toliman_period_count(periodogram.get())), t, period, peak.frequency,
+                  peak.power, peak.log10_fap, sequential,
+                  (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false");
+    print_stdout(line);
+    return true;
+}
+
+class Stream {
+  public:
+    Stream(const StreamOptions &options, Progress &progress) : options_(options), progress_(progress) {
+        if (!options.from_state.empty())
+            periodogram_ = load_state(options.from_state);
+        if (options.follow && !options.save_state.empty())
+            set_alarm();
+    }
+
+    void read();
+    void rescue();
+    void end();
+    toliman::periodogram take() { return std::move(periodogram_); }
+
+  private:
+    int64_t count() const noexcept { return toliman_period_count(periodogram_.get()); }
+    void begin(const Sample &first, bool weighted);
+    void check_weights(const SampleReader &reader) const;
+    void push(const Sample &sample, const SampleReader &reader);
+    bool step(SampleReader &reader);
+    void report(double t);
+    void save_on_time();
+    void save();
+    void explain_silence();
+    std::string total() const;
+    void tell_skipped();
+
+    const StreamOptions &options_;
+    Progress &progress_;
+    toliman::periodogram periodogram_; // none before the first sample
+    double sigma_floor_ = 0;           // of samples without sigma; 0 before the first
+    std::string name_;                 // of the input
+    int64_t skipped_ = 0, saved_ = -1; // lines, samples
+    bool printed_ = false;             // a line
+    bool coarse_ = false;              // the remark was made
+};
+
+// References from the first sample, bounds from the options.
+void Stream::begin(const Sample &first, bool weighted) {
+    toliman_period_options how;
+    toliman_period_options_init(&how, sizeof how);
+    how.flags = flags_of(options_.sums);
+    how.time_offset = first.t;
+    how.value_offset = first.y;
+    how.value_bound = options_.sums.value_bound.value_or(how.value_bound);
+    if (weighted)
+        set_sigmas(options_.sums, first.sigma, first.sigma, how);
+    else
+        set_unweighted(options_.sums, how);
+    periodogram_ = make_periodogram(*options_.grid, how);
+}
+
+// Samples without sigma would weigh as much as those of the smallest one.
+void Stream::check_weights(const SampleReader &reader) const {
+    const toliman_period_info info = info_of(periodogram_);
+    if (info.count == 0 || (info.weighted != 0) == reader.weighted())
+        return;
+    malformed(reader.where(), reader.weighted() ? "has a sigma, the samples in " + options_.from_state + " have none"
+                                                : "has no sigma, the samples in " + options_.from_state + " have one");
+}
+
+void Stream::push(const Sample &sample, const SampleReader &reader) {
+    if (!periodogram_)
+        begin(sample, reader.weighted());
+    if (sigma_floor_ == 0) {
+        check_weights(reader);
+        sigma_floor_ = info_of(periodogram_).sigma_floor;
+    }
+    const double sigma = reader.weighted() ? sample.sigma : sigma_floor_;
+    if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
+        return;
+    const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
+    if (count() == 0 && options_.from_state.empty()) { // references from a better one
+        periodogram_.reset();
+        sigma_floor_ = 0;
+    }
+    throw bad;
+}
+
+void Stream::report(double t) {
+    if (count() >= kFewest && print_update(periodogram_, t))
+        printed_ = true;
+    if (!coarse_)
+        coarse_ = remark_if_coarse(periodogram_, progress_);
+}
+
+// False at the end.
+bool Stream::step(SampleReader &reader) {
+    Sample sample = {};
+    try {
+        if (!reader.next(sample))
+            return false;
+        push(sample, reader);
+    } catch (const BadLine &bad) {
+        if (!options_.follow)
+            throw;
+        skipped_++;
+        progress_.warn(std::string(bad.what()) + ": skipped");
+        return true;
+    }
+    if (options_.follow)
+        report(sample.t);
+    return true;
+}
+
+void Stream::read() {
+    const auto awake = [this] {
+        stop_if_asked();
+        save_on_time();
+    };
+    SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, awake)
+                                          : SampleReader(options_.file, options_.columns);
+    name_ = reader.name();
+    while (step(reader)) {
+    }
+    progress_.clear();
+    if (!periodogram_)
+        malformed(name_, reader.empty() ? "is empty" : "holds no samples");
+}
+
+void Stream::save() {
+    if (options_.save_state.empty() || !periodogram_)
+        return;
+    save_state(periodogram_, options_.save_state);
+    saved_ = count();
+}
+
+// A disk that is full now may have room a minute later.
+void Stream::save_on_time() {
+    if (!alarm_rang() || count() == saved_)
+        return;
+    try {
+        save();
+    } catch (const Failure &failure) {
+        progress_.warn(failure.what());
+    }
+}
+
+// After an error or a signal, which is told next.
+void Stream::rescue() {
+    if (!options_.follow)
+        return;
+    tell_skipped();
+    try {
+        save();
+        if (saved_ >= 0)
+            progress_.tell("state saved: " + std::to_string(saved_) + " samples");
+    } catch (const std::exception &error) {
+        progress_.warn(error.what());
+    }
+}
+
+void Stream::end() {
+    save();
+    if (!options_.follow)
+        return;
+    if (!printed_)
+        explain_silence();
+    if (skipped_ > 0 && options_.strict)
+        throw Failure(kExitRejected, total());
+    tell_skipped();
+}
+
+void Stream::explain_silence() {
+    toliman_period_peak peak = {};
+    peak.struct_size = sizeof peak;
+    const bool peaks = toliman_period_query_peak(periodogram_.get(), &peak) == TOLIMAN_OK;
+    progress_.warn(std::string("no line was printed: ") + (peaks ? "no samples came" : toliman_last_error()));
+}
+
+std::string Stream::total() const {
+    return name_ + ": " + std::to_string(skipped_) + (skipped_ == 1 ? " line" : " lines") + " skipped";
+}
+
+void Stream::tell_skipped() {
+    if (skipped_ > 0)
+        progress_.warn(total());
+}
+
+} // namespace
+
+toliman::periodogram stream_samples(const StreamOptions &options, Progress &progress) {
+    Stream stream(options, progress);
+    try {
+        if (!options.file.empty())
+            stream.read();
+    } catch (...) {
+        stream.rescue();
+        throw;
+    }
+    stream.end();
+    return stream.take();
+}
+
+} // namespace cli

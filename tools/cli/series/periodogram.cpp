@@ -1,0 +1,170 @@
+#include "series/periodogram.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "common/failure.hpp"
+#include "common/output.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr double kMostFrequencies = 2e6;   // 450 MB; a grid that is given may have more
+constexpr double kFiner = 8, kCoarser = 4; // than the sigmas at hand those to come may be
+constexpr double kFurther = 0x1p20;        // likewise values than their spread
+constexpr double kMostRatio = 0.9e8;       // of sigmas, with a little room
+constexpr double kLeastBound = 1e-99, kMostBound = 1e99;
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+} // namespace
+
+FrequencyGrid grid_of_span(double step, double span) {
+    const double f0 = 1.5 / span, df = 0.1 / span;
+    const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
+    if (!(count <= kMostFrequencies) || !(df > 0)) {
+        char text[256];
+        std::snprintf(text, sizeof text,
+                      "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
+                      "span %g; `toliman period` takes --f0, --df and --nf",
+                      kMostFrequencies, step, span);
+        throw Failure(kExitUsage, text);
+    }
+    return {f0, df, static_cast<int64_t>(count)};
+}
+
+FrequencyGrid default_grid(const Series &series) {
+    std::vector<double> sorted = series.t, steps;
+    std::sort(sorted.begin(), sorted.end());
+    for (size_t i = 1; i < sorted.size(); i++)
+        if (sorted[i] > sorted[i - 1])
+            steps.push_back(sorted[i] - sorted[i - 1]);
+    if (steps.size() < 4)
+        malformed(series.name, "a periodogram needs at least five different times, there are " +
+                                   std::to_string(sorted.empty() ? 0 : steps.size() + 1));
+    const double step = median(steps), span = sorted.back() - sorted.front() + step;
+    try {
+        return grid_of_span(step, span);
+    } catch (const Failure &failure) {
+        throw Failure(failure.code(), series.name + ": " + failure.what());
+    }
+}
+
+uint32_t flags_of(const SumOptions &sums) {
+    return TOLIMAN_PERIOD_WIDE | (sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0);
+}
+
+void set_unweighted(const SumOptions &sums, toliman_period_options &options) {
+    options.sigma_floor = sums.sigma_floor.value_or(options.sigma_floor);
+    options.sigma_ceiling = sums.sigma_ceiling.value_or(options.sigma_ceiling);
+}
+
+void set_sigmas(const SumOptions &sums, double least, double largest, toliman_period_options &options) {
+    double floor = least, ceiling = largest;
+    if (sums.margins) {
+        floor = std::min(least, std::max(least / kFiner, largest / kMostRatio));
+        ceiling = std::max(largest, std::min(largest * kCoarser, floor * kMostRatio));
+    }
+    options.sigma_floor = sums.sigma_floor.value_or(floor);
+    options.sigma_ceiling = sums.sigma_ceiling.value_or(ceiling);
+}
+
+toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_period_options &options) {
+    try {
+        return toliman::make<toliman::periodogram>(toliman_period_create, grid.f0, grid.df, grid.nf, &options);
+    } catch (const toliman::error &error) {
+        if (error.status() != TOLIMAN_E_ARGUMENT)
+            throw;
+        const std::string why = error.what(), first = why.substr(0, why.find('_'));
+        const bool bounds = first == "value" || first == "sigma";
+        throw Failure(kExitUsage,
+                      (bounds ? "--value-bound, --sigma-floor, --sigma-ceiling: " : "--f0, --df, --nf: ") + why);
+    }
+}
+
+std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state) {
+    std::string why = toliman_last_error();
+    const toliman_period_info info = info_of(periodogram);
+    const char *option = std::fabs(y - info.value_offset) > info.value_bound ? "--value-bound"
+                         : sigma < info.sigma_floor                          ? "--sigma-floor"
+                         : sigma > info.sigma_ceiling                        ? "--sigma-ceiling"
+                                                                             : nullptr;
+    if (option == nullptr)
+        return why;
+    return why + " (" + option + (from_state ? " of the run that made the state)" : ")");
+}
+
+Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
+    using namespace toliman;
+    toliman_period_options options;
+    toliman_period_options_init(&options, sizeof options);
+    const auto [least, greatest] = std::minmax_element(series.y.begin(), series.y.end());
+    const double spread = *greatest - *least;
+    options.flags = flags_of(sums);
+    options.time_offset = *std::min_element(series.t.begin(), series.t.end());
+    options.value_offset = median(series.y);
+    const double bound = std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))) * (sums.margins ? kFurther : 1);
+    options.value_bound = sums.value_bound.value_or(std::clamp(bound, kLeastBound, kMostBound));
+    const double *sigma = nullptr;
+    if (series.sigma.empty()) {
+        set_unweighted(sums, options);
+    } else {
+        const auto [finest, coarsest] = std::minmax_element(series.sigma.begin(), series.sigma.end());
+        set_sigmas(sums, *finest, *coarsest, options);
+        sigma = series.sigma.data();
+    }
+    Periodogram result = {make_periodogram(grid, options), options.time_offset, {}};
+    for (size_t i = 0; i < series.t.size(); i++) {
+        const double s = sigma != nullptr ? sigma[i] : options.sigma_floor;
+        if (toliman_period_push(result.handle.get(), series.t[i], series.y[i], s) != TOLIMAN_OK)
+            malformed(series.name,
+                      "sample " + std::to_string(i + 1) + ": " + refusal(result.handle, series.y[i], s, false));
+        progress.show("period", static_cast<double>(i + 1) / static_cast<double>(series.t.size()));
+        stop_if_asked();
+    }
+    result.peak.struct_size = sizeof result.peak;
+    check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigma, series.t.size(),
+                                   &result.peak));
+    stop_if_asked();
+    return result;
+}
+
+toliman::periodogram load_state(const std::string &path) {
+    return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str(), nullptr);
+}
+
+std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram) {
+    size_t size = 0;
+    toliman::check(toliman_period_save(periodogram.get(), nullptr, 0, &size));
+    std::vector<unsigned char> bytes(size);
+    toliman::check(toliman_period_save(periodogram.get(), bytes.data(), size, &size));
+    return bytes;
+}
+
+void save_state(const toliman::periodogram &periodogram, const std::string &path) {
+    const std::vector<unsigned char> bytes = state_bytes(periodogram);
+    OutputFile out(path);
+    out.write(bytes.data(), bytes.size());
+    out.commit();
+}
+
+toliman_period_info info_of(const toliman::periodogram &periodogram) {
+    toliman_period_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_period_get_info(periodogram.get(), &info));
+    return info;
+}
+
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, uint32_t normalisation) {
+    std::vector<double> power(static_cast<size_t>(nf));
+    toliman::check(toliman_period_query_power(periodogram.get(), normalisation, 0, power.size(), power.data()));
+    return power;
+}
+
+} // namespace cli
