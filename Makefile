@@ -21,6 +21,7 @@ check: everything ## build and run every test
 
 bench: everything ## measure everything against its error and peers, into build/bench and a report (10 minutes)
 	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
+	@$(BUILD)/bin/toliman report $(BUILD)/bench
 
 bench-%: everything ## the same of one: sim, cae, period, weights, run or size, with its details
 	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*

@@ -383,7 +383,7 @@ class Others(ReportTest):
                   for i in range(7))]
         (self.folder / "bench").mkdir()
         (self.folder / "bench" / "all.json").write_text(json.dumps(
-            {"schema": "toliman-bench/1", "machine": {"model": "A <CPU>", "isa": "avx2", "cores": 2}, "rows": rows}))
+            {"schema": "toliman-bench/1", "machine": {"cpu": "A <CPU>", "isa": "avx2", "cores": 2}, "rows": rows}))
         (self.folder / "bench" / "other.json").write_text("[")
         self.succeed("report", "bench")
         page = self.check_page(self.folder / "bench" / "report", {

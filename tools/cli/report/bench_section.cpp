@@ -90,7 +90,7 @@ Figure pareto(const ResultFile &file, const std::string &bench, const Items &row
 std::string machine_text(const ResultFile &file) {
     std::string text;
     const cJSON *machine = cJSON_GetObjectItemCaseSensitive(file.tree().get(), "machine");
-    for (const char *key : {"date", "model", "isa", "blas_core", "fftw"}) {
+    for (const char *key : {"date", "cpu", "isa", "blas_core", "fftw"}) {
         const cJSON *fact = cJSON_GetObjectItemCaseSensitive(machine, key);
         if (cJSON_IsString(fact))
             text += (text.empty() ? "" : ", ") + escaped(fact->valuestring);
