@@ -12,6 +12,7 @@ namespace TOLIMAN_ISA {
 namespace {
 
 // Vectors run over channels and may stand at any address.
+// NOLINTBEGIN(misc-definitions-in-headers): each file that includes this has it in a namespace of its own
 #define TOLIMAN_LANES(N)                                                                                               \
     struct Lanes##N {                                                                                                  \
         typedef float Vector __attribute__((vector_size(4 * (N)), aligned(4), may_alias));                             \
@@ -172,3 +173,4 @@ void correlate(const Correlation &c) noexcept {
 } // namespace
 } // namespace TOLIMAN_ISA
 } // namespace toliman::kernels
+// NOLINTEND(misc-definitions-in-headers)

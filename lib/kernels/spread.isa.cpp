@@ -77,7 +77,8 @@ void spread_lanes(const Chunk &chunk, size_t n, const SpreadShape &shape, size_t
 void spread(const SpreadSamples &samples, const SpreadShape &shape, const SpreadPhases &phases, size_t pairs,
             double *const *grids) noexcept {
     Chunk chunk;
-    const double half_width = static_cast<double>(shape.width / 2);
+    const size_t below = shape.width / 2;
+    const double half_width = static_cast<double>(below);
     for (size_t begin = 0; begin < samples.n; begin += kChunk) {
         const size_t n = samples.n - begin < kChunk ? samples.n - begin : kChunk;
         find_phases(samples, phases, half_width, pairs, begin, n, chunk);

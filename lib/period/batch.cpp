@@ -88,7 +88,8 @@ void Batch::fast(const Nufft::Choice &choice) {
         at[g] = grids[g].data();
     }
     double high, low;
-    frequency(static_cast<double>(nf_ / 2), high, low);
+    const auto middle = nf_ / 2;
+    frequency(static_cast<double>(middle), high, low);
     const double df = job_.grid.df;
     for_all("spread", 2, [&](size_t twice) {
         const double times = twice != 0 ? 2 : 1;

@@ -82,6 +82,7 @@ class NewFolder {
 void merge_folders(const std::vector<std::string> &given, const std::string &out, bool salvage, SetupOptions &setup,
                    Progress &progress) {
     std::vector<std::string> folders;
+    folders.reserve(given.size());
     for (const std::string &folder : given)
         folders.push_back(plain(folder));
     int64_t lines = 1;

@@ -74,7 +74,7 @@ int64_t whole(const cJSON *object, const std::string &line, const char *key, int
 
 std::string name(const cJSON *object, const char *key) {
     const cJSON &item = member(object, key);
-    const std::string text = cJSON_IsString(&item) != 0 ? item.valuestring : "";
+    std::string text = cJSON_IsString(&item) != 0 ? item.valuestring : "";
     if (!is_name(text))
         throw BadSideLine(key + kNameRule);
     return text;
