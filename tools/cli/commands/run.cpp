@@ -112,14 +112,14 @@ void write_training(OutputFile &out, const Pipeline &pipeline) {
 // The files of a run, all or none: written in the end, found to be writable before the work.
 class RunFolder {
   public:
-    explicit RunFolder(const std::string &path)
-        : folder_(path), result_(folder_.file("result.json")), series_(folder_.file("series.csv")),
-          periodogram_(folder_.file("periodogram.csv")), training_(folder_.file("training.csv")),
-          scene_(folder_.file("scene.json")), weights_(folder_.file("weights.tlmw")) {}
+    RunFolder(const std::string &path, const Scene &scene)
+        : scene_text_(scene_text(scene.path)), folder_(path), result_(folder_.file("result.json")),
+          series_(folder_.file("series.csv")), periodogram_(folder_.file("periodogram.csv")),
+          training_(folder_.file("training.csv")), scene_(folder_.file("scene.json")),
+          weights_(folder_.file("weights.tlmw")) {}
 
-    void write(const Scene &scene, const Cadence &cadence, const Pipeline &pipeline, const std::string &json) {
-        const std::string text = scene_text(scene.path);
-        scene_.write(text.data(), text.size());
+    void write(const Cadence &cadence, const Pipeline &pipeline, const std::string &json) {
+        scene_.write(scene_text_.data(), scene_text_.size());
         weights_.write(pipeline.weights.data(), pipeline.weights.size());
         result_.write(json.data(), json.size());
         write_series(series_, cadence, pipeline);
@@ -132,6 +132,7 @@ class RunFolder {
     }
 
   private:
+    std::string scene_text_; // read before the work: the file may be another by the end
     OutputFolder folder_;
     OutputFile result_, series_, periodogram_, training_, scene_, weights_;
 };
@@ -172,12 +173,12 @@ void run(const Options &options, Progress &progress) {
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
-    RunFolder folder(path);
+    RunFolder folder(path, scene);
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const Pipeline pipeline =
         run_pipeline(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
     const std::string json = result_json(scene, pipeline).text();
-    folder.write(scene, cadence, pipeline, json);
+    folder.write(cadence, pipeline, json);
     progress.clear();
     remark(pipeline, progress);
     if (options.as_json)

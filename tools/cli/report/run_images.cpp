@@ -196,10 +196,12 @@ void add_optics(const Scene &scene, const std::string &text, Page &page) {
     Panel alone = bands.front();
     alone.title = "point spread function at " + middle;
     alone.value_unit = bands.back().value_unit;
-    page.add(panel_figure("pupil",
-                          "The mask in the pupil, grey where no light comes through, and what it makes of a star at " +
-                              middle + ".",
-                          {pupil_panel(scene), alone}));
+    page.add(
+        panel_figure("pupil",
+                     "The mask in the pupil, grey where no light comes through, and what it makes of a star, a black "
+                     "body of 5790 K, at " +
+                         middle + ".",
+                     {pupil_panel(scene), alone}));
     page.add(panel_figure("bandwidths", caption, bands));
 }
 
