@@ -1,5 +1,5 @@
 // Measures the autoencoder on one core, instruction set by instruction set, and prints one JSON object a line;
-// bench_cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder
+// cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder
 // as argument it leaves there weights, an image, what the network makes of it and the loss's gradient, for the peers to
 // compare with: raw float32.
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Measures the periodograms on one core and prints one JSON object a line; bench_period.py runs it beside astropy and
+// Measures the periodograms on one core and prints one JSON object a line; period.py runs it beside astropy and
 // lays out the tables. Times are processor time, medians; errors are against sums in long double of exact phases.
 //
 // Usage: bench_period FILE N F0 DF NF; FILE holds N times, values and sigmas, in float64.

@@ -1,5 +1,5 @@
 // Nanoseconds a pixel of the Poisson kernel in each instruction set of this processor, one JSON object a line;
-// processor time, median of nine. bench_sim.py runs it beside numpy.
+// processor time, median of nine. sim.py runs it beside numpy.
 #include <cmath>
 #include <cstdio>
 #include <vector>

@@ -1,4 +1,4 @@
-/* Measures the simulator on one core and prints one JSON object a line; bench_sim.py runs it and lays out the tables.
+/* Measures the simulator on one core and prints one JSON object a line; sim.py runs it and lays out the tables.
  * Times are processor time, medians; errors are against sums in long double or, where said, against every wavelength.
  */
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* Weights blobs of every encoding: their bytes, into the folder given, and what a network loaded from them is worth,
- * one JSON object a line. bench_weights.py runs it and lays out the table. */
+ * one JSON object a line. weights.py runs it and lays out the table. */
 #include "cae_scene.h"
 #include "scene_text.h"
 #include "timing.h"

@@ -1,17 +1,16 @@
 """The autoencoder's times on one core against the processor's peak, and against PyTorch and oneDNN where they are
-installed (Debian's python3-torch, libdnnl-dev)."""
+installed."""
 import os
 import tempfile
 
-from measuring import HERE, PYTHON, lines, row
+from measuring import HERE, PYTHON, lines, peer_lines, row
 
 
 def measure(binaries):
     with tempfile.TemporaryDirectory() as scratch:
         found = lines([os.path.join(binaries, "bench_cae"), scratch])
-        found += lines([PYTHON, os.path.join(HERE, "torch_cae.py"), scratch], optional=True)
-    onednn = os.path.join(binaries, "bench_onednn")
-    return found + (lines([onednn], optional=True) if os.path.exists(onednn) else [])
+        found += peer_lines("PyTorch", [PYTHON, os.path.join(HERE, "torch_cae.py"), scratch])
+    return found + peer_lines("oneDNN", [os.path.join(binaries, "bench_onednn")])
 
 
 def best_of(measured):

@@ -15,26 +15,37 @@ def environment():
     return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
-def lines(command, optional=False):
-    """What a program prints; none where it is optional and fails, as a peer that is not installed."""
+def lines(command):
+    """What a program prints."""
     found = []
-    quiet = subprocess.DEVNULL if optional else None
-    with subprocess.Popen([str(word) for word in command], env=environment(), stdout=subprocess.PIPE, stderr=quiet,
-                          text=True) as run:
+    with subprocess.Popen([str(word) for word in command], env=environment(), stdout=subprocess.PIPE, text=True) as run:
         for line in run.stdout:
             found.append(json.loads(line))
             if sys.stderr.isatty():
                 print(f"\r{os.path.basename(str(command[0]))}: {len(found)} measured ", end="", file=sys.stderr)
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr)
-    if run.returncode != 0 and not optional:
+    if run.returncode != 0:
         sys.exit(run.returncode)
     return found
 
 
-def peer(script, *arguments):
+def peer_lines(name, command):
+    """What a peer prints; none and a remark where it does not run, mostly as it is not installed."""
+    try:
+        done = subprocess.run([str(word) for word in command], env=environment(), capture_output=True, text=True)
+        if done.returncode == 0:
+            return [json.loads(line) for line in done.stdout.splitlines()]
+        why = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
+    except OSError as error:
+        why = error.strerror
+    print(f"bench: nothing measured beside {name} ({why}); see tests/bench/README.md", file=sys.stderr)
+    return []
+
+
+def peer(name, script, *arguments):
     """What a peer's script prints: processor seconds; None where what it needs is not installed."""
-    found = lines([PYTHON, os.path.join(HERE, script), *arguments], optional=True)
+    found = peer_lines(name, [PYTHON, os.path.join(HERE, script), *arguments])
     return found[0] if found else None
 
 

@@ -67,7 +67,7 @@ def rows(measured):
     frames = [one for one in measured if one["part"] == "frame" and (one["samples"], one["frequencies"]) == GRIDS[0]]
     for one in frames:
         yield row("one frame more", one["isa"], f"one frame more and 10,000 powers, {one['isa']}", one["seconds"], one["spread"], None, None,
-                  "astropy fast, all 1,000 again", fast[GRIDS[0]], one["roofline"], one is frames[-1])
+                  "astropy fast, all 1,000", fast[GRIDS[0]], one["roofline"], one is frames[-1])
     for one in measured:
         grid = one["samples"], one["frequencies"]
         name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"

@@ -18,7 +18,7 @@ def measure(binaries):
                                   text=True, check=True)
             found.append({"part": "run", **json.loads(done.stdout)})
     tracked = lines([os.path.join(binaries, "bench_track"), 50000, 2000])
-    return found + [{"part": "track", **one} for one in tracked] + [{"part": "numpy", "image_s": peer("numpy_mft.py", 0.2, 550)}]
+    return found + [{"part": "track", **one} for one in tracked] + [{"part": "numpy", "image_s": peer("numpy", "numpy_mft.py", 0.2, 550)}]
 
 
 def rows(measured):
@@ -29,7 +29,7 @@ def rows(measured):
     # Two stars in each wavelength, every frame anew.
     plain = image and image * 2 * WAVELENGTHS / 101 * runs[0]["frames"]
     yield row("run", "chapter", "toliman run, all of it, by the clock", times[len(times) // 2],
-              (times[-1] - times[0]) / 2, wrong, "of the period", "its frames in numpy (one measured)", plain,
+              (times[-1] - times[0]) / 2, wrong, "of the period", "numpy, the frames alone (one timed)", plain,
               headline=True, efficiency=sorted(one["efficiency"] for one in runs)[len(runs) // 2])
     for one in measured:
         if one["part"] == "track" and "frames" in one and one["threads"] < 2:

@@ -8,9 +8,9 @@ def measure(binaries):
     found = lines([os.path.join(binaries, "bench_sim")]) + lines([os.path.join(binaries, "bench_poisson")])
     for one in found:
         if one["part"] == "image":
-            one["numpy_seconds"] = peer("numpy_mft.py", one["pixel_arcsec"], one["min_nm"])
+            one["numpy_seconds"] = peer("numpy", "numpy_mft.py", one["pixel_arcsec"], one["min_nm"])
         if one["part"] == "poisson":
-            one["numpy_ns"] = peer("numpy_poisson.py", one["decades"])
+            one["numpy_ns"] = peer("numpy", "numpy_poisson.py", one["decades"])
     for far in (1e-6, 1e-2):
         mark_front([one for one in found if one["part"] == "choices" and one["displacement_px"] == far])
     return found

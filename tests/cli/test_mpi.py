@@ -7,6 +7,7 @@ import sys
 import unittest
 
 import numpy
+import schemas
 from astropy.timeseries import LombScargle
 from program import PATIENCE, ROOT, SCENES, ProgramTest
 
@@ -46,6 +47,7 @@ class Mpi(ProgramTest):
     def output(self, count, *arguments):
         done = self.ranks(count, *arguments)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+        schemas.check(done.stdout)
         return done.stdout
 
     def end(self, code, text, count, *arguments, more=()):

@@ -65,6 +65,11 @@ class Install(unittest.TestCase):
         _, _, calls = self.run_install("check")
         self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("check"))))
 
+    def test_peers_are_for_benches_alone(self):
+        self.installed(packages("build", "check"))
+        _, _, calls = self.run_install("peers")
+        self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("peers"))))
+
     def test_provided_and_foreign_names_count(self):
         names = [name for name in packages("build") if name not in ("pkg-config", "zlib1g-dev")]
         self.installed(names, "installed pkgconf other (= 1), pkg-config (= 2)\ninstalled zlib1g-dev:amd64 \n")

@@ -93,16 +93,16 @@ std::string machine_text(const ResultFile &file) {
     for (const char *key : {"date", "cpu", "isa", "blas_core", "fftw"}) {
         const cJSON *fact = cJSON_GetObjectItemCaseSensitive(machine, key);
         if (cJSON_IsString(fact))
-            text += (text.empty() ? "" : ", ") + escaped(fact->valuestring);
+            text += (text.empty() ? "Machine: " : ", ") + escaped(fact->valuestring);
     }
-    return text;
+    return text + ".";
 }
 
 // In the unit that suits it.
 std::string duration(double seconds) {
-    return seconds >= 1      ? printed("%.3g s", seconds)
-           : seconds >= 1e-3 ? printed("%.3g ms", seconds * 1e3)
-                             : printed("%.3g us", seconds * 1e6);
+    return seconds >= 1      ? printed("%.3g&nbsp;s", seconds)
+           : seconds >= 1e-3 ? printed("%.3g&nbsp;ms", seconds * 1e3)
+                             : printed("%.3g&nbsp;&micro;s", seconds * 1e6);
 }
 
 std::string ratio(double value, const char *format) {
@@ -117,20 +117,20 @@ std::string error_text(const ResultFile &file, const cJSON *row) {
 
 std::vector<std::string> cells_of(const ResultFile &file, const cJSON *row) {
     const double seconds = file.number_in(row, "seconds");
-    const std::string peer = escaped(text_or(file, row, "peer"));
     return {escaped(file.text_in(row, "what")),
             duration(seconds),
-            ratio(100 * file.number_in(row, "spread", NAN) / seconds, "%.0f %%"),
+            ratio(100 * file.number_in(row, "spread", NAN) / seconds, "%.0f&nbsp;%%"),
             error_text(file, row),
-            ratio(file.number_in(row, "ratio_peer", NAN), "%.3g &times; ") + peer,
+            escaped(text_or(file, row, "peer")),
+            ratio(file.number_in(row, "ratio_peer", NAN), "%.3g"),
             ratio(file.number_in(row, "ratio_roofline", NAN), "%.2f")};
 }
 
-void add_rows(const ResultFile &file, const Items &rows, const std::string &caption, Page &page) {
-    std::vector<std::vector<std::string>> cells;
-    for (const cJSON *row : rows)
-        cells.push_back(cells_of(file, row));
-    page.add_table(caption, {"", "time", "&plusmn;", "error", "beside it", "of the least"}, cells);
+using Cells = std::vector<std::vector<std::string>>;
+
+void add_cells(const std::string &caption, const Cells &cells, Page &page) {
+    if (!cells.empty())
+        page.add_table(caption, {"", "time", "&plusmn;", "error", "peer", "takes times", "of the least"}, cells);
 }
 
 Items headlines(const ResultFile &file) {
@@ -141,12 +141,32 @@ Items headlines(const ResultFile &file) {
     return rows;
 }
 
+// A table for each machine, mostly one.
+void add_headlines(const std::vector<ResultFile> &files, Page &page) {
+    std::string machine;
+    Cells cells;
+    for (const ResultFile &file : files) {
+        const std::string facts = machine_text(file);
+        if (facts != machine) {
+            add_cells(machine, cells, page);
+            cells.clear();
+        }
+        machine = facts;
+        for (const cJSON *row : headlines(file))
+            cells.push_back(cells_of(file, row));
+    }
+    add_cells(machine, cells, page);
+}
+
 void add_bench(const ResultFile &file, const std::string &bench, const Items &rows, Page &page) {
     page.add_heading(escaped(bench));
     Figure figure = pareto(file, bench, rows, cJSON_HasObjectItem(rows[0], "bytes") ? kBytes : kSpeed);
     if (!figure.script.empty())
         page.add(std::move(figure));
-    add_rows(file, rows, "", page);
+    Cells cells;
+    for (const cJSON *row : rows)
+        cells.push_back(cells_of(file, row));
+    add_cells("", cells, page);
 }
 
 void add_benches(const ResultFile &file, Page &page) {
@@ -178,22 +198,13 @@ std::vector<std::string> bench_files(const std::string &folder) {
 void add_bench_section(const std::string &folder, Page &page, Progress &progress) {
     page.add_title("make bench: speed against error");
     std::vector<ResultFile> files;
-    std::string machine;
     for (const std::string &path : bench_files(folder))
         files.emplace_back(path, kSchema);
     page.add_text(
         "Medians of processor time on one core and half of what the middle half of the runs spans; the largest "
-        "error; how many times as long a peer takes, measured in the same run; the time over the least that "
-        "the machine allows.");
-    for (const ResultFile &file : files) {
-        const std::string facts = machine_text(file);
-        if (facts != machine)
-            page.add_text("Machine: " + facts + ".");
-        machine = facts;
-        const Items rows = headlines(file);
-        if (!rows.empty())
-            add_rows(file, rows, "", page);
-    }
+        "error; a peer that was measured in the same run and how many times as long it takes; the time over the "
+        "least that the machine allows.");
+    add_headlines(files, page);
     for (size_t i = 0; i < files.size(); i++) {
         progress.show("report: bench", static_cast<double>(i) / static_cast<double>(files.size()));
         add_benches(files[i], page);

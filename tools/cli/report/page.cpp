@@ -19,8 +19,8 @@ figure { margin: 1.5em 0; } figure img { display: block; width: 100%; height: au
 figcaption, caption { font-size: 0.9em; color: #444; text-align: left; margin-top: 0.4em; }
 caption { padding-bottom: 0.4em; }
 table { border-collapse: collapse; margin: 1.5em 0; font-size: 0.92em; }
-th, td { padding: 0.25em 0.9em; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; padding-left: 0; white-space: normal; }
+th, td { padding: 0.25em 0.9em; text-align: right; border-bottom: 1px solid #e4e4e4; }
+th:first-child, td:first-child { text-align: left; padding-left: 0; }
 thead th { border-bottom: 2px solid #888; }
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";

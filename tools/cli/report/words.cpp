@@ -13,7 +13,7 @@ namespace {
 constexpr const char *kUnknown = "&ndash;";
 
 std::string with_exponent(double mantissa, long exponent, int digits) {
-    return printed("%.*f &times; 10<sup>%s%ld</sup>", digits - 1, mantissa, exponent < 0 ? "&minus;" : "",
+    return printed("%.*f&nbsp;&times;&nbsp;10<sup>%s%ld</sup>", digits - 1, mantissa, exponent < 0 ? "&minus;" : "",
                    std::labs(exponent));
 }
 
