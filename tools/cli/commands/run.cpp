@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "experiment/pipeline.hpp"
@@ -113,7 +114,7 @@ void write_training(OutputFile &out, const Pipeline &pipeline) {
 class RunFolder {
   public:
     RunFolder(const std::string &path, const Scene &scene)
-        : scene_text_(scene_text(scene.path)), folder_(path), result_(folder_.file("result.json")),
+        : scene_text_(whole_text(scene.path)), folder_(path), result_(folder_.file("result.json")),
           series_(folder_.file("series.csv")), periodogram_(folder_.file("periodogram.csv")),
           training_(folder_.file("training.csv")), scene_(folder_.file("scene.json")),
           weights_(folder_.file("weights.tlmw")) {}

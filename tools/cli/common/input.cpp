@@ -62,6 +62,11 @@ bool InputFile::read(void *data, size_t size) {
     return whole;
 }
 
+void InputFile::read_known(void *data, size_t size) {
+    if (!read(data, size))
+        malformed(path_, "became shorter while it was read");
+}
+
 bool InputFile::ended() {
     const int next = std::getc(file_);
     check_input();
@@ -69,11 +74,18 @@ bool InputFile::ended() {
 }
 
 void InputFile::check_input() const {
-    if (sized() || std::ferror(file_) == 0)
+    if (std::ferror(file_) == 0)
         return;
     const int reason = errno;
-    stop_if_asked(); // it ended the waiting
+    stop_if_asked(); // it ended the waiting for standard input
     malformed(path_, std::string("cannot be read: ") + std::strerror(reason));
+}
+
+std::string whole_text(const std::string &path) {
+    InputFile file(path);
+    std::string text(file.size(), '\0');
+    file.read_known(text.data(), text.size());
+    return text;
 }
 
 } // namespace cli

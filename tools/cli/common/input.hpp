@@ -38,15 +38,19 @@ class InputFile {
     bool sized() const noexcept { return file_ != stdin; }
     size_t size() const noexcept { return size_; } // 0 of standard input
     void seek(size_t offset) noexcept { ::fseeko(file_, static_cast<off_t>(offset), SEEK_SET); }
-    bool read(void *data, size_t size);
-    bool ended(); // nothing is left; waits for standard input, as read does, until a signal
+    bool read(void *data, size_t size);       // false: the file has fewer bytes
+    void read_known(void *data, size_t size); // a Failure if it has fewer, as once it was longer
+    bool ended();                             // nothing is left; waits for standard input, as read does, until a signal
 
   private:
     InputFile() : path_("standard input"), file_(stdin) {}
-    void check_input() const;
-    std::string path_; // as messages name it
+    void check_input() const; // a Failure if reading failed
+    std::string path_;        // as messages name it
     std::FILE *file_;
     size_t size_ = 0;
 };
+
+// All of a regular file.
+std::string whole_text(const std::string &path);
 
 } // namespace cli

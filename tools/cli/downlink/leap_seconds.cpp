@@ -17,16 +17,6 @@ constexpr const char kBuiltIn[] =
 constexpr int64_t kFirstDay = 41317, kFirstAhead = 10; // 1972-01-01
 constexpr int64_t kDay = 86400, kDayOf1900 = 15020;
 
-std::string text_of(const std::string &path) {
-    if (path.empty())
-        return kBuiltIn;
-    InputFile file(path);
-    std::string text(file.size(), '\0');
-    if (!file.read(text.data(), text.size()))
-        malformed(path, "cannot be read");
-    return text;
-}
-
 int64_t day_of(long long seconds, const LinePlace &where) {
     if (seconds < 0 || seconds % kDay != 0)
         malformed(where.text(), std::to_string(seconds) + ": must be the seconds from 1900 to the beginning of a day");
@@ -36,7 +26,7 @@ int64_t day_of(long long seconds, const LinePlace &where) {
 } // namespace
 
 LeapSeconds::LeapSeconds(const std::string &path) {
-    const std::string text = text_of(path);
+    const std::string text = path.empty() ? kBuiltIn : whole_text(path);
     int number = 0;
     for (size_t at = 0; at < text.size();) {
         const size_t end = std::min(text.find('\n', at), text.size());

@@ -45,8 +45,7 @@ void copy(const std::string &from, const std::string &to) {
     std::vector<char> buffer(size_t{1} << 16);
     for (size_t left = in.size(); left > 0;) {
         const size_t count = std::min(left, buffer.size());
-        if (!in.read(buffer.data(), count))
-            malformed(from, "cannot be read");
+        in.read_known(buffer.data(), count);
         out.write(buffer.data(), count);
         left -= count;
     }

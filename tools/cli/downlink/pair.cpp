@@ -147,8 +147,7 @@ void Pair::give(Receiver &receiver) {
         Arrival &arrival = receiver.next();
         arrival.pixels.resize(places_[given_].size);
         file.seek(places_[given_].offset);
-        if (!file.read(arrival.pixels.data(), arrival.pixels.size()))
-            malformed(binary_, "cannot be read");
+        file.read_known(arrival.pixels.data(), arrival.pixels.size());
         arrival.where = where(given_);
         arrival.facts = line.facts;
         arrival.pixel = format_.wide ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;

@@ -131,10 +131,7 @@ SideLine read_side_line(const std::string &line) {
 }
 
 std::vector<SideLine> read_side_file(const std::string &path, bool growing) {
-    InputFile file(path);
-    std::string text(file.size(), '\0');
-    if (!file.read(text.data(), text.size()))
-        malformed(path, "cannot be read");
+    const std::string text = whole_text(path);
     const size_t most = kMoreLines + text.size() / kShortestLine;
     std::vector<SideLine> lines;
     for (size_t at = 0; at < text.size();) {

@@ -17,13 +17,9 @@ namespace {
 constexpr size_t kMostBytes = 1 << 26; // of a JSON file
 
 std::string bytes_of(const std::string &path) {
-    InputFile file(path);
-    if (file.size() > kMostBytes)
+    if (InputFile(path).size() > kMostBytes)
         malformed(path, "is too long for a result");
-    std::string text(file.size(), '\0');
-    if (!file.read(text.data(), text.size()))
-        malformed(path, "cannot be read to its end");
-    return text;
+    return whole_text(path);
 }
 
 const cJSON *found(const cJSON *object, const std::string &key) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "frames/network.hpp"
 #include "report/words.hpp"
 #include "scenes/scene.hpp"
@@ -310,7 +311,7 @@ void add_reconstruction(const Scene &scene, const Image &frame, const Network &n
 } // namespace
 
 void add_run_images(const std::string &folder, const std::string &scene_folder, uint64_t seed, Page &page) {
-    const std::string text = scene_text(folder + "/scene.json");
+    const std::string text = whole_text(folder + "/scene.json");
     const Scene scene(scene_folder + "/scene.json", text);
     const Network network(folder + "/weights.tlmw");
     if (network.info.scene_digest != scene.info.scene_digest)

@@ -1,34 +1,17 @@
 #include "scenes/scene_json.hpp"
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 
 namespace cli {
 
-namespace {
-
-[[noreturn]] void lost(const std::string &path) {
-    malformed(path, "cannot be read again");
-}
-
-} // namespace
-
-std::string scene_text(const std::string &path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (!file)
-        lost(path);
-    return text;
-}
-
 JsonTree read_scene_json(const std::string &path) {
-    const std::string text = scene_text(path);
+    const std::string text = whole_text(path);
     JsonTree tree(cJSON_ParseWithLength(text.data(), text.size()));
     if (!tree)
-        lost(path);
+        malformed(path, "is no longer the scene that was read");
     return tree;
 }
 

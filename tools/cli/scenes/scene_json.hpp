@@ -7,7 +7,6 @@
 
 namespace cli {
 
-std::string scene_text(const std::string &path);
 JsonTree read_scene_json(const std::string &path);
 JsonTree copy_of(const cJSON *item);
 // Where relative file names of the scene at `path` start.
