@@ -299,6 +299,8 @@ class Run(ReportTest):
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertEqual(done.stderr, "toliman: gnuplot, which draws the figures, is not installed: apt-get install gnuplot-nox\n")
         self.assertFalse((self.folder / "copy" / "report").exists())
+        done = self.run_program("report", "copy", "--out", "copy/result.json", env={**os.environ, "PATH": str(self.folder)})
+        self.assertEqual((done.returncode, done.stderr), (6, "toliman: copy/result.json: is not a folder\n"))  # said first
         stand_in = self.folder / "gnuplot"
         stand_in.write_text("#!/bin/sh\necho 'gnuplot> plot' >&2\necho '     line 7: no such thing' >&2\nexit 1\n")
         stand_in.chmod(0o755)

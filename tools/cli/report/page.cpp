@@ -34,6 +34,9 @@ std::string row_of(const std::vector<std::string> &cells, const char *tag) {
 
 } // namespace
 
+Page::Page(const std::string &folder)
+    : folder_(folder), inner_(folder_.file("figures")), path_(folder_.file("report.html")), page_(path_) {}
+
 void Page::add_title(const std::string &html) {
     if (title_.empty())
         title_ = html;
@@ -67,26 +70,23 @@ void Page::add_table(const std::string &caption, const std::vector<std::string> 
     body_ += "</tbody>\n</table>\n";
 }
 
-std::string Page::write(const std::string &folder) const {
-    OutputFolder outer(folder), inner(outer.file("figures"));
-    std::string path = outer.file("report.html");
-    OutputFile page(path);
+const std::string &Page::write() {
     std::vector<std::unique_ptr<OutputFile>> files;
     for (const File &figure : figures_) {
-        files.push_back(std::make_unique<OutputFile>(inner.file(figure.name)));
+        files.push_back(std::make_unique<OutputFile>(inner_.file(figure.name)));
         files.back()->write(figure.bytes.data(), figure.bytes.size());
     }
     const std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                              "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
                              title_ + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n" + body_ +
                              "</main>\n</body>\n</html>\n";
-    page.write(html.data(), html.size());
+    page_.write(html.data(), html.size());
     for (const std::unique_ptr<OutputFile> &file : files)
         file->commit();
-    page.commit(); // last: whoever finds it finds its figures
-    inner.keep();
-    outer.keep();
-    return path;
+    page_.commit(); // last: whoever finds it finds its figures
+    inner_.keep();
+    folder_.keep();
+    return path_;
 }
 
 } // namespace cli

@@ -10,6 +10,8 @@ namespace cli {
 
 class Page {
   public:
+    // A Failure where the folder's files cannot be written. It is made if need be, and removed again without write().
+    explicit Page(const std::string &folder);
     // Names of figures that are added from now on begin with this.
     void set_prefix(const std::string &prefix) { prefix_ = prefix; }
     void add_title(const std::string &html);
@@ -21,13 +23,16 @@ class Page {
     void add_table(const std::string &caption, const std::vector<std::string> &heads,
                    const std::vector<std::vector<std::string>> &rows);
 
-    // All files or none, the page last; returns its path. The folder is made if need be.
-    std::string write(const std::string &folder) const;
+    // All files or none, the page last; returns its path.
+    const std::string &write();
 
   private:
     struct File {
         std::string name, bytes;
     };
+    OutputFolder folder_, inner_;
+    std::string path_;
+    OutputFile page_;
     std::string prefix_, title_, body_;
     std::vector<File> figures_; // below figures/
 };

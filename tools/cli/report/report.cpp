@@ -52,13 +52,13 @@ void report(Options &options, Progress &progress) {
         folder = plain(folder);
         sections.push_back(section_of(folder));
     }
-    Page page;
+    Page page(options.out.empty() ? options.folders[0] + "/report" : plain(options.out));
     for (size_t i = 0; i < sections.size(); i++) {
         page.set_prefix(i > 0 ? std::to_string(i + 1) + "-" : "");
         sections[i](options.folders[i], page, progress);
         stop_if_asked();
     }
-    const std::string path = page.write(options.out.empty() ? options.folders[0] + "/report" : plain(options.out));
+    const std::string path = page.write();
     progress.clear();
     print_stdout(path + "\n");
 }
