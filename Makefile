@@ -2,30 +2,22 @@
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
-PYTHON = /usr/bin/python3
 SECONDS ?= 60
-
-.DEFAULT_GOAL := all
-.PHONY: all deps demo check check-deps everything bench fap soak same faults fuzz races asan tsan coverage abi docs \
-	install package format lint clean help
+CAMPAIGNS = soak same faults fuzz races asan tsan coverage
+.PHONY: all deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package format lint clean help
 
 all: deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
-
 demo: all ## build everything, find a planet in 1095 simulated frames, and draw a page of figures
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 	$(BUILD)/bin/toliman report chapter.run
-
 check: everything ## build and run every test
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some wait for disks and clocks
-
-bench: everything ## measure everything against its error and peers, into build/bench and a report (10 minutes)
-	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
+bench: everything ## measure everything against its error and peers, into build/bench and a report (7 minutes)
+	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-
 bench-%: everything ## the same of one: sim, cae, period, weights, run or size, with its details
-	@$(PYTHON) tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
-
+	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
 fap: everything ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 
@@ -36,49 +28,32 @@ fuzz: check-deps ## mutate inputs of every parser, by clang's libFuzzer and sani
 races: check-deps ## 8 threads of 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
 coverage: check-deps ## run the tests and say which lines and branches of lib/ they leave out (15 minutes)
-soak same faults fuzz races asan tsan coverage:
+$(CAMPAIGNS):
 	@SECONDS_EACH=$(SECONDS) tests/campaign $@ $(BUILD) $(JOBS)
 
-abi: check-deps ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
-	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
-	@cmake --build $(BUILD) --parallel $(JOBS) --target toliman_abi
+abi: everything ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
 	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
-
 docs: check-deps ## make the reference of the C interface: build/docs/html/index.html
-	@mkdir -p $(BUILD)/docs
-	@VERSION=$$(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt) OUTPUT=$(BUILD)/docs doxygen tools/docs/Doxyfile
-	@echo $(BUILD)/docs/html/index.html
-
+	@tools/docs/make $(BUILD)/docs
 install: all ## install below PREFIX, by default /usr/local; DESTDIR stands before it
 	@cmake --install $(BUILD) --prefix $(PREFIX)
-
 package: all check-deps ## make Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
-
 format: ## lay out the sources as .clang-format says
 	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i
-
-lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the program
-	@cppcheck --quiet --error-exitcode=1 --enable=warning,performance,portability --std=c++17 --language=c++ \
-	    --suppressions-list=tools/check/cppcheck.txt -Ilib -Iinclude -I$(BUILD)/include -I$(BUILD)/tools/cli \
-	    -D__x86_64__=1 -DTOLIMAN_ISA=baseline '-D__attribute__(x)=' lib tools/cli tools/mpi
-	@git ls-files 'lib/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
-
+lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
+	@tools/check/lint $(BUILD) $(JOBS)
 clean: ## remove what was built
 	rm -rf $(BUILD)
-
 help: ## say what can be made
 	@grep -hE '^[a-z% -]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
 deps:
 	@tools/deps/install build
-
 check-deps:
 	@tools/deps/install check
-
 everything: check-deps
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
-
 $(BUILD)/build.ninja:
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=OFF >/dev/null
