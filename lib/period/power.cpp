@@ -66,9 +66,10 @@ void PowerQuery::check() const {
     const Grid &grid = stream_.grid();
     if (!resolved())
         fail(Status::range,
-             "values scatter by %.3Lg about their mean, value_bound = %g keeps 12 digits from %.3Lg on: create with a "
+             "values scatter by %.3g about their mean, value_bound = %g keeps 12 digits from %.3g on: create with a "
              "smaller value_bound",
-             std::sqrt(spread_) * grid.value_bound, grid.value_bound, least_scatter() * grid.value_bound);
+             static_cast<double>(std::sqrt(spread_) * grid.value_bound), grid.value_bound,
+             static_cast<double>(least_scatter() * grid.value_bound));
 }
 
 bool PowerQuery::needs_wide() const noexcept {

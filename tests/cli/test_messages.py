@@ -48,7 +48,15 @@ class Words(ProgramTest):
         ):
             self.refuse(2, *texts, arguments=words)
 
+    def test_odd_values(self):
+        self.refuse(2, "--sync frrr", "must be one of frame", arguments=("track", "--sync", "f" + 30000 * "r", "x"))
+        self.refuse(2, "--sync fr?am: must be one of frame", "did you mean frame?", arguments=("track", "--sync", "fr\nam", "x"))
+        self.refuse(2, "--sync f?[31mb: must be one of", arguments=("track", "--sync", "f\x1b[31mb", "x"))
+        self.refuse(2, "unknown option --a?[31mb", arguments=("track", "--a\x1b[31mb", "x"))
+
     def test_what_is_missing(self):
+        self.refuse(2, "toliman: needs a command: toliman --help lists them\n", arguments=())
+        self.refuse(2, "toliman: needs a command: toliman --help lists them\n", arguments=("--progress", "none"))
         self.refuse(2, "--out is required", arguments=("psf", CHAPTER))
         self.refuse(2, "--state is required", arguments=("track", "--weights", "w.tlmw", "f.npy"))
 

@@ -97,12 +97,15 @@ class Layers(Tree):
 
 class Words(Tree):
     def test_good(self):
+        self.accepts("words", "lib/a/b.cpp", 'fail("%zu of %s, 50 % in %lld %-8.3g%% of all");\n')
         self.accepts("words", "README.md", "https://host/work/a include/work/a a/root b/tmp/c todo /tmp\n")
 
     def test_bad(self):
         for bad in ("/" + "root/a", "/" + "work/a", "in /" + "tmp/a", "/" + "home/me", "see ../" + "shared/A.md",
                     "TO" + "DO: later"):
             self.refuses("words", "docs/a.md", "one\n%s\n" % bad, "docs/a.md:2: ")
+        for bad in ("%.3Lg", "%e", "%5i ", "%p"):
+            self.refuses("words", "lib/a/b.cpp", 'fail("one %d, %s");\n' % (1, bad), "lib/a/b.cpp:1: ")
 
 
 @unittest.skipUnless(shutil.which("clang-format"), "clang-format is not installed")

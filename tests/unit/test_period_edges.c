@@ -149,6 +149,14 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
         assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
                      "smaller value_bound");
+        double scatter, least; /* of values within 1.5 of the scale */
+        const char *numbers = strstr(toliman_last_error(), "scatter by ");
+        assert_non_null(numbers);
+        assert_int_equal(sscanf(numbers,
+                                "scatter by %lg about their mean, value_bound = %*g keeps 12 digits from %lg on",
+                                &scatter, &least),
+                         2);
+        assert_true(scatter > 0.1 * cases[i].scale && scatter < 10 * cases[i].scale && least > scatter);
         assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_RANGE, "smaller value_bound");
         assert_fails(toliman_period_query_fit(period, times, values, NULL, N, &peak), TOLIMAN_E_RANGE,
                      "smaller value_bound");

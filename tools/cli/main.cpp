@@ -38,7 +38,7 @@ int parse_and_run(int argc, char **argv) {
     } catch (const CLI::Success &success) { // --help, --version
         return app.exit(success);
     } catch (const CLI::ParseError &error) {
-        return complain(kExitUsage, complaint(error, app, argc, argv).c_str());
+        throw Failure(kExitUsage, complaint(error, app, argc, argv));
     }
     watch_signals();
     try {

@@ -1,7 +1,6 @@
 #include "options/suggest.hpp"
 
 #include <algorithm>
-#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -40,18 +39,20 @@ bool known(const std::string &word, const std::vector<std::string> &names) {
 // What CLI11 says of a value that is none of a list, "--sync: fram not in {frame,group,none}", as the rest of the
 // program says it.
 std::string unknown_value(const std::string &message) {
-    static const std::regex form("(\\S+): (.*) not in \\{([^{}]*)\\}");
-    std::smatch parts;
-    if (!std::regex_match(message, parts, form))
+    const std::string between = " not in {";
+    const size_t option = message.find(": "), end = message.rfind(between);
+    if (option == std::string::npos || end == std::string::npos || end < option + 2 || message.back() != '}')
         return message;
+    const std::string value = message.substr(option + 2, end - option - 2);
+    const size_t first = end + between.size();
     std::vector<std::string> names;
     std::string list;
-    std::stringstream words(parts[3].str());
+    std::stringstream words(message.substr(first, message.size() - 1 - first));
     for (std::string name; std::getline(words, name, ',');) {
         list += (names.empty() ? "" : ", ") + name;
         names.push_back(name);
     }
-    return parts[1].str() + " " + parts[2].str() + ": must be one of " + list + meant(parts[2].str(), names);
+    return message.substr(0, option) + " " + value + ": must be one of " + list + meant(value, names);
 }
 
 } // namespace
@@ -71,7 +72,10 @@ std::string meant(const std::string &word, const std::vector<std::string> &names
 
 std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
     const std::string unknown = unknown_word(app, argc, argv);
-    return unknown.empty() ? unknown_value(error.what()) : unknown;
+    if (!unknown.empty())
+        return unknown;
+    const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
+    return needs_command ? "needs a command: toliman --help lists them" : unknown_value(error.what());
 }
 
 std::string unknown_word(const CLI::App &app, int argc, char **argv) {
