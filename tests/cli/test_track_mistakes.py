@@ -151,10 +151,34 @@ class Pixels(Mistakes):
         self.track("s", "in", "--bit-depth", "31")
         self.assertNotIn("none of", self.errors)
 
+    def test_values_that_noise_does_not_reach(self):
+        """One pixel of one frame that is damaged within its bits."""
+        self.pair("in/x", self.lines, [frame | (numpy.arange(SIDE * SIDE).reshape(SIDE, SIDE) == 2080) * (k == 5) * (1 << 31)
+                                       for k, frame in enumerate(self.frames)])
+        out = self.track("s", "in")
+        value = [line["value"] for line in out if "verdict" in line][5]
+        sigma = json.loads(self.succeed("status", "s", "--json"))["sigma"]
+        self.assertGreater(abs(value), 20 * sigma)
+        self.assertEqual(self.errors.count("warning"), 1, self.errors)
+        self.assertIn(f"in/x_meta.jsonl:6: accepted, but its value of {value:.4g} px is {abs(value) / sigma:.3g} sigma",
+                      self.errors)
+        self.track("strong", "in", "--strict")  # no damage for sure
+        last = self.counts(self.track("t", "in", "--value-limit", str(20 * sigma)))
+        self.assertEqual((last["accepted"], last["outlier"]), (FRAMES - 1, 1))
+
+    def test_many_warnings_of_a_file(self):
+        self.pair("in/x", self.lines, self.frames[:10])
+        out = self.track("s", "in")
+        self.assertEqual(sum(line.get("reason") == "short file" for line in out), FRAMES - 10)
+        self.assertEqual(self.errors.count("ends before this frame"), 10)
+        self.assertIn("in/x_meta.jsonl:21 and more of this file: see the lines on standard output\n", self.errors)
+        self.assertTrue(self.errors.endswith(f"in/x_meta.jsonl: {FRAMES - 10} frames were not as they should be\n"), self.errors)
+
     def test_what_quarantine_means(self):
         self.pair("in/x", [self.lines[0], self.side(0, timestamp_ns=5)], [self.frames[0]] * 2)
         self.track("s", "in")
-        text = "quarantined: came before with other pixels, time or count of drops; neither counts any longer"
+        text = "quarantined: frame 0 of session day came before with other pixels, time or count of drops; neither counts " \
+               "any longer, nor will another copy"
         self.assertIn(f"in/x_meta.jsonl:2: {text}\n", self.errors)
 
     def test_bad_lines_name_the_key_and_keep_the_frame(self):
@@ -250,6 +274,19 @@ class Followed(Mistakes):
         self.stop(run)
         self.assertEqual(self.errors.count("warning"), 0, self.errors)
         self.assertEqual(self.sums("s"), self.clean([*range(10, 15), *range(20, 25), *range(30, 34)]))
+
+    def test_half_a_pair_that_never_comes(self):
+        self.pair("in/a", self.lines[:2], self.frames[:2])
+        (self.folder / "in/x_frames.bin").write_bytes(b"1234")
+        (self.folder / "in/y_meta.jsonl").write_text(self.lines[3] + "\n")
+        run = self.start("s", "in", "--follow")
+        self.read(run, 2)
+        time.sleep(1)
+        left = self.stop(run)
+        halves = {(line["remark"], line["input"]) for line in left if "remark" in line}
+        self.assertEqual(halves, {("unreadable input", f"in/{name}_meta.jsonl") for name in "xy"})
+        self.assertIn("in/x_meta.jsonl: No such file or directory, wanted beside in/x_frames.bin\n", self.errors)
+        self.assertIn("in/y_frames.bin: No such file or directory, wanted beside in/y_meta.jsonl\n", self.errors)
 
     def test_what_is_gone_and_comes_back(self):
         folder = self.folder / "in"
@@ -367,6 +404,17 @@ class Folders(Mistakes):
         self.assertEqual(printed, (4000 - 128) // 64)
         self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], printed)
         self.assertEqual(self.counts(self.track("s", "in", grid=small))["accepted"], 2 * FRAMES)
+        run = self.start("t", "-", "--sync", "frame", stdin=subprocess.PIPE)
+        run.stdin.write("all\n")
+        run.stdin.flush()
+        self.read(run, FRAMES)
+        resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (4000, 4000))  # too little for the checkpoint in the end
+        errors = run.communicate(timeout=PATIENCE)[1]
+        self.assertEqual((run.returncode, errors),
+                         (6, "toliman: lines that were printed are safe on the disk, and the same command goes on\n"
+                             "toliman: t/checkpoint.tlmc.tmp: File too large\n"))
+        self.track("t", "all")
+        self.assertEqual(self.sums("t"), self.clean(range(FRAMES)))
 
 
 if __name__ == "__main__":

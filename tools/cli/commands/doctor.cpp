@@ -188,7 +188,7 @@ void print(const Health &health) {
 }
 
 void doctor(const std::string &folder, bool json) {
-    const Health health = examine(folder);
+    const Health health = examine(folder.empty() ? "." : folder);
     if (json)
         print_stdout(as_json(health));
     else {

@@ -24,8 +24,10 @@ Examples:
   toliman status mission --series | toliman period - --f0 1e-3 --df 1e-4 --nf 5000
 
 Shows frames by what became of them, sessions and how many frame ids are missing between the first and the last of each,
-and the period with its false alarm probability at one look and for who looks after every frame (sequential). Of frames
-that were rejected every arrival counts, as a good copy may still come.)";
+and the period with its false alarm probability at one look and for who looks after every frame (sequential). Received
+are all arrivals; repeated those that had come before, also by giving the same files again. Of rejected frames every
+arrival counts, as a good copy may still come. Quarantined frames came and count for nothing, so that no id of theirs
+is missing. What the end of a short file or a bad line had is not in the folder: the lines of track have told of it.)";
 
 constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
 
@@ -35,7 +37,7 @@ Examples:
   toliman rebuild mission --mission-days 1500 --clock camera
 
 For another grid or epoch, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where
-that time is TAI. What is not said stays. Frames that were rejected for their time must come again.)";
+that time is TAI. What is not said stays as it is. Frames that were rejected for their time must come again.)";
 
 struct Options {
     std::string folder;
@@ -64,11 +66,13 @@ std::string settings_text(const toliman::tracker &tracker, const toliman_track_o
     std::string text = row("  grid        %.6g + k %.6g a day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
                            how.df, number(how.nf), number(how.time_offset_ns));
     text += row("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
-    text += row(
-        "  frames      %lldx%lld of %u bits, from %lld,%lld by %lld to %lldx%lld; estimator %016llx, sigma %.3g\n",
-        number(how.rows), number(how.cols), how.bit_depth, number(how.crop_row), number(how.crop_col), number(how.bin),
-        number(how.image_rows), number(how.image_cols), static_cast<unsigned long long>(how.estimator_id), how.sigma);
-    return text;
+    text += row("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
+    if (how.image_rows != how.rows || how.image_cols != how.cols)
+        text += row(", of which %lldx%lld from row %lld, column %lld%s are taken", number(how.image_rows * how.bin),
+                    number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
+                    how.bin > 1 ? row(", %lldx%lld added up,", number(how.bin), number(how.bin)).c_str() : "");
+    return text + row("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
+                      static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
 }
 
 std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
@@ -121,7 +125,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
                   "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
                   "  repeated    %12lld\n  rejected    %12lld\n"
                   "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
-                  "  sessions    %12lld   and regions\n",
+                  "  streams     %12lld   regions of a session\n",
                   folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
                   number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
                   number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));

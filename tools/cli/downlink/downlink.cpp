@@ -60,9 +60,10 @@ std::vector<std::string> pairs_of(const std::string &path) {
 
 // A Failure of one of the two files that is not there.
 void check_whole(const std::string &side) {
-    for (const std::string &path : {side, binary_of(side)})
+    const std::string binary = binary_of(side);
+    for (const auto &[path, other] : {std::pair(side, binary), std::pair(binary, side)})
         if (!exists(path))
-            malformed(path, std::strerror(errno));
+            malformed(path, std::strerror(errno) + std::string(exists(other) ? ", wanted beside " + other : ""));
 }
 
 // What a Failure tells of an input, without its name.
@@ -150,6 +151,7 @@ void Downlink::read_folder(const std::string &folder) {
 void Downlink::read_pair(const std::string &path) {
     if (options_.dtype.empty())
         malformed(path, "headerless frames need --dtype u16le or u32le");
+    check_whole(side_of(path));
     Pair pair(path, {options_.dtype == "u32le", options_.rows, options_.cols});
     pair.read(receiver_, false);
     pair.end(receiver_);
@@ -266,6 +268,20 @@ void Downlink::poll() {
 void Downlink::end() {
     for (auto &[side, pair] : growing_)
         pair.end(receiver_);
+    for (const std::string &input : options_.inputs)
+        for (const std::string &side : sides_of(input))
+            name_half(side);
+}
+
+// A pair of which only one file ever came.
+void Downlink::name_half(const std::string &side) {
+    if (growing_.count(side) > 0)
+        return;
+    try {
+        check_whole(side);
+    } catch (const Failure &failure) {
+        receiver_.remark(Remark::unreadable, side, reason_of(failure, side));
+    }
 }
 
 } // namespace cli

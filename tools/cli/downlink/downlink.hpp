@@ -45,6 +45,7 @@ class Downlink {
     FrameTimes times_of(FrameFile &file);
     void poll();
     void end();
+    void name_half(const std::string &side);
 
     const DownlinkOptions &options_;
     Receiver &receiver_;

@@ -115,7 +115,8 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
             throw Failure(kExitState, damage_of(folder));
         toliman::check(status);
         if (lost > 0)
-            std::fprintf(stderr, "%s: %lld lines are lost\n", folder.c_str(), static_cast<long long>(lost));
+            std::fprintf(stderr, "%s: %lld line%s lost\n", folder.c_str(), static_cast<long long>(lost),
+                         lost == 1 ? " is" : "s are");
     }
     toliman::check(toliman_track_save(tracker.get()));
     made.keep();

@@ -8,6 +8,7 @@
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "series/fap.hpp"
 
 namespace cli {
 
@@ -114,6 +115,15 @@ bool is_known(toliman_status status) {
     return true;
 }
 
+std::string unit_text(double unit_ns) {
+    constexpr double kDay = 86400e9;
+    if (unit_ns == kDay)
+        return "d";
+    char text[40];
+    std::snprintf(text, sizeof text, "units of %g s", unit_ns * 1e-9);
+    return text;
+}
+
 } // namespace
 
 PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
@@ -121,6 +131,10 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
+    toliman_period_info info = {};
+    info.struct_size = sizeof info;
+    toliman::check(toliman_period_get_info(period, &info));
+    unit_ = unit_text(info.unit_ns);
     if (!is_known(toliman_period_query_peak(period, &peak_)))
         return;
     toliman::check(toliman_period_query_fap(period, TOLIMAN_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
@@ -150,7 +164,8 @@ std::string PeriodFacts::text() const {
     size_t size = static_cast<size_t>(std::snprintf(text, sizeof text, "period %.6g ", best.period));
     if (std::isfinite(best.period_error))
         size += static_cast<size_t>(std::snprintf(text + size, sizeof text - size, "+- %.2g ", best.period_error));
-    std::snprintf(text + size, sizeof text - size, "d, log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_);
+    std::snprintf(text + size, sizeof text - size, "%s, log10 FAP %.2f, sequential %.2f%s", unit_.c_str(),
+                  best.log10_fap, sequential_, sequential_ > kSignificant ? ": no significant period" : "");
     return text;
 }
 

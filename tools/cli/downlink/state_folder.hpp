@@ -39,6 +39,7 @@ class PeriodFacts {
   private:
     int64_t count_;
     double sequential_;
+    std::string unit_; // of time
     toliman_period_peak peak_ = {}, fit_ = {};
 };
 

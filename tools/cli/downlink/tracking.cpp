@@ -1,6 +1,7 @@
 #include "downlink/tracking.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -18,6 +19,9 @@ constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
 constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected"};
 constexpr const char kBadLine[] = "bad line";
+constexpr const char kSafe[] = "lines that were printed are safe on the disk, and the same command goes on";
+constexpr int64_t kMostWarnings = 10; // of one file; the lines on stdout have them all
+constexpr double kFar = 20;           // sigma, of a value that noise does not reach
 constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
 
 Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
@@ -121,13 +125,30 @@ void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
     refused_ += verdict == TOLIMAN_TRACK_REJECTED || verdict == TOLIMAN_TRACK_OUTLIER;
     beyond_clock_ += has_value && is_beyond_clock(arrival);
     if (!is_good && verdict != TOLIMAN_TRACK_DUPLICATE)
-        warn(arrival.where, why(outcome));
+        warn(arrival.where, why(arrival.facts, outcome));
+    if (is_good)
+        remark_far(arrival.where, outcome.value);
 }
 
-std::string Tracking::why(const toliman_outcome &outcome) const {
+// A strong signal takes most values so far from 0, damage few.
+void Tracking::remark_far(const std::string &where, double value) {
+    const double sigma = info_of(tracker_).sigma;
+    if (std::fabs(value) <= kFar * sigma)
+        return;
+    far_++;
+    if (10 * far_ <= good_ + 10)
+        progress_.warn(where + ": accepted, but its value of " + number(value, 4) + " px is " +
+                       number(std::fabs(value) / sigma, 3) +
+                       " sigma: a strong signal, or damage that hides the period; a new folder with --value-limit "
+                       "keeps such frames out");
+}
+
+std::string Tracking::why(const FrameFacts &facts, const toliman_outcome &outcome) const {
     const std::string reason = toliman_track_reason_name(outcome.reason);
     if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
-        return "quarantined: came before with other pixels, time or count of drops; neither counts any longer";
+        return "quarantined: frame " + std::to_string(facts.id) + " of session " + facts.session +
+               " came before with other pixels, time or count of drops; neither counts any longer, nor will another "
+               "copy";
     if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
         return "outlier: a value of " + number(outcome.value, 4) + " px, beyond the " +
                number(info_of(tracker_).value_limit, 4) + " px of --value-limit: it stays out of the periodogram";
@@ -140,6 +161,7 @@ std::string Tracking::why(const toliman_outcome &outcome) const {
         return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
                ", more than --bit-depth allows";
     case TOLIMAN_REASON_HOLE:
+        return "rejected: " + reason + ", nothing but zeros up to pixel " + place;
     case TOLIMAN_REASON_NOT_FINITE:
         return "rejected: " + reason + " at pixel " + place;
     case TOLIMAN_REASON_CLOCK:
@@ -159,7 +181,11 @@ bool Tracking::is_beyond_clock(const Arrival &arrival) const noexcept {
 
 void Tracking::warn(const std::string &where, const std::string &text) {
     troubles_++;
-    progress_.warn(where + ": " + text);
+    const int64_t before = warned_[where.substr(0, where.rfind(':'))]++;
+    if (before < kMostWarnings)
+        progress_.warn(where + ": " + text);
+    else if (before == kMostWarnings)
+        progress_.tell(where + " and more of this file: see the lines on standard output");
 }
 
 bool Tracking::wants(const FrameFacts &facts) {
@@ -214,6 +240,9 @@ void Tracking::update(Fit fit) {
 
 // What only a whole run tells.
 void Tracking::conclude() {
+    for (const auto &[file, count] : warned_)
+        if (count > kMostWarnings)
+            progress_.warn(file + ": " + std::to_string(count) + " frames were not as they should be");
     if (beyond_clock_ > 0)
         progress_.warn(std::to_string(beyond_clock_) +
                        " frames lie outside the clock's table, where its nearest line goes on: is there a newer one?");
@@ -250,9 +279,19 @@ void Tracking::wait() {
 void Tracking::end() {
     flush();
     update(Fit::made);
-    check(toliman_track_save(tracker_.get()));
+    save();
     print_acknowledged();
     conclude();
+}
+
+void Tracking::save() {
+    try {
+        check(toliman_track_save(tracker_.get()));
+    } catch (const std::exception &) {
+        print_acknowledged();
+        progress_.tell(kSafe);
+        throw;
+    }
 }
 
 void Tracking::rescue() {
@@ -266,7 +305,7 @@ void Tracking::rescue() {
         progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
         progress_.warn(error.what());
-        progress_.tell("lines that were printed are safe on the disk, and the same command goes on");
+        progress_.tell(kSafe);
     }
 }
 

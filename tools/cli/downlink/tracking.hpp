@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -48,9 +49,11 @@ class Tracking : public Receiver {
     };
     void flush();
     void settled(const Arrival &arrival, const toliman_outcome &outcome);
-    std::string why(const toliman_outcome &outcome) const;
+    std::string why(const FrameFacts &facts, const toliman_outcome &outcome) const;
+    void remark_far(const std::string &where, double value);
     bool is_beyond_clock(const Arrival &arrival) const noexcept;
     void update(Fit fit);
+    void save();
     void conclude();
     void say(const std::string &text);
     void print_acknowledged();
@@ -68,6 +71,8 @@ class Tracking : public Receiver {
     std::vector<int64_t> clock_;                   // as clock_of
     int64_t good_ = 0, refused_ = 0;               // new frames of this run: accepted; rejected or outliers
     int64_t beyond_clock_ = 0;                     // and such as no pair of the clock's table is on either side of
+    int64_t far_ = 0;                              // accepted, with a value that noise does not reach
+    std::map<std::string, int64_t> warned_;        // of each file
     int64_t bad_lines_ = 0, short_frames_ = 0, passed_over_ = 0, remarks_[kRemarks] = {}, troubles_ = 0;
 };
 

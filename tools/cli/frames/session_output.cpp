@@ -1,5 +1,6 @@
 // The mission's pair of files: counts, and one JSON object a frame.
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/output.hpp"
 #include "common/time_text.hpp"
 #include "frames/frames_out.hpp"
@@ -13,6 +14,12 @@ long long nanoseconds(double days) {
     if (!ns)
         throw Failure(kExitUsage, "a frame at " + std::to_string(days) + " days: timestamp_ns holds up to 100000 days");
     return *ns;
+}
+
+// What a downlink holds may be all there is.
+void check_free(const std::string &path) {
+    if (exists(path))
+        throw Failure(kExitOutput, path + ": is there already: give another --session, or remove it first");
 }
 
 class SessionOutput : public FrameOutput {
@@ -54,6 +61,8 @@ class SessionOutput : public FrameOutput {
 
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames) {
+    for (const char *end : {"_frames.bin", "_meta.jsonl"})
+        check_free(plain(folder) + "/" + session + end);
     return std::make_unique<SessionOutput>(folder, session, format, frames);
 }
 

@@ -13,6 +13,8 @@
 
 namespace cli {
 
+constexpr double kSignificant = -2; // log10 FAP from which on a peak is called a period that was found
+
 struct FapOptions {
     std::string method = "baluev";
     size_t resamplings = 1000;
