@@ -39,7 +39,7 @@ install: all ## install below PREFIX, by default /usr/local; DESTDIR stands befo
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 package: all check-deps ## make Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
-format: ## lay out the sources as .clang-format says
+format: check-deps ## lay out the sources as .clang-format says
 	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i
 lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
 	@tools/check/lint $(BUILD) $(JOBS)

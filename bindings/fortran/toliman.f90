@@ -9,11 +9,12 @@
 !   Functions  of C by their names, with bind(C): they return a status, toliman_message() tells of the last failure.
 !              %handle of an object is their first argument.
 ! Arrays lie as C has them, so that C's rows are Fortran's second dimension: image[rows][cols] of the headers is
-! image(cols, rows) here, and images[count][rows][cols] images(cols, rows, count). Frames, frequencies, components and
-! lines are counted from 0, as in C, and int64_t is integer(c_int64_t): 400_c_int64_t. Lengths are taken from the
-! arrays. What C lets be NULL is optional and, of type-bound procedures, comes last. Structs have their struct_size;
-! options get their defaults from the function of the name _init. A callback is a bind(C) procedure, given by
-! c_funloc; toliman_text makes Fortran's text of one of C. Unsigned numbers of C are signed here.
+! image(cols, rows) here, and images[count][rows][cols] images(cols, rows, count). Frames, samples, frequencies,
+! components and lines are counted from 0, as in C, also in messages: sample 16 is t(17). int64_t is
+! integer(c_int64_t): 400_c_int64_t. Lengths are taken from the arrays. What C lets be NULL is optional and, of
+! type-bound procedures, comes last. Structs have their struct_size; options get their defaults from the function of
+! the name _init. A callback is a bind(C) procedure, given by c_funloc; toliman_text makes Fortran's text of one of C.
+! Unsigned numbers of C are signed here.
 module toliman
     use, intrinsic :: iso_c_binding
     implicit none
@@ -139,12 +140,12 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
-    ! Ways to propagate light, see Engines above.
+    ! Ways to propagate light: Engines, in the conventions of toliman/sim.h.
     integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_AUTOMATIC = 0 ! the matrix DFT
     integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_MATRIX_DFT = 1 ! exact pixel positions
     integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_PADDED_FFT = 2 ! no mask, amplitude or OPD files
 
-    ! Units of frames and expected images, see Unit above.
+    ! Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_PHOTON = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_ELECTRON = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_DN = 2
@@ -165,7 +166,7 @@ module toliman
         real(c_double) :: flux_ratio = 0.0_c_double ! photons of A over photons of B; 0 for a single star
         real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the mean frame, before the detector
         real(c_double) :: total_photons = 0.0_c_double ! in the frame, before the detector
-        ! Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it all else known;
+        ! Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it: all else known;
         ! finite where the scene has a signal
         real(c_double) :: crb_px = 0.0_c_double
         real(c_double) :: crb_flux_shift_px = 0.0_c_double ! the same with both fluxes and the common shift unknown
@@ -548,7 +549,8 @@ module toliman
         ! Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look. For a look
         ! after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL
         real(c_double) :: log10_fap = 0.0_c_double
-        real(c_double) :: period_error = 0.0_c_double ! frequency_error/frequency^2: the standard error of the period
+        ! frequency_error/frequency^2: the standard error of the period; NaN as above
+        real(c_double) :: period_error = 0.0_c_double
     end type
 
     ! False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.

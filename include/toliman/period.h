@@ -23,6 +23,8 @@
  * Weights      1/sigma^2.
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
+ *              For N samples that span T, the step s between them included: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s) miss
+ *              no peak.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
  * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-13 + 1e-28 (1 + m) N/(W l):
  *              N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean is away from
@@ -220,7 +222,7 @@ typedef struct toliman_period_peak {
     double offset;           /* NaN as above */
     double log10_fap;    /* Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
                           * For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL */
-    double period_error; /* frequency_error/frequency^2: the standard error of the period */
+    double period_error; /* frequency_error/frequency^2: the standard error of the period; NaN as above */
 } toliman_period_peak;
 
 /* Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.

@@ -14,10 +14,12 @@
  * Conventions
  *   Arrays      C order, [row][column] = [y][x]; row 0 and column 0 are the most negative coordinates.
  *   Pupil       sample i stands at x_i = (i - (N-1)/2) D/N, the cell's centre; D the aperture, N the pupil samples.
+ *               Amplitude A = open fraction of the cell times t of the scene's file (1 without one), in 0..1. OPD =
+ * mask
+ *               + Zernike polynomials (Noll's order, rms over the full aperture; where A > 0) + OPD file.
  *   Detector    pixel j stands at u_j = (j - (n-1)/2) p, p the pixel scale; for even n the axis is the corner of the
- *               four middle pixels. Offsets are given in pixels from there, x to higher columns, y to higher rows.
- *   Pupil       A = open fraction of the cell times the amplitude t of the scene's file (1 without one), in 0..1. OPD =
- *               mask + Zernike polynomials (Noll's order, rms over the full aperture; where A > 0) + OPD file.
+ *               four middle pixels. Offsets are given in pixels from there, x to higher columns, y to higher rows. A
+ *               rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Signs       E = A exp(+2 pi i OPD/lambda), F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset
  *               (+ox, +oy) px has OPD +(x ox + y oy) p and its image stands at higher column and row.
  *   Angle       position angle of B seen from A, from +y towards -x (north up, east left).
@@ -40,7 +42,6 @@
  *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
  *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
- *   Detector    its rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
  *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
  *   Stages      of the detector, in this order, each only where the scene names it: expected photons x qe x the
  *               pixel's response + dark current -> Poisson -> full well -> + read noise -> / gain + bias -> rounded to
@@ -86,7 +87,7 @@ typedef struct toliman_sim_options {
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_sim_options;
 
-/* Ways to propagate light, see Engines above. */
+/* Ways to propagate light: Engines, in the conventions of toliman/sim.h. */
 #define TOLIMAN_ENGINE_AUTOMATIC 0  /* the matrix DFT */
 #define TOLIMAN_ENGINE_MATRIX_DFT 1 /* exact pixel positions */
 #define TOLIMAN_ENGINE_PADDED_FFT 2 /* no mask, amplitude or OPD files */
@@ -109,7 +110,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_json(const char
 /* Ends a simulator; NULL is allowed. Since 0.1. */
 TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
-/* Units of frames and expected images, see Unit above. */
+/* Units of frames and expected images: Unit, in the conventions of toliman/sim.h. */
 #define TOLIMAN_UNIT_PHOTON 0
 #define TOLIMAN_UNIT_ELECTRON 1
 #define TOLIMAN_UNIT_DN 2

@@ -161,7 +161,8 @@ class Scan {
                 at_ += std::strlen(word);
                 return;
             }
-        refuse("unexpected character");
+        refuse(at_ < text_.size() && text_[at_] == '\0' ? "a zero byte, which is no part of the text"
+                                                        : "unexpected character");
     }
 
     const std::string &text_;

@@ -128,6 +128,10 @@ class Stopping(unittest.TestCase):
         shown = io.StringIO()
         with redirect_stderr(shown):
             self.simulator.frames(0, 3, progress=True)
+        self.assertEqual(shown.getvalue(), "100 % frames\n")  # a file takes no bar
+        shown.isatty = lambda: True
+        with redirect_stderr(shown):
+            self.simulator.frames(0, 3, progress=True)
         self.assertEqual(shown.getvalue().rstrip().split("\r")[-1], "100 % frames")
 
     def test_bar_in_a_notebook(self):

@@ -240,7 +240,7 @@ static void text_that_is_no_json(void **state) {
     CHECK(changes);
     refused("", 0, TOLIMAN_E_FORMAT, "scene: is empty");
     refused("[]", 2, TOLIMAN_E_SCENE, "the scene = an array: must be an object");
-    refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: unexpected character");
+    refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: a zero byte");
     refused("{}", 2, TOLIMAN_E_SCENE, "schema: is missing");
     toliman_sim *sim = NULL;
     assert_fails(toliman_sim_create_json(NULL, 0, NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "json is NULL");

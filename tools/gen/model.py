@@ -333,7 +333,8 @@ class Reader:
             doc = above
             if after.kind == "comment" and after.line == last:
                 self.place += 1
-                doc = "\n".join(filter(None, (above, plain_comment(after.text))))
+                own = plain_comment(after.text)
+                doc = f"{above}:\n{own}" if above and above[-1] not in ".:;," else "\n".join(filter(None, (above, own)))
             for field in found[first:]:
                 field.doc = doc
             above = ""

@@ -85,6 +85,8 @@ def one_line(text):
     """A comment as one line, of the words that Python has."""
     text = " ".join(text.split()).replace("flag: ", "").removeprefix("Flag of ")
     text = re.sub(r"TOLIMAN_[A-Z]+_(\.\.\.|[A-Z_0-9]+)", lambda match: match.group(1).lower(), text)
+    text = text.replace("toliman_period_query_fap of log10_residual, SEQUENTIAL", 'log10_fap(log10_residual, "sequential")')
+    text = re.sub(r"\b(?:toliman_period_)?query_(\w+)", r"\1", text)
     return re.sub(r"\b_([A-Z]+)\b", lambda match: match.group(1).lower(), text)
 
 

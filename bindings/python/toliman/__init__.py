@@ -14,7 +14,8 @@
 Images are numpy arrays [row][column] of float64; results are frozen dataclasses, which print and notebooks show as
 tables. Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the power is astropy's "standard",
 between 0 and 1, never NaN. A failed call raises toliman.Error with the library's message; InputError is also a
-ValueError, NotFoundError a FileNotFoundError, and so on. Ctrl-C and what is given as `progress` stop long work, which stays usable.
+ValueError, NotFoundError a FileNotFoundError, and so on. Arguments that cannot reach the library, as wrong shapes, masked
+values, units and words, raise ValueError or TypeError. Ctrl-C and what is given as `progress` stop long work, which stays usable.
 Remarks of the library go to Python's logging under the name "toliman". Objects free themselves, or by `with`.
 
 toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.

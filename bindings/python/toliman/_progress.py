@@ -16,10 +16,10 @@ Progress = typing.Callable[[str, float], typing.Any]
 
 
 class Bar:
-    """One line on stderr, or a bar in a notebook; progress=True makes one."""
+    """A line on a terminal, else a line a finished stage on stderr, or a bar in a notebook; progress=True makes one."""
 
     def __init__(self) -> None:
-        self._shown, self._stage, self._next, self._html = "", "", 0.0, None
+        self._shown, self._told, self._stage, self._next, self._html = "", "", "", 0.0, None
         try:
             from IPython import get_ipython  # type: ignore[import]
             from IPython.display import HTML, display  # type: ignore[import]
@@ -40,6 +40,11 @@ class Bar:
             self._display.update(self._html(f"<progress value='{fraction:.4f}'></progress> {html.escape(stage)}"))
             return
         text = f"{100 * fraction:3.0f} % {stage}"
+        if not sys.stderr.isatty():
+            if fraction >= 1 and stage != self._told:
+                print(text, file=sys.stderr, flush=True)
+                self._told = stage
+            return
         print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
         self._shown = text
 

@@ -133,12 +133,12 @@ class toliman_sim_options(Sized):
     ]
 
 
-# Ways to propagate light, see Engines above.
+# Ways to propagate light: Engines, in the conventions of toliman/sim.h.
 TOLIMAN_ENGINE_AUTOMATIC = 0  # the matrix DFT
 TOLIMAN_ENGINE_MATRIX_DFT = 1  # exact pixel positions
 TOLIMAN_ENGINE_PADDED_FFT = 2  # no mask, amplitude or OPD files
 
-# Units of frames and expected images, see Unit above.
+# Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
 TOLIMAN_UNIT_PHOTON = 0
 TOLIMAN_UNIT_ELECTRON = 1
 TOLIMAN_UNIT_DN = 2
@@ -159,7 +159,7 @@ class toliman_sim_info(Sized):
     flux_ratio: photons of A over photons of B; 0 for a single star
     peak_photons: brightest pixel of the mean frame, before the detector
     total_photons: in the frame, before the detector
-    crb_px: Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it
+    crb_px: Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it:
         all else known; finite where the scene has a signal
     crb_flux_shift_px: the same with both fluxes and the common shift unknown
     crb_projected_px: the same with exactly preprocess.project unknown; the yardstick of efficiency
@@ -702,7 +702,7 @@ class toliman_period_peak(Sized):
     offset: NaN as above
     log10_fap: Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
         For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL
-    period_error: frequency_error/frequency^2: the standard error of the period"""
+    period_error: frequency_error/frequency^2: the standard error of the period; NaN as above"""
 
     _fields_ = [
         ("struct_size", c_uint32),

@@ -15,8 +15,8 @@ constexpr char kBeforeMethods[] =
     R"(Which method finds which amplitude: a ladder of signals, with every control beside it.
 
 Examples:
-  toliman experiment examples/scenes/chapter.json --quick --out quick     four minutes
-  toliman experiment examples/scenes/chapter.json --out table             the whole table: about an hour on two cores
+  toliman experiment chapter.json --quick --out quick     four minutes
+  toliman experiment chapter.json --out table             the whole table: about an hour on two cores
   toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
 
 The scene's signal is given each amplitude in turn; each amplitude and seed has fresh noise that no training has seen and

@@ -31,7 +31,7 @@ struct Options {
 constexpr char kDescription[] = R"(Period of a series: CSV with columns t,y or t,y,sigma, JSON Lines, or a .npy table.
 
 Examples:
-  toliman period examples/data/nu_oph_rv.csv
+  toliman period velocities.csv
   toliman period rv.csv --f0 1e-4 --df 2e-5 --nf 2500 --peaks 5 --json --power power.npy
   toliman period rv.csv --fap bootstrap --resamplings 10000
   toliman period chapter.run/series.csv --columns t,template

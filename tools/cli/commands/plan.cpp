@@ -20,7 +20,7 @@ struct Options {
 constexpr char kDescription[] = R"(Say what a scene needs and what it costs, without computing it.
 
 Examples:
-  toliman plan examples/scenes/mission.json
+  toliman plan mission.json
   toliman plan scene.json --engine fft --json
 
 The scene's `accuracy` decides how many wavelengths are propagated, how many terms the series of the displacement has

@@ -28,7 +28,7 @@ constexpr double kMostMinutes = 100000;
 constexpr char kDescription[] = R"(Search a spiral mask with a small Cramer-Rao bound of the separation.
 
 Examples:
-  toliman pupil examples/scenes/chapter.json                       4000 masks: some minutes
+  toliman pupil chapter.json                                       4000 masks: some minutes
   toliman pupil chapter.json --minutes 10 --out better.json        as many as ten minutes allow
   toliman pupil chapter.json --count 1000 --seed 7 --json
 

@@ -26,8 +26,8 @@ struct Options {
 constexpr char kDescription[] = R"(Simulate a scene, train the autoencoder, encode fresh frames, find the period.
 
 Examples:
-  toliman run examples/scenes/chapter.json
-  toliman run examples/scenes/mission.json --seed 7 --out mission7 --json
+  toliman run chapter.json
+  toliman run mission.json --seed 7 --out mission7 --json
 
 Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
 series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which

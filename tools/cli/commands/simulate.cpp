@@ -26,7 +26,7 @@ constexpr char kPsfDescription[] =
     R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
 
 Example:
-  toliman psf examples/scenes/chapter.json --out psf.npy --star A
+  toliman psf chapter.json --out psf.npy --star A
 
 FITS has a header of the scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.)";
 

@@ -25,8 +25,8 @@ constexpr uint64_t kTrainingNoise = 0x5452414900000000; // turns the seed of wei
 constexpr char kDescription[] = R"(Train the autoencoder for a scene and write its weights.
 
 Examples:
-  toliman train examples/scenes/chapter.json --out chapter.tlmw
-  toliman train examples/scenes/chapter.json --out small.tlmw --payload fp16
+  toliman train chapter.json --out chapter.tlmw
+  toliman train chapter.json --out small.tlmw --payload fp16
   toliman train big.json --mode unsupervised --layout paper --input raw --epochs 300 --out paper.tlmw
   toliman train big.json --resume paper.tlmw --epochs 600 --out paper.tlmw
 
