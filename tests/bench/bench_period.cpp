@@ -14,6 +14,7 @@
 
 #include "base/wide.hpp"
 #include "chosen_isa.hpp"
+#include "kernels/push.hpp"
 #include "timing.hpp"
 
 namespace {
@@ -149,19 +150,46 @@ void measure_batch(const Series &series) {
     std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
 }
 
-// Seconds of going once through as many bytes as the sums have, and changing each: no push can be quicker.
-double pass_s(const toliman_period *period) {
-    size_t size;
-    check(toliman_period_save(period, nullptr, 0, &size));
-    std::vector<uint64_t> words(size / sizeof(uint64_t));
-    uint64_t step = 0;
-    return measure(9, 100,
-                   [&] {
-                       step++;
-                       for (uint64_t &word : words)
-                           word += step;
-                   })
-        .median;
+// What a push and a query do at the very least: both words of each sum are read and one is written.
+inline __attribute__((always_inline)) void pass(uint64_t *__restrict lower, const uint64_t *__restrict upper,
+                                                size_t count) {
+    for (size_t i = 0; i < count; i++)
+        lower[i] += upper[i];
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx512f,prefer-vector-width=512"))) void pass_avx512(uint64_t *lower, const uint64_t *upper,
+                                                                            size_t count) {
+    pass(lower, upper, count);
+}
+__attribute__((target("avx2"))) void pass_avx2(uint64_t *lower, const uint64_t *upper, size_t count) {
+    pass(lower, upper, count);
+}
+#endif
+void pass_baseline(uint64_t *lower, const uint64_t *upper, size_t count) {
+    pass(lower, upper, count);
+}
+
+// Seconds of the quickest pass through the memory of the sums that this processor has, whatever the library uses.
+double pass_s(const Series &series, bool wide) {
+    const struct {
+        Isa isa;
+        void (*pass)(uint64_t *, const uint64_t *, size_t);
+    } all[] = {
+        {Isa::baseline, pass_baseline},
+#if defined(__x86_64__)
+        {Isa::avx2, pass_avx2},
+        {Isa::avx512, pass_avx512},
+#endif
+    };
+    const size_t sums = wide ? size_t{toliman::kernels::kSums} : toliman::kernels::kNarrowSums;
+    const size_t count = static_cast<size_t>(series.nf) * sums;
+    std::vector<uint64_t> lower(count), upper(count, 1);
+    double least = INFINITY;
+    for (const auto &one : all)
+        if (toliman::kernels::runs(one.isa))
+            least = std::min(least, measure(9, 100, [&] { one.pass(lower.data(), upper.data(), count); }).median);
+    return least;
 }
 
 // One frame more and the power of every frequency.
@@ -183,7 +211,7 @@ void measure_frame(const Series &series, bool wide) {
     const timing query = measure(5, kQueries, [&] {
         check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
-    const double roofline = pass_s(period), nf = static_cast<double>(series.nf);
+    const double roofline = pass_s(series, wide), nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);
     std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f, "
                 "\"spread\": %.2g, \"roofline\": %.3g}\n",
