@@ -43,8 +43,8 @@ class Bench(ProgramTest):
     def test_peers_that_are_not_there(self):
         remark = io.StringIO()
         with contextlib.redirect_stderr(remark):
-            self.assertEqual(measuring.peer_lines("oneDNN", ["./not-built"]), [])
-            self.assertEqual(measuring.peer_lines("PyTorch", ["sh", "-c", "echo 1; echo x >&2; echo no torch >&2; exit 1"]), [])
+            self.assertEqual(measuring.peer_program("oneDNN", ["./not-built"]), [])
+            self.assertEqual(measuring.peer_program("PyTorch", ["sh", "-c", "echo 1; echo x >&2; echo no torch >&2; exit 1"]), [])
         self.assertEqual(remark.getvalue(),
                          "bench: nothing measured beside oneDNN (No such file or directory); see tests/bench/README.md\n"
                          "bench: nothing measured beside PyTorch (no torch); see tests/bench/README.md\n")
