@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -83,13 +84,20 @@ double exact_power(const Series &series, int64_t k) {
     return static_cast<double>((yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * yy));
 }
 
-// At the highest power, at an early frequency, which every part has, and at a dozen more.
-Reference reference_of(const Series &series, const std::vector<double> &power) {
-    Reference reference;
-    reference.k.push_back(std::max_element(power.begin(), power.end()) - power.begin());
-    reference.k.push_back(5);
+// All frequencies where that takes seconds; else the highest power's, an early one, which every part has, and a dozen.
+std::vector<int64_t> looked_at(const Series &series, const std::vector<double> &power) {
+    std::vector<int64_t> all(power.size());
+    std::iota(all.begin(), all.end(), 0);
+    if (series.n() * power.size() <= 10000000)
+        return all;
+    std::vector<int64_t> some = {std::max_element(power.begin(), power.end()) - power.begin(), 5};
     for (int64_t i = 0; i < 12; i++)
-        reference.k.push_back((2 * i + 1) * series.nf / 24);
+        some.push_back((2 * i + 1) * series.nf / 24);
+    return some;
+}
+
+Reference reference_of(const Series &series, const std::vector<double> &power) {
+    Reference reference = {looked_at(series, power), {}};
     for (int64_t k : reference.k)
         reference.power.push_back(exact_power(series, k));
     std::string text = "{\"part\": \"reference\", \"k\": [", powers;
