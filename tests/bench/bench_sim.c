@@ -71,24 +71,40 @@ static double roofline_s(const toliman_sim *sim) {
     return plan.wavelengths * n * cols * (1.6 * n + 2 * rows) / gflops * 1e-9;
 }
 
-/* The pixels looked at: both stars' cores and the frame at large with its corners. */
+/* The pixels looked at, all columns with all rows: both stars' cores and the frame at large with its corners. */
 typedef struct {
     int column[POINTS], row[POINTS];
     double u[POINTS], v[POINTS];
 } points;
 
+static void put_point(points *p, int i, int column, int row) {
+    p->column[i] = column;
+    p->row[i] = row;
+    p->u[i] = column - 127.5;
+    p->v[i] = row - 127.5;
+}
+
 static points points_of(const toliman_sim *sim) {
     double offset[4];
     assert_ok(toliman_sim_get_offsets(sim, offset));
     points p;
-    for (int i = 0; i < POINTS; i++) {
-        const int star = i / 3;
-        p.column[i] = i < 6 ? (int)(127.5 + offset[2 * star]) + i % 3 : i < 13 ? 36 * (i - 6) : 255;
-        p.row[i] = i < 6 ? (int)(127.5 + offset[2 * star + 1]) + i % 3 : p.column[i];
-        p.u[i] = p.column[i] - 127.5;
-        p.v[i] = p.row[i] - 127.5;
-    }
+    for (int i = 0; i < 6; i++)
+        put_point(&p, i, (int)(127.5 + offset[i / 3 * 2]) + i % 3, (int)(127.5 + offset[i / 3 * 2 + 1]) + i % 3);
+    for (int i = 6; i < POINTS; i++)
+        put_point(&p, i, i < 13 ? 36 * (i - 6) : 255, i < 13 ? 36 * (i - 6) : 255);
     return p;
+}
+
+/* Where two simulators differ most takes the place of a pixel of the frame at large. */
+static void look_where_they_differ(const toliman_sim *a, const toliman_sim *b, points *p) {
+    double *const one = image_of(a, TOLIMAN_IMAGE_BOTH), *const other = image_of(b, TOLIMAN_IMAGE_BOTH);
+    int worst = 0;
+    for (int i = 0; i < 256 * 256; i++)
+        if (fabs(one[i] - other[i]) > fabs(one[worst] - other[worst]))
+            worst = i;
+    put_point(p, POINTS - 2, worst % 256, worst / 256);
+    free(one);
+    free(other);
 }
 
 /* The reference of a simulator's scene with star A displaced by d px. */
@@ -160,7 +176,8 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
     text = with_number(text, "max_nm", "600", min_nm + 100);
     char *const all = with_number(strcpy(malloc(strlen(text) + 1), text), "accuracy", "1e-9", 1e-15);
     toliman_sim *const nodes = one_core(text, 0), *const exact = one_core(all, 0);
-    const points p = points_of(exact);
+    points p = points_of(exact);
+    look_where_they_differ(nodes, exact, &p);
     reference r = reference_of(exact, 0.125L, (long double)pixel_arcsec);
     static long double still[POINTS * POINTS];
     displaced(&r, &p, 0, still);
