@@ -102,9 +102,9 @@ double peak_gflops(Isa isa) {
     return 2.0 * 4 * kChains * kTurns / time_of(10, chains_baseline).median * 1e-9;
 }
 
-// Million products and sums of a stage's convolution, in the form in which it is computed. A coarse pixel takes of each
-// pair of channels 9 products in `flight`, where the mean is taken first, and the 36 of its 2x2 fine pixels in `paper`,
-// or 16 in Winograd's form, which the gradient by the weights does not have.
+// Million products and sums of a stage's convolution at the least, in the form in which it is computed. A coarse pixel
+// takes of each pair of channels 9 products in `flight`, where the mean is taken first, and the 36 of its 2x2 fine
+// pixels in `paper`, or 16 in Winograd's form, which the gradient by the weights does not have.
 double mflop(const Layout &layout, size_t stage, bool by_weights = false) {
     const toliman::kernels::ConvShape &s = kShapes[stage];
     const toliman::kernels::SameShape same = {2 * s.rows, 2 * s.cols, s.fine_channels, s.coarse_channels};

@@ -63,7 +63,7 @@ def show(rows):
             print(f"\ntied training of the chapter's scene: {row['steps']} steps, cosine {row['cosine']:.4f}, "
                   f"{row['seconds']:.2f} s by the clock")
         if row["part"] == "agreement":
-            print(f"\n{row['layout']}, {row['isa']}: largest difference from PyTorch over the largest value: latent {row['latent']:.1e}, "
+            print(f"{row['layout']}, {row['isa']}: largest difference from PyTorch over the largest value: latent {row['latent']:.1e}, "
                   f"output {row['output']:.1e}, gradient of any tensor {row['gradient']:.1e}")
         if row["part"] == "peer":
             text = f"{row['peer']:36s} {row['layout']:7s}"
