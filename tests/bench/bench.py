@@ -35,24 +35,41 @@ def seconds(value):
     return f"{value / size:.3g} {unit}"
 
 
+def spread(row):
+    if "spread" not in row:
+        return ""
+    part = row["spread"] / row["seconds"]
+    return f"{part:.0%}" if part >= 0.005 else "<1%"
+
+
+def error(row):
+    """1e-9 of peak at 196 pixels."""
+    if "error" not in row:
+        return ""
+    at = "at " + row["error_at"] if "error_at" in row else ""
+    return " ".join(word for word in (f"{row['error']:.0e}", row.get("error_of"), at) if word)
+
+
 def print_table(rows):
     print("| what | time | +- | error | beside | times as long | of the least |\n|---|---|---|---|---|---|---|")
     for r in rows:
-        spread = r["spread"] / r["seconds"] if "spread" in r else None
-        error = f"{number(r.get('error'), '.0e')} {r.get('error_of', '')}".strip() if "error" in r else ""
-        print(f"| {r['what']} | {seconds(r['seconds'])} | {number(spread, '.0%')} | {error} | {r.get('peer', '')} | "
+        print(f"| {r['what']} | {seconds(r['seconds'])} | {spread(r)} | {error(r)} | {r.get('peer', '')} | "
               f"{number(r.get('ratio_peer'), ',.3g')} | {number(r.get('ratio_roofline'), '.2f')} |")
 
 
 def main():
     binaries, out, names = sys.argv[1], sys.argv[2], sys.argv[3:] or NAMES
+    unknown = [name for name in names if name not in NAMES]
+    if unknown:
+        print(f"bench: no bench is named {unknown[0]}; there are {', '.join(NAMES)}", file=sys.stderr)
+        return 2
+    benches = [importlib.import_module(name) for name in names]  # what one of them needs is missed at once
     os.makedirs(out, exist_ok=True)
     facts = {"date": datetime.date.today().isoformat(), **machine(binaries)}
     print(f"{facts['date']}, {facts['cpu']}, one core; kernels {facts['isa']}, OpenBLAS {facts['blas_core']} "
           f"{facts['blas_gflops']:.0f} GFLOP/s\n")
     everything = []
-    for name in names:
-        bench = importlib.import_module(name)
+    for name, bench in zip(names, benches):
         measured = bench.measure(binaries)
         rows = list(bench.rows(measured))
         everything += rows
@@ -62,6 +79,8 @@ def main():
             bench.show(measured)
             print()
     print_table([r for r in everything if r["headline"]])
+    return 0
 
 
-main()
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,7 +1,7 @@
 // Measures the autoencoder on one core, instruction set by instruction set, and prints one JSON object a line;
 // cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder
-// as argument it leaves there weights, an image, what the network makes of it and the loss's gradient, for the peers to
-// compare with: raw float32.
+// as argument it leaves there weights and an image and, of each set, what the network makes of it and the loss's
+// gradient, for the peers to compare with: raw float32.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -25,6 +25,7 @@
 #include "cae/weights.hpp"
 #include "chosen_isa.hpp"
 #include "kernels/adam.hpp"
+#include "kernels/same_conv.hpp"
 #include "timing.hpp"
 
 using namespace toliman::cae;
@@ -101,13 +102,28 @@ double peak_gflops(Isa isa) {
     return 2.0 * 4 * kChains * kTurns / time_of(10, chains_baseline).median * 1e-9;
 }
 
-// Million products and sums of all convolutions once: of `flight` as convolutions of 4x4 pixels and stride 2, and with
-// the mean taken first; of `paper` at every pixel.
-double mflop(bool paper, double taps) {
+// Million products and sums of a stage's convolution at the least, in the form in which it is computed. A coarse pixel
+// takes of each pair of channels 9 products in `flight`, where the mean is taken first, and the 36 of its 2x2 fine
+// pixels in `paper`, or 16 in Winograd's form, which the gradient by the weights does not have.
+double mflop(const Layout &layout, size_t stage, bool by_weights = false) {
+    const toliman::kernels::ConvShape &s = kShapes[stage];
+    const toliman::kernels::SameShape same = {2 * s.rows, 2 * s.cols, s.fine_channels, s.coarse_channels};
+    const size_t products = !layout.max_pool ? 9 : same.winograd() && !by_weights ? 16 : 36;
+    return 2e-6 * static_cast<double>(products * s.rows * s.cols * s.fine_channels * s.coarse_channels);
+}
+
+double encoding_mflop(const Layout &layout) {
     double sum = 0;
-    for (const toliman::kernels::ConvShape &s : kShapes)
-        sum +=
-            2e-6 * taps * static_cast<double>(s.rows * s.cols * s.fine_channels * s.coarse_channels) * (paper ? 4 : 1);
+    for (size_t s = 0; s < kStages; s++)
+        sum += mflop(layout, s);
+    return sum;
+}
+
+// Both halves forwards and by the images, but for the gradient by the first one; both by the weights.
+double training_mflop(const Layout &layout) {
+    double sum = -mflop(layout, 0);
+    for (size_t s = 0; s < kStages; s++)
+        sum += 4 * mflop(layout, s) + 2 * mflop(layout, s, true);
     return sum;
 }
 
@@ -162,11 +178,12 @@ void leave_for_peers(const std::string &folder, const Layout &layout) {
     const std::string name = folder + "/" + layout.name;
     write(name + ".weights", step.weights.values.data(), kParameters);
     write(name + ".input", step.input.data(), kPixels);
-    write(name + ".latent", &step.pass.latent, 1);
-    write(name + ".gradient", step.result.values.data(), kParameters);
+    const std::string ours = name + "-" + toliman::kernels::host_isa_name();
+    write(ours + ".latent", &step.pass.latent, 1);
+    write(ours + ".gradient", step.result.values.data(), kParameters);
     std::vector<float> out(kPixels);
     get_inside(step.pass.decoder[0], kSide, kSide, 1, out.data());
-    write(name + ".output", out.data(), kPixels);
+    write(ours + ".output", out.data(), kPixels);
 }
 
 struct Scene {
@@ -208,30 +225,20 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
         moved = std::max(moved,
                          std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) - reference[i]) /
                              scene.info.crb_px);
-    const bool paper = layout.max_pool;
-    const double roofline = mflop(paper, paper ? 9 : 16) / peak;
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"roofline_ms\": %.4f, \"least_ms\": %.4f, "
+                "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"least_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
                 toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
-                preprocess.median * 1e3, projecting.median * 1e3, roofline, mflop(paper, 9) / peak, moved);
+                preprocess.median * 1e3, projecting.median * 1e3, encoding_mflop(layout) / peak, moved);
 }
 
 void measure_training(const Layout &layout, double peak) {
     Step step(layout);
     const timing time = time_of(1, [&] { step.batch(); });
-    const bool paper = layout.max_pool;
-    // Forwards, by the weights, by the images: three times both halves, but for the first image's gradient.
-    const auto work = [&](double taps) {
-        return 6 * mflop(paper, taps) -
-               2e-6 * taps * static_cast<double>(kShapes[0].rows * kShapes[0].cols * kShapes[0].coarse_channels) *
-                   (paper ? 4 : 1);
-    };
     std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"batch\": %zu, "
-                "\"roofline_ms\": %.4f, \"least_ms\": %.4f}\n",
+                "\"batch\": %zu, \"least_ms\": %.4f}\n",
                 toliman::kernels::host_isa_name(), layout.name, time.median * 1e3 / kBatch, time.spread * 1e3 / kBatch,
-                kBatch, work(paper ? 9 : 16) / peak, work(9) / peak);
+                kBatch, training_mflop(layout) / peak);
 }
 
 void measure_tied(const Scene &scene) {
@@ -252,9 +259,6 @@ void measure_tied(const Scene &scene) {
 int main(int count, char **arguments) {
     const Isa all[] = {Isa::avx512, Isa::avx2, Isa::baseline};
     chosen = *std::find_if(std::begin(all), std::end(all), runs);
-    if (count > 1)
-        for (const Layout *layout : {&kFlight, &kPaper})
-            leave_for_peers(arguments[1], *layout);
     const Scene scene("examples/scenes/chapter.json");
     std::vector<double> latents(kFrames);
     check(toliman_cae_encode_many(scene.cae, scene.frames.data(), kFrames, 1, latents.data()));
@@ -267,6 +271,8 @@ int main(int count, char **arguments) {
         std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(),
                     peak);
         for (const Layout *layout : {&kFlight, &kPaper}) {
+            if (count > 1)
+                leave_for_peers(arguments[1], *layout);
             measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
             measure_training(*layout, peak);
         }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 
 #include "base/wide.hpp"
 #include "chosen_isa.hpp"
+#include "kernels/push.hpp"
 #include "timing.hpp"
 
 namespace {
@@ -82,13 +84,20 @@ double exact_power(const Series &series, int64_t k) {
     return static_cast<double>((yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * yy));
 }
 
-// At the highest power, at an early frequency, which every part has, and at a dozen more.
-Reference reference_of(const Series &series, const std::vector<double> &power) {
-    Reference reference;
-    reference.k.push_back(std::max_element(power.begin(), power.end()) - power.begin());
-    reference.k.push_back(5);
+// All frequencies where that takes seconds; else the highest power's, an early one, which every part has, and a dozen.
+std::vector<int64_t> looked_at(const Series &series, const std::vector<double> &power) {
+    std::vector<int64_t> all(power.size());
+    std::iota(all.begin(), all.end(), 0);
+    if (series.n() * power.size() <= 10000000)
+        return all;
+    std::vector<int64_t> some = {std::max_element(power.begin(), power.end()) - power.begin(), 5};
     for (int64_t i = 0; i < 12; i++)
-        reference.k.push_back((2 * i + 1) * series.nf / 24);
+        some.push_back((2 * i + 1) * series.nf / 24);
+    return some;
+}
+
+Reference reference_of(const Series &series, const std::vector<double> &power) {
+    Reference reference = {looked_at(series, power), {}};
     for (int64_t k : reference.k)
         reference.power.push_back(exact_power(series, k));
     std::string text = "{\"part\": \"reference\", \"k\": [", powers;
@@ -149,19 +158,46 @@ void measure_batch(const Series &series) {
     std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
 }
 
-// Seconds of going once through as many bytes as the sums have, and changing each: no push can be quicker.
-double pass_s(const toliman_period *period) {
-    size_t size;
-    check(toliman_period_save(period, nullptr, 0, &size));
-    std::vector<uint64_t> words(size / sizeof(uint64_t));
-    uint64_t step = 0;
-    return measure(9, 100,
-                   [&] {
-                       step++;
-                       for (uint64_t &word : words)
-                           word += step;
-                   })
-        .median;
+// What a push and a query do at the very least: both words of each sum are read and one is written.
+inline __attribute__((always_inline)) void pass(uint64_t *__restrict lower, const uint64_t *__restrict upper,
+                                                size_t count) {
+    for (size_t i = 0; i < count; i++)
+        lower[i] += upper[i];
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx512f,prefer-vector-width=512"))) void pass_avx512(uint64_t *lower, const uint64_t *upper,
+                                                                            size_t count) {
+    pass(lower, upper, count);
+}
+__attribute__((target("avx2"))) void pass_avx2(uint64_t *lower, const uint64_t *upper, size_t count) {
+    pass(lower, upper, count);
+}
+#endif
+void pass_baseline(uint64_t *lower, const uint64_t *upper, size_t count) {
+    pass(lower, upper, count);
+}
+
+// Seconds of the quickest pass through the memory of the sums that this processor has, whatever the library uses.
+double pass_s(const Series &series, bool wide) {
+    const struct {
+        Isa isa;
+        void (*pass)(uint64_t *, const uint64_t *, size_t);
+    } all[] = {
+        {Isa::baseline, pass_baseline},
+#if defined(__x86_64__)
+        {Isa::avx2, pass_avx2},
+        {Isa::avx512, pass_avx512},
+#endif
+    };
+    const size_t sums = wide ? size_t{toliman::kernels::kSums} : toliman::kernels::kNarrowSums;
+    const size_t count = static_cast<size_t>(series.nf) * sums;
+    std::vector<uint64_t> lower(count), upper(count, 1);
+    double least = INFINITY;
+    for (const auto &one : all)
+        if (toliman::kernels::runs(one.isa))
+            least = std::min(least, measure(9, 100, [&] { one.pass(lower.data(), upper.data(), count); }).median);
+    return least;
 }
 
 // One frame more and the power of every frequency.
@@ -183,7 +219,7 @@ void measure_frame(const Series &series, bool wide) {
     const timing query = measure(5, kQueries, [&] {
         check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
     });
-    const double roofline = pass_s(period), nf = static_cast<double>(series.nf);
+    const double roofline = pass_s(series, wide), nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);
     std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f, "
                 "\"spread\": %.2g, \"roofline\": %.3g}\n",

@@ -1,5 +1,6 @@
 /* A long pass through the tracker, one JSON line a case: frames a second of processor time and of the wall, growth of
- * the memory, bytes asked for. Run by make soak: bench_track [template frames] [network frames]. */
+ * the memory, bytes asked for. bench_track [template frames] [network frames], run by make soak
+ * and, shorter, by make bench (run.py). */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,14 +3,14 @@ installed."""
 import os
 import tempfile
 
-from measuring import HERE, PYTHON, lines, peer_lines, row
+from measuring import lines, peer_lines, peer_program, row
 
 
 def measure(binaries):
     with tempfile.TemporaryDirectory() as scratch:
         found = lines([os.path.join(binaries, "bench_cae"), scratch])
-        found += peer_lines("PyTorch", [PYTHON, os.path.join(HERE, "torch_cae.py"), scratch])
-    return found + peer_lines("oneDNN", [os.path.join(binaries, "bench_onednn")])
+        found += peer_lines("PyTorch", "torch_cae.py", scratch)
+    return found + peer_program("oneDNN", [os.path.join(binaries, "bench_onednn")])
 
 
 def best_of(measured):
@@ -26,16 +26,17 @@ def quickest_peer(measured, what, layout):
 
 def rows(measured):
     best = best_of(measured)
-    agreement = {one["layout"]: one for one in measured if one["part"] == "agreement"}
+    agreement = {(one["layout"], one["isa"]): one for one in measured if one["part"] == "agreement"}
     for one in measured:
         if one["part"] not in ("encode", "training"):
             continue
         what, layout = one["part"], one["layout"]
         beside_seconds, beside = quickest_peer(measured, what, layout)
-        error = agreement.get(layout, {}).get("latent" if what == "encode" else "gradient")
+        error = agreement.get((layout, one["isa"]), {}).get("latent" if what == "encode" else "gradient")
         text = "encode a frame" if what == "encode" else f"training step of {one['batch']}, an image"
-        yield row(what, f"{layout}, {one['isa']}", f"{text}, {layout}, {one['isa']}", one["ms"] / 1e3, one["spread_ms"] / 1e3,
-                  error, "of largest", beside, beside_seconds, one["roofline_ms"] / 1e3, one["ms"] == best[what, layout])
+        yield row(what, f"{layout}, {one['isa']}", f"{text}, {layout}, {one['isa']}", one["ms"] / 1e3,
+                  one["spread_ms"] / 1e3, error, "of largest", beside, beside_seconds, one["least_ms"] / 1e3,
+                  one["ms"] == best[what, layout], "one image")
     for one in measured:
         if one["part"] == "tied":
             yield row("whole training", "tied", "train for the chapter's scene, by the clock", one["seconds"], None,
@@ -44,14 +45,13 @@ def rows(measured):
 
 def show(rows):
     peak = {row["isa"]: row["gflops"] for row in rows if row["part"] == "peak"}
-    print("one core, processor milliseconds an image, medians; `roofline`: the convolutions alone at the peak of this run,")
-    print("`flight` as 4x4 convolutions of stride 2; `least`: with the mean taken first, as they are computed\n")
-    print("what      layout  isa       GFLOP/s       ms  roofline  ratio    least  ratio")
+    print("one core, processor milliseconds an image, medians; `least`: the products of the convolutions alone, with the mean")
+    print("taken first or in Winograd's form as they are computed, at the peak of this run\n")
+    print("what      layout  isa       GFLOP/s       ms    least  ratio")
     for row in rows:
         if row["part"] in ("encode", "training"):
             print(f"{row['part']:9s} {row['layout']:7s} {row['isa']:8s} {peak[row['isa']]:8.0f} {row['ms']:8.3f} "
-                  f"{row['roofline_ms']:9.3f} {row['ms'] / row['roofline_ms']:6.2f} {row['least_ms']:8.3f} "
-                  f"{row['ms'] / row['least_ms']:6.2f}")
+                  f"{row['least_ms']:8.3f} {row['ms'] / row['least_ms']:6.2f}")
     for row in rows:
         if row["part"] == "encode":
             print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projecting_ms']:.3f} "
@@ -63,7 +63,7 @@ def show(rows):
             print(f"\ntied training of the chapter's scene: {row['steps']} steps, cosine {row['cosine']:.4f}, "
                   f"{row['seconds']:.2f} s by the clock")
         if row["part"] == "agreement":
-            print(f"\n{row['layout']}: largest difference from PyTorch over the largest value: latent {row['latent']:.1e}, "
+            print(f"{row['layout']}, {row['isa']}: largest difference from PyTorch over the largest value: latent {row['latent']:.1e}, "
                   f"output {row['output']:.1e}, gradient of any tensor {row['gradient']:.1e}")
         if row["part"] == "peer":
             text = f"{row['peer']:36s} {row['layout']:7s}"

@@ -1,4 +1,5 @@
 """What the benches share: programs that print a JSON object a line, and the row in which all tell what they measured."""
+import functools
 import json
 import os
 import subprocess
@@ -30,7 +31,19 @@ def lines(command):
     return found
 
 
-def peer_lines(name, command):
+def median_spread(times):
+    """As timing.h has them: the median and half of what the middle half spans."""
+    times = sorted(times)
+    quarter = len(times) // 4
+    return times[len(times) // 2], (times[len(times) - 1 - quarter] - times[quarter]) / 2
+
+
+@functools.lru_cache(None)  # each is said once
+def remark(text):
+    print(f"bench: {text}; see tests/bench/README.md", file=sys.stderr)
+
+
+def peer_program(name, command):
     """What a peer prints; none and a remark where it does not run, mostly as it is not installed."""
     try:
         done = subprocess.run([str(word) for word in command], env=environment(), capture_output=True, text=True)
@@ -39,24 +52,31 @@ def peer_lines(name, command):
         why = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
     except OSError as error:
         why = error.strerror
-    print(f"bench: nothing measured beside {name} ({why}); see tests/bench/README.md", file=sys.stderr)
+    remark(f"nothing measured beside {name} ({why})")
     return []
 
 
+def peer_lines(name, script, *arguments):
+    """The same of a script in this folder."""
+    return peer_program(name, [PYTHON, os.path.join(HERE, script), *arguments])
+
+
 def peer(name, script, *arguments):
-    """What a peer's script prints: processor seconds; None where what it needs is not installed."""
-    found = peer_lines(name, [PYTHON, os.path.join(HERE, script), *arguments])
+    """The one number that it prints: processor seconds; None where what it needs is not installed."""
+    found = peer_lines(name, script, *arguments)
     return found[0] if found else None
 
 
 def row(bench, series, what, seconds, spread=None, error=None, of=None, beside=None, beside_seconds=None,
-        roofline=None, headline=False, **more):
+        roofline=None, headline=False, at=None, **more):
     """Seconds are processor seconds of one core unless `what` says otherwise, spread half of what the middle half of the
-    runs spans, error the largest (relative to `of`). beside is the peer, measured in the same run; roofline the seconds
-    that the machine needs at the very least. The headlines are for the README. What is not known is not in the row."""
+    runs spans, error the largest (relative to `of`, looked for `at` those only, else everywhere). beside is the peer,
+    measured in the same run; roofline the seconds that the machine needs at the very least. The headlines are for the
+    README. What is not known is not in the row."""
     all_of_it = {
         "bench": bench, "series": series, "what": what, "seconds": seconds, "spread": spread, "error": error,
-        "error_of": of, "peer": beside if beside_seconds else None,
+        "error_of": of if error is not None else None, "error_at": at if error is not None else None,
+        "peer": beside if beside_seconds else None,
         "ratio_peer": beside_seconds / seconds if beside_seconds else None,
         "ratio_roofline": seconds / roofline if roofline else None, "headline": headline, **more,
     }

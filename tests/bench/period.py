@@ -1,14 +1,12 @@
 """Time of the periodograms against their error, on one core, beside astropy on the same samples. Times are processor
 seconds."""
+import json
 import os
 import tempfile
-import time
 
-os.environ.update({name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")})
 import numpy
-from astropy.timeseries import LombScargle
 
-from measuring import lines, row
+from measuring import lines, peer_lines, row
 
 SPAN = 1000.0
 GRIDS = [(1000, 10000), (10000, 10000), (100000, 10000), (1000000, 10000), (10000, 100000), (1000000, 100000)]
@@ -22,37 +20,19 @@ def samples(count):
     return t, 3 + 0.7 * numpy.sin(2 * numpy.pi * 0.37 * t) + sigma * generator.normal(size=count), sigma
 
 
-def processor_seconds(work, repeats):
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        result = work()
-        times.append(time.process_time() - start)
-    return sorted(times)[repeats // 2], result
-
-
-def astropy_rows(count, f0, df, nf, reference):
-    grid = f0 + df * numpy.arange(nf)
-    t, y, sigma = samples(count)
-    for method in ["fast"] + (["cython", "slow"] if count * nf <= 1e7 else []):
-        seconds, power = processor_seconds(
-            lambda: LombScargle(t, y, sigma).power(grid, method=method, assume_regular_frequency=True),
-            3 if method == "fast" else 1)
-        error = numpy.abs(power[reference["k"]] - reference["power"]).max()
-        yield {"part": "astropy", "method": method, "seconds": seconds, "error": error}
-
-
 def measure_one(program, count, nf):
-    f0, df = 1.5 / SPAN, 0.1 / SPAN if nf == 10000 else 0.05 / SPAN
-    with tempfile.NamedTemporaryFile() as file:
-        for column in samples(count):
-            file.write(column.tobytes())
-        file.flush()
-        found = lines([program, file.name, count, repr(f0), repr(df), nf])
-    reference, = [one for one in found if one["part"] == "reference"]
-    found += astropy_rows(count, f0, df, nf, reference)
+    grid = [repr(1.5 / SPAN), repr(0.1 / SPAN if nf == 10000 else 0.05 / SPAN), nf]
+    with tempfile.TemporaryDirectory() as folder:
+        file, exact = os.path.join(folder, "samples"), os.path.join(folder, "reference.json")
+        numpy.concatenate(samples(count)).tofile(file)
+        found = lines([program, file, count, *grid])
+        reference, = [one for one in found if one["part"] == "reference"]
+        with open(exact, "w") as out:
+            json.dump(reference, out)
+        found += peer_lines("astropy", "astropy_period.py", file, exact, *grid)
+    found.remove(reference)
     for one in found:
-        one.update(samples=count, frequencies=nf)
+        one.update(samples=count, frequencies=nf, looked_at=len(reference["k"]))
     return found
 
 
@@ -66,22 +46,24 @@ def rows(measured):
             if one["part"] == "astropy" and one["method"] == "fast"}
     frames = [one for one in measured if one["part"] == "frame" and (one["samples"], one["frequencies"]) == GRIDS[0]]
     for one in frames:
-        yield row("one frame more", one["isa"], f"one frame more and 10,000 powers, {one['isa']}", one["seconds"], one["spread"], None, None,
-                  "astropy fast, all 1,000", fast[GRIDS[0]], one["roofline"], one is frames[-1])
+        yield row("one frame more", one["isa"], f"one frame more and 10,000 powers, {one['isa']}", one["seconds"],
+                  one["spread"], None, None, "astropy fast, all 1,000", fast.get(GRIDS[0]), one["roofline"],
+                  one is frames[-1])
     for one in measured:
         grid = one["samples"], one["frequencies"]
         name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"
         bench = "periodogram of " + name
+        at = None if one["looked_at"] == one["frequencies"] else f"{one['looked_at']} frequencies"
         if one["part"] == "batch":
             headline = one["tolerance"] in (1e-3, 1e-9, 1e-13) and grid in (GRIDS[0], GRIDS[-1])
             yield row(bench, "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
-                      one["error"], None, "astropy fast", fast[grid], None, headline)
+                      one["error"], None, "astropy fast", fast.get(grid), None, headline, at)
         elif one["part"] in ("direct", "stream", "astropy"):
             series = {"direct": "direct sums", "stream": "streaming, exact sums"}.get(one["part"])
             series = series or "astropy " + one["method"]
             part = one.get("measured", 1)
             yield row(bench, series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
-                      one["seconds"], None, one["error"] if part == 1 else None)
+                      one["seconds"], None, one["error"] if part == 1 else None, at=at)
 
 
 def show(rows):

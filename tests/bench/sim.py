@@ -21,12 +21,12 @@ def rows(measured):
     for one in measured:
         if one["part"] == "image":
             name = f"image of 101 wavelengths, {one['pixel_arcsec']:g}\"/px"
-            beside = ("numpy", one["numpy_seconds"])
+            beside, at = ("numpy", one["numpy_seconds"]), f"{one['looked_at']} pixels"
             yield row("image", f"nodes, {one['geometry']}", f"{name}, accuracy 1e-9: {one['nodes']} nodes",
                       one["node_seconds"], one["node_spread"], one["node_error"], "of peak", *beside,
-                      one["node_roofline"], True)
+                      one["node_roofline"], True, at)
             yield row("image", f"all, {one['geometry']}", f"{name}, every wavelength", one["seconds"], one["spread"],
-                      one["error"], "of peak", *beside, one["roofline"], True)
+                      one["error"], "of peak", *beside, one["roofline"], True, at)
         elif one["part"] == "frames":
             yield row("frames", "noisy", "1095 noisy frames of 256 x 256 px", one["seconds_1095"], one["spread_1095"],
                       headline=True)
@@ -38,7 +38,7 @@ def rows(measured):
         elif one["part"] == "choices" and one["displacement_px"] == 1e-6:
             series = "padded FFT" if one["engine"] == "fft" else f"{one['samples']} pupil samples"
             yield row("optics", series, f"chapter, {series}, {one['wavelengths']} wavelengths", one["seconds"], None,
-                      one["error"], "of peak")
+                      one["error"], "of peak", at=f"{one['looked_at']} pixels")
 
 
 def mark_front(rows):

@@ -4,7 +4,7 @@ import subprocess
 import sys
 import tempfile
 
-from measuring import row
+from measuring import median_spread, row
 
 REPEATS = 21
 LOAD = """
@@ -18,10 +18,10 @@ print(time.perf_counter() - start)
 
 
 def load_times(library, *before):
-    """Of fresh processes, sorted: to load the library after these."""
+    """Of fresh processes: to load the library after these."""
     runs = [subprocess.run([sys.executable, "-c", LOAD, library, *before], capture_output=True, text=True, check=True)
             for _ in range(REPEATS)]
-    return sorted(float(run.stdout) for run in runs)
+    return [float(run.stdout) for run in runs]
 
 
 def measure(binaries):
@@ -36,9 +36,8 @@ def measure(binaries):
 
 def rows(measured):
     for series, what in (("whole", "load the library and those below it"), ("own", "load the library alone")):
-        times = measured[series + "_s"]
-        spread = (times[REPEATS - 1 - REPEATS // 4] - times[REPEATS // 4]) / 2
-        yield row("load", series, what + ", by the clock", times[REPEATS // 2], spread, headline=series == "whole")
+        yield row("load", series, what + ", by the clock", *median_spread(measured[series + "_s"]),
+                  headline=series == "whole")
 
 
 def show(measured):

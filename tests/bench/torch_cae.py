@@ -1,6 +1,7 @@
-"""The same networks in PyTorch, one thread: agreement with what bench_cae left in FOLDER, and times.
+"""The same networks in PyTorch, one thread: agreement with what each instruction set left in FOLDER, and times.
 
 Usage: torch_cae.py FOLDER; prints one JSON object a line."""
+import glob
 import json
 import os
 import sys
@@ -70,12 +71,14 @@ def compare(folder, layout):
     z, places = encode(p, x, paper)
     y = decode(p, z, places, paper)
     ((y - x) ** 2).mean().backward()
-    gradients = parameters(f"{folder}/{layout}.gradient")
-    return {"part": "agreement", "layout": layout,
-            "latent": difference(np.fromfile(f"{folder}/{layout}.latent", np.float32), z),
-            "output": difference(np.fromfile(f"{folder}/{layout}.output", np.float32), y),
-            "gradient": max(difference(gradients[name].detach().numpy().reshape(-1), tensor.grad)
-                            for name, tensor in p.items())}
+    for path in sorted(glob.glob(f"{folder}/{layout}-*.latent")):
+        ours = os.path.splitext(path)[0]
+        gradients = parameters(ours + ".gradient")
+        yield {"part": "agreement", "layout": layout, "isa": ours.split("-")[-1],
+               "latent": difference(np.fromfile(ours + ".latent", np.float32), z),
+               "output": difference(np.fromfile(ours + ".output", np.float32), y),
+               "gradient": max(difference(gradients[name].detach().numpy().reshape(-1), tensor.grad)
+                               for name, tensor in p.items())}
 
 
 def median_ms(work, calls):
@@ -122,7 +125,8 @@ def main():
     torch.set_num_threads(1)
     folder = sys.argv[1]
     for layout in ("flight", "paper"):
-        print(json.dumps(compare(folder, layout)), flush=True)
+        for agreement in compare(folder, layout):
+            print(json.dumps(agreement), flush=True)
         for memory in ("channels_last", "default"):
             print(json.dumps(measure(folder, layout, memory)), flush=True)
 
