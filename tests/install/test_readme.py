@@ -27,8 +27,7 @@ int main(void) {
 }
 """
 FORTRAN = """program lines
-%simplicit none
-integer :: i
+%sinteger :: i
 real(c_double), parameter :: f0 = 0.01d0, df = 0.001d0, t(200) = [(real(i, c_double), i = 1, 200)]
 real(c_double) :: y(200), sigma(200) = 1d-6
 integer(c_int64_t), parameter :: nf = 400
@@ -63,7 +62,7 @@ class Readme(unittest.TestCase):
         (home / "a.c").write_text(C % "".join("    " + line for line in lines_of("c").splitlines(keepends=True)))
         fortran = lines_of("fortran").splitlines(keepends=True)
         statements = next(i for i, line in enumerate(fortran) if line.startswith("call"))
-        (home / "a.f90").write_text(FORTRAN % ("use, intrinsic :: iso_c_binding\n" + "".join(fortran[:statements]),
+        (home / "a.f90").write_text(FORTRAN % ("".join(fortran[:statements]),
                                                "".join(fortran[statements:])))
         library = ["-L", BUILD / "lib", f"-Wl,-rpath,{BUILD / 'lib'}", "-ltoliman"]
         for command in (
