@@ -33,8 +33,9 @@ def measure(binaries):
 
 def rows(measured):
     for one in measured:
+        change = one["change"] if one is not measured[0] else None  # from the first
         yield row("weights", f"planes {one['planes']}", f"load weights in {one['weights']}, planes in {one['planes']}: "
-                  f"{one['bytes'] / 1e6:.2f} MB", one["load_s"], one["load_spread"], one["change"], "of sigma",
+                  f"{one['bytes'] / 1e6:.2f} MB", one["load_s"], one["load_spread"], change, "of sigma, rms",
                   headline=one["weights"] == one["planes"], bytes=one["bytes"], efficiency=one["efficiency"])
 
 

@@ -173,7 +173,9 @@ class Bench(ProgramTest):
     def test_rows_of_weights_and_size(self):
         one = {"weights": "bf16", "planes": "bf16", "bytes": 1000000, "load_s": 0.01, "load_spread": 0.001, "change": 1e-3,
                "efficiency": 0.9}
-        rows = self.check_rows(weights, [one, {**one, "planes": "fp16"}])
+        first = {**one, "weights": "float32", "planes": "float32", "change": 0.0}
+        rows = self.check_rows(weights, [first, one, {**one, "planes": "fp16"}])
+        self.assertNotIn("error", rows["load weights in float32, planes in float32: 1.00 MB"])
         self.expect(rows["load weights in bf16, planes in bf16: 1.00 MB"], seconds=0.01, error=1e-3, bytes=1000000,
                     efficiency=0.9, headline=True)
         self.expect(rows["load weights in bf16, planes in fp16: 1.00 MB"], headline=False)

@@ -23,12 +23,12 @@ Examples:
   toliman convert mask.fits mask.npy          FITS to .npy and back
   toliman plan scene.json                     what a scene needs and what it costs
   toliman pupil chapter.json --out better.json  search a mask that tells more
-  toliman report chapter.run                  a page with figures of what run, experiment or track left
+  toliman report chapter.run                  a page of what these left, or `make bench`
   toliman doctor                              what this machine offers
 
 A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
 share/toliman/scenes beside the folder of the program; which one is told on stderr).
-Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal, 2 options or scene content,
+Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal or no gnuplot, 2 options or scene content,
 3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict) or doctor not ready,
 5 state folder damaged, 6 output cannot be written or another process writes to the folder, 129/130/143 stopped by
 SIGHUP, SIGINT, SIGTERM.)";
