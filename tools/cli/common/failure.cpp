@@ -14,14 +14,7 @@ std::string harmless(std::string text) {
     return text;
 }
 
-} // namespace
-
-Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(harmless(text)), code_(code) {}
-
-void malformed(const std::string &path, const std::string &why) {
-    throw Failure(kExitInput, path + ": " + why);
-}
-
+// Of a failed library call.
 ExitCode exit_code(toliman_status status) noexcept {
     switch (status) {
     case TOLIMAN_OK:
@@ -44,6 +37,14 @@ ExitCode exit_code(toliman_status status) noexcept {
     default:
         return kExitInternal;
     }
+}
+
+} // namespace
+
+Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(harmless(text)), code_(code) {}
+
+void malformed(const std::string &path, const std::string &why) {
+    throw Failure(kExitInput, path + ": " + why);
 }
 
 Ending ending_of(const std::function<void()> &work) {

@@ -34,9 +34,6 @@ class Failure : public std::runtime_error {
 // An input file that cannot be used: exit code 3.
 [[noreturn]] void malformed(const std::string &path, const std::string &why);
 
-// Exit code of a failed library call.
-ExitCode exit_code(toliman_status status) noexcept;
-
 // What some work came to: kExitOk, or the code and the reason of what it threw.
 struct Ending {
     ExitCode code = kExitOk;

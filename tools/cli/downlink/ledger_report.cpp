@@ -6,13 +6,13 @@
 
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "downlink/state_folder.hpp"
 
 namespace cli {
 
 namespace {
 
 constexpr size_t kChunk = 4096; // lines read and printed at once
-constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
 
 template <class Chunk> void for_chunks(const toliman::tracker &tracker, Chunk work) {
     std::vector<toliman_track_line> lines(kChunk);
@@ -75,7 +75,7 @@ void print_lines(const toliman::tracker &tracker) {
         is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");
         is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
         json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
-        json.set("verdict", std::string(kVerdicts[line.verdict]));
+        json.set("verdict", std::string(verdict_name(line.verdict)));
         if (line.verdict == TOLIMAN_TRACK_REJECTED)
             json.set("reason", std::string(toliman_track_reason_name(line.reason)));
         else

@@ -17,7 +17,6 @@ using toliman::check;
 constexpr size_t kBatch = 64;                // frames that are estimated together, at most
 constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
-constexpr const char *kVerdicts[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected"};
 constexpr const char kBadLine[] = "bad line";
 constexpr const char kSafe[] = "lines that were printed are safe on the disk, and the same command goes on";
 constexpr int64_t kMostWarnings = 10; // of one file; the lines on stdout have them all
@@ -115,7 +114,7 @@ void Tracking::flush() {
 void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
     const int32_t verdict = outcome.verdict;
     const bool is_good = verdict == TOLIMAN_TRACK_ACCEPTED, has_value = is_good || verdict == TOLIMAN_TRACK_OUTLIER;
-    Json line = frame_line(arrival.where, &arrival.facts, kVerdicts[verdict],
+    Json line = frame_line(arrival.where, &arrival.facts, verdict_name(verdict),
                            verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
     has_value ? line.set_exact("value", outcome.value) : line.set_null("value");

@@ -10,6 +10,7 @@ namespace cli {
 
 namespace {
 
+// The library has the same for keys of scenes, but shows nothing of it.
 size_t distance(const std::string &a, const std::string &b) {
     std::vector<size_t> row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); j++)
@@ -55,29 +56,8 @@ std::string unknown_value(const std::string &message) {
     return message.substr(0, option) + " " + value + ": must be one of " + list + meant(value, names);
 }
 
-} // namespace
-
-std::string meant(const std::string &word, const std::vector<std::string> &names) {
-    size_t least = 3;
-    std::string best;
-    for (const std::string &name : names) {
-        const size_t far = distance(word, name);
-        if (far < std::min(least, name.size())) {
-            least = far;
-            best = name;
-        }
-    }
-    return best.empty() ? "" : " (did you mean " + best + "?)";
-}
-
-std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
-    const std::string unknown = unknown_word(app, argc, argv);
-    if (!unknown.empty())
-        return unknown;
-    const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
-    return needs_command ? "needs a command: toliman --help lists them" : unknown_value(error.what());
-}
-
+// What to say of the first word of the command line that is no command or no option of the command:
+// "unknown option --frame (did you mean --frames?)"; "" if all are known.
 std::string unknown_word(const CLI::App &app, int argc, char **argv) {
     std::vector<std::string> commands, options;
     add_options(app, options);
@@ -101,6 +81,29 @@ std::string unknown_word(const CLI::App &app, int argc, char **argv) {
         chosen = true;
     }
     return "";
+}
+
+} // namespace
+
+std::string meant(const std::string &word, const std::vector<std::string> &names) {
+    size_t least = 3;
+    std::string best;
+    for (const std::string &name : names) {
+        const size_t far = distance(word, name);
+        if (far < std::min(least, name.size())) {
+            least = far;
+            best = name;
+        }
+    }
+    return best.empty() ? "" : " (did you mean " + best + "?)";
+}
+
+std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
+    const std::string unknown = unknown_word(app, argc, argv);
+    if (!unknown.empty())
+        return unknown;
+    const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
+    return needs_command ? "needs a command: toliman --help lists them" : unknown_value(error.what());
 }
 
 } // namespace cli

@@ -6,10 +6,6 @@
 
 namespace cli {
 
-// What to say of the first word of the command line that is no command or no option of the command:
-// "unknown option --frame (did you mean --frames?)"; "" if all are known.
-std::string unknown_word(const CLI::App &app, int argc, char **argv);
-
 // What to say of a command line that was refused.
 std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv);
 
