@@ -23,6 +23,10 @@ struct Point {
     Real t, y, w; // about the weighted means; weights sum to 1
 };
 
+struct Wave {
+    Real cosine, sine;
+};
+
 struct Fit {
     Real frequency;
     Real offset, cosine, sine;
@@ -67,34 +71,39 @@ class Sinusoid {
     Sinusoid(const Samples &samples, bool fixed_mean);
 
     // Least squares at one frequency; what cosine and sine cannot tell apart is left out, as in the power.
-    Fit at(Real frequency) const;
+    Fit at(Real frequency);
     // Gauss-Newton from a fit, within [low, high] in frequency and never uphill.
-    Fit refine(Fit best, Real low, Real high) const;
+    Fit refine(Fit best, Real low, Real high);
     // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity where the
     // samples cannot tell.
-    void errors(const Fit &fit, Peak &peak) const;
+    void errors(const Fit &fit, Peak &peak);
     // Frequency distance from the peak, on the side of the first step, where the power has fallen to half; 0 if not
     // within `far`. Steps grow up to `longest`, and again beyond 25 of these.
-    Real half_power(const Fit &fit, Real step, Real longest, Real far) const;
+    Real half_power(const Fit &fit, Real step, Real longest, Real far);
 
     Real total() const noexcept { return total_; }
     Real mean_time() const noexcept { return mean_time_; }
     Real mean() const noexcept { return mean_; }
 
   private:
+    // Cosines and sines at this frequency into waves_: nearly all of the time goes there.
+    void turn(Real frequency);
     // Normal equations of (offset, cosine, sine, frequency) at a fit, the right side from its residuals.
-    void normal(const Fit &fit, Matrix &matrix, Vector &right) const;
+    void normal(const Fit &fit, Matrix &matrix, Vector &right);
     // Weighted means of cosine and sine, which a fixed mean leaves as they are.
-    void centre(Real frequency, Real &cosine, Real &sine) const;
+    Wave centre() const;
     // Adds the least-squares solution for what the fit leaves, and forms its residual.
-    void improve(Fit &fit, Real mean_cosine, Real mean_sine) const;
+    void improve(Fit &fit, const Wave &mean) const;
 
     std::vector<Point> points_;
+    std::vector<Wave> waves_;
+    Real turned_ = -1; // the frequency of waves_
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
     size_t first_; // first free parameter: 0 with a floating mean, 1 without
 };
 
-Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean) : points_(samples.count), first_(fixed_mean ? 1 : 0) {
+Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
+    : points_(samples.count), waves_(samples.count), first_(fixed_mean ? 1 : 0) {
     Real weight = 0;
     for (size_t i = 0; i < samples.count; i++) {
         const Real sigma = samples.sigma != nullptr ? samples.sigma[i] : 1.0L;
@@ -116,11 +125,23 @@ Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean) : points_(samples.co
     }
 }
 
-void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) const {
+void Sinusoid::turn(Real frequency) {
+    if (frequency == turned_)
+        return;
+    for (size_t i = 0; i < points_.size(); i++) {
+        const Real phase = phase_of(frequency, points_[i].t);
+        waves_[i] = {std::cos(phase), std::sin(phase)};
+    }
+    turned_ = frequency;
+}
+
+void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) {
     matrix = {};
     right = {};
-    for (const Point &point : points_) {
-        const Real phase = phase_of(fit.frequency, point.t), c = std::cos(phase), s = std::sin(phase);
+    turn(fit.frequency);
+    for (size_t k = 0; k < points_.size(); k++) {
+        const Point &point = points_[k];
+        const auto [c, s] = waves_[k];
         const Vector row = {1, c, s, kTwoPi * point.t * (fit.sine * c - fit.cosine * s)};
         const Real model = fit.offset + fit.cosine * c + fit.sine * s;
         for (size_t i = 0; i < kParameters; i++) {
@@ -137,25 +158,24 @@ void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) const {
     }
 }
 
-void Sinusoid::centre(Real frequency, Real &cosine, Real &sine) const {
-    cosine = sine = 0;
-    if (first_ == 1)
-        return;
-    for (const Point &point : points_) {
-        const Real phase = phase_of(frequency, point.t);
-        cosine += point.w * std::cos(phase);
-        sine += point.w * std::sin(phase);
+Wave Sinusoid::centre() const {
+    Wave mean = {0, 0};
+    for (size_t i = 0; i < points_.size() && first_ == 0; i++) {
+        mean.cosine += points_[i].w * waves_[i].cosine;
+        mean.sine += points_[i].w * waves_[i].sine;
     }
+    return mean;
 }
 
-void Sinusoid::improve(Fit &fit, Real mean_cosine, Real mean_sine) const {
+void Sinusoid::improve(Fit &fit, const Wave &middle) const {
     Moments m = {};
     Real mean = 0;
     fit.residual = 0;
-    for (const Point &point : points_) {
-        const Real phase = phase_of(fit.frequency, point.t), cosine = std::cos(phase), sine = std::sin(phase);
-        const Real c = cosine - mean_cosine, s = sine - mean_sine;
-        const Real gap = point.y - (fit.offset + fit.cosine * cosine + fit.sine * sine);
+    for (size_t i = 0; i < points_.size(); i++) {
+        const Point &point = points_[i];
+        const Wave &wave = waves_[i];
+        const Real c = wave.cosine - middle.cosine, s = wave.sine - middle.sine;
+        const Real gap = point.y - (fit.offset + fit.cosine * wave.cosine + fit.sine * wave.sine);
         fit.residual += point.w * gap * gap;
         mean += point.w * gap;
         m.cc += point.w * c * c;
@@ -171,22 +191,22 @@ void Sinusoid::improve(Fit &fit, Real mean_cosine, Real mean_sine) const {
     fit.cosine += solved.cosine;
     fit.sine += solved.sine;
     if (first_ == 0)
-        fit.offset += mean - solved.cosine * mean_cosine - solved.sine * mean_sine;
+        fit.offset += mean - solved.cosine * middle.cosine - solved.sine * middle.sine;
 }
 
-Fit Sinusoid::at(Real frequency) const {
-    Real mean_cosine, mean_sine;
-    centre(frequency, mean_cosine, mean_sine);
+Fit Sinusoid::at(Real frequency) {
+    turn(frequency);
+    const Wave middle = centre();
     Fit fit = {frequency, 0, 0, 0, total_, 0};
-    improve(fit, mean_cosine, mean_sine);
-    improve(fit, mean_cosine, mean_sine); // removes the rounding of the first
+    improve(fit, middle);
+    improve(fit, middle); // removes the rounding of the first
     Fit last = fit;
-    improve(last, mean_cosine, mean_sine); // forms the residual of what stands in fit
+    improve(last, middle); // forms the residual of what stands in fit
     fit.residual = last.residual;
     return fit;
 }
 
-Fit Sinusoid::refine(Fit best, Real low, Real high) const {
+Fit Sinusoid::refine(Fit best, Real low, Real high) {
     constexpr int max_steps = 60;
     Matrix matrix;
     Vector right, step = {};
@@ -206,7 +226,7 @@ Fit Sinusoid::refine(Fit best, Real low, Real high) const {
     return best;
 }
 
-void Sinusoid::errors(const Fit &fit, Peak &peak) const {
+void Sinusoid::errors(const Fit &fit, Peak &peak) {
     peak.frequency_error = peak.amplitude_error = kCannotTell;
     const Real amplitude = std::hypot(fit.cosine, fit.sine);
     const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
@@ -231,25 +251,36 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) const {
         peak.amplitude_error = static_cast<double>(std::sqrt(std::fmax(0.0L, (c * column[1] + s * column[2]) * scale)));
 }
 
-Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) const {
-    const auto power = [&](Real frequency) { return 1 - at(frequency).residual / total_; };
-    const Real half = power(fit.frequency) / 2;
+Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
+    const Real half = (1 - fit.residual / total_) / 2;
+    const auto excess = [&](Real distance) { return 1 - at(fit.frequency + distance).residual / total_ - half; };
     if (fit.rank == 0)
         return 0;
-    Real inside = 0, outside = step;
-    while (power(fit.frequency + outside) > half) {
+    Real inside = 0, outside = step, above = half, below;
+    while ((below = excess(outside)) > 0) {
         inside = outside;
+        above = below;
         if (std::fabs(1.5L * step) <= longest || std::fabs(outside) > 25 * longest)
             step *= 1.5L;
         outside += step;
         if (std::fabs(outside) > far || fit.frequency + outside <= 0)
             return 0;
     }
-    for (int i = 0; i < 16; i++) {
-        const Real middle = (inside + outside) / 2;
-        (power(fit.frequency + middle) > half ? inside : outside) = middle;
+    // Regula falsi that halves the value of an end which stays (Dowell and Jarratt 1971, BIT 11, 168, "Illinois").
+    Real middle = inside;
+    for (int i = 0, stays = 0; i < 40; i++) {
+        middle = inside + (outside - inside) * above / (above - below);
+        const Real value = excess(middle);
+        if (std::fabs(value) <= 1e-9L * half)
+            break;
+        const int side = value > 0 ? 1 : -1;
+        (side > 0 ? inside : outside) = middle;
+        (side > 0 ? above : below) = value;
+        if (side == stays)
+            (side > 0 ? below : above) /= 2;
+        stays = side;
     }
-    return std::fabs(inside + outside) / 2;
+    return std::fabs(middle);
 }
 
 } // namespace
@@ -267,7 +298,7 @@ void check_pushed(const Stream &stream, const Samples &samples) {
 Peak fit_peak(const Stream &stream, const Samples &samples) {
     Peak peak = find_peak(stream);
     check_pushed(stream, samples);
-    const Sinusoid sinusoid(samples, stream.grid().fixed_mean);
+    Sinusoid sinusoid(samples, stream.grid().fixed_mean);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
     // One step either side of the parabola, but not out of the grid: there are powers that were never compared.
     const Fit start = parabola.residual < grid.residual ? parabola : grid;
