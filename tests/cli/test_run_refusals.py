@@ -56,11 +56,15 @@ class Scenes(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("highest peak  ", done.stdout)
         self.assertIn(": no significant period\n", done.stdout)
+        self.assertNotIn("report", done.stderr)  # there is none of a run before
 
-    def test_a_short_period(self):
+    def test_a_short_period_and_a_report_of_another_run(self):
         self.scene(cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-4})
+        (self.folder / "r" / "report").mkdir(parents=True)
+        (self.folder / "r" / "report" / "report.html").write_text("")
         done = self.run_program("run", "s.json", "--out", "r")
         self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("r/report is of the run before; toliman report r makes it anew\n", done.stderr)
         result = json.loads((self.folder / "r" / "result.json").read_text())
         period, error = result["period_days"], result["period_error_days"]
         self.assertLess(error, 0.001)

@@ -37,11 +37,13 @@ untrained network, frames without signal and the Cramer-Rao bound of a frame; ef
 
 constexpr double kSignificant = -2; // log10 FAP
 
-void remark(const Pipeline &pipeline, Progress &progress) {
+void remark(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak stands at the edge of the grid and the period may lie beyond");
     if (std::isnan(pipeline.efficiency))
         progress.warn("the Cramer-Rao bound counts photon noise, which these frames do not have: no efficiency");
+    if (exists(folder + "/report/report.html"))
+        progress.warn(folder + "/report is of the run before; toliman report " + folder + " makes it anew");
 }
 
 Json result_json(const Scene &scene, const Pipeline &pipeline) {
@@ -183,7 +185,7 @@ void run(const Options &options, Progress &progress) {
     const std::string json = result_json(scene, pipeline).text();
     folder.write(cadence, pipeline, json);
     progress.clear();
-    remark(pipeline, progress);
+    remark(pipeline, path, progress);
     if (options.as_json)
         print_stdout(json);
     else
