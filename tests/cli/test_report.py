@@ -358,6 +358,23 @@ class Others(ReportTest):
         (folder / "experiment.csv").write_text(head.replace("log10_fap", "x"))
         self.refuse(3, "table/experiment.csv:2: has no column log10_fap", arguments=("report", "table"))
 
+    def test_many_methods_look_different(self):
+        names = [f"method {i}" for i in range(12)]
+        rung = {"amplitude_px": 1e-5, "seeds": 1, "found": 1, "period_error": 0.001, "log10_fap": -8, "expected_log10_fap": -8,
+                "slope": 1, "efficiency": 1}
+        table = {"table": "real", "what": "all", "flux_ratio": 1, "crb_px": 1, "crb_projected_px": 1, "crb_marginal_px": 1,
+                 "threshold_px": 1e-6, "pca_threshold_px": 1, "controls": [],
+                 "ladder": [{"method": name, **rung} for name in names]}
+        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "x", "frames": 9, "true_period_days": 3,
+                  "seeds": 1, "blind": 0, "tables": [table]}
+        (self.folder / "experiment.json").write_text(json.dumps(result))
+        (self.folder / "experiment.csv").write_text("table,method,amplitude_px,log10_fap\n")
+        self.succeed("report", ".", "--out", "page")
+        svg = (self.folder / "page" / "figures" / "ladder-real.svg").read_text()
+        looks = list(dict.fromkeys(re.findall(r"<use xlink:href='#(gpPt\d+)'[^>]*color='([^']*)'", svg)))
+        self.assertEqual(len(looks), 12)
+        self.assertEqual(len({colour for _, colour in looks[:9]}), 9)
+
     def test_state(self):
         write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 20})
         self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le", "--frames", "0:50")

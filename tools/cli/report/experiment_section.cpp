@@ -62,8 +62,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
             efficiency.push_back(point[1]);
         }
         blocks += data_block("method" + std::to_string(i), {&x, &fap, &efficiency});
-        const std::string style =
-            printed(" with linespoints lw 1.5 pt %zu ps 0.8 lc rgb '%s'", 5 + 2 * (i % 5), line_colour(i));
+        const std::string style = " with linespoints lw 1.5 ps 0.8 " + mark(i);
         faps += printed(", $method%zu using 1:2", i) + style + " title " + gnuplot_text(methods.names[i]);
         efficiencies += printed("%s$method%zu using 1:3", i > 0 ? ", " : "", i) + style + " notitle";
     }
