@@ -443,7 +443,10 @@ class Others(ReportTest):
             "ladder-real": ["amplitude of the signal, px", "FAP (no unit)", "efficiency (no unit)", "pca<white>"],
             "blind-real": ["FAP of the highest peak (no unit)", "number of series"]})
         self.assertIn("Table real: the scene <as it is>", page.text)
-        self.assertEqual(page.row("cae")[1:], ["3 of 3", "0.12", "-831.3", "0.999"])
+        self.assertEqual(page.row("cae")[:5], ["1.00 \u00d7 10-5", "3 of 3", "0.12", "-831.3", "0.999"])
+        self.assertEqual(page.row("pca<white>")[:5], ["1.00 \u00d7 10-2", "3 of 3", "0.000058", "-831.3", "-1.07 \u00d7 1010"])
+        self.assertIn("caethe autoencoder, trained once for each seed of weights", page.text)  # its line of --help
+        self.assertIn("foundlog10 FAP below -3", page.text)
         self.assertIn("1 of 3", page.cells)
         self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
         self.assertIn("0.37", page.cells)
