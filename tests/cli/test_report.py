@@ -136,7 +136,8 @@ class Run(ReportTest):
         "bandwidths": ["580 nm", "50 nm about 580 nm", "110 nm about 580 nm", "x, px", "fraction of the light in a pixel"],
         "frame": ["frame 0", "x, px", "y, px", "photons"],
         "reconstruction": ["frame 0", "reconstruction", "residual over its sigma", "photons", "sigma of the pixel"],
-        "series": ["time, days", "latent, standard deviations", "template, standard deviations", "truth"],
+        "series": ["phase, days of the found period", "latent, standard deviations", "template, standard deviations",
+                   "truth", "mean over 1/24 of a period"],
         "periodogram": ["frequency, 1/day", "power (no unit)", "FWHM", "FAP 0.001"],
         "training": ["step", "loss (no unit)"],
     }
@@ -161,6 +162,23 @@ class Run(ReportTest):
             cls.printed, cls.told = getattr(cls, "told", ""), done.stdout
         cls.run_folder = cls.top / "short.1.run"
         cls.result = json.loads((cls.run_folder / "result.json").read_text())
+
+    def report(self, folder="copy"):
+        """Makes a page of a folder here; its Reader."""
+        self.succeed("report", folder)
+        return Reader((self.folder / folder / "report" / "report.html").read_text())
+
+    def drawn(self, name):
+        return (self.folder / "copy" / "report" / "figures" / f"{name}.svg").read_text()
+
+    def texts(self, name):
+        """Every text on a figure: (x, its side of x, text)."""
+        return re.findall(r'translate\(([\d.]+),[^>]*text-anchor="(\w+)">\s*<text>(?:<tspan[^>]*>)?\s*([^<]*)<', self.drawn(name))
+
+    def write_series(self, count, period):
+        """A day apart, without noise."""
+        rows = "".join(f"{k},{k},{y!r},{y!r},{y!r}\n" for k in range(count) for y in [numpy.sin(2 * numpy.pi * k / period + 1)])
+        (self.folder / "copy" / "series.csv").write_text("frame,t,true,latent,template\n" + rows)
 
     def copy(self, *, without=(), **changes):
         """A copy of the run as folder `copy`, with other keys of its result and without some files."""
@@ -203,6 +221,84 @@ class Run(ReportTest):
         self.assertEqual(row[0], f"{result['period_days'] / span:.4f} \u00b1 {result['period_half_width_days'] / span:.4f}")
         found = re.fullmatch(r"(\d\.\d) \u00d7 10(-\d+)", row[2])
         self.assertAlmostEqual(numpy.log10(float(found[1])) + int(found[2]), fap, delta=0.03)
+
+    def test_digits_follow_from_the_error(self):
+        """Two digits of the error; a period of days is not rounded to an error of 0.00."""
+        template = {**self.result["template"], "period_days": 2.59927}
+        self.copy(without=("scene.json", "training.csv"), period_days=2.599307, period_error_days=0.00041953,
+                  period_half_width_days=0.0100, period_fwhm_days=0.0200, template=template)
+        (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n0.1,0.1,0.2\n0.5,0.9,0.8\n")
+        page = self.report()
+        self.assertIn("2.59931 \u00b1 0.00042 days", page.text)
+        self.assertIn("peak at 2.59931 days, full width at half maximum 0.020 days", page.text)
+        self.assertIn("error of the period is 0.00042 days", page.text)
+        self.assertEqual((page.row("network")[2], page.row("template")[2]), ("2.59931", "2.59927"))
+        self.assertEqual(page.row("network (atom)")[0], "0.0021661 \u00b1 0.0000083")  # of 1200 days
+        labels = [text for _, _, text in self.texts("periodogram")]
+        self.assertIn("2.59931 days", labels)
+        self.assertIn("2.59927 days", labels)
+        self.copy(without=("scene.json", "training.csv"), period_days=363.1109, period_error_days=3.1323)
+        self.assertIn("363.11 \u00b1 3.13 days", self.report().text)
+
+    def test_short_periods_are_folded(self):
+        self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=2.5993, period_error_days=0.0004)
+        self.write_series(300, 2.6)
+        self.assertIn("Folded: all 115 periods lie over one, that found, 2.59930 days, each frame", self.report().text)
+        labels = [text for _, _, text in self.texts("series")]
+        self.assertIn("phase, days of the found period", labels)
+        # The truth rises to a crest and falls to a trough once, however it was sampled.
+        truth = re.findall(r"<path stroke='rgb\(213,  94,   0\)'  d='([^']*)'", self.drawn("series"))
+        for path in truth:
+            y = numpy.array([float(point.split(",")[1]) for point in path.rpartition("M")[2].replace("L", " ").split()])
+            rising = numpy.diff(y)[abs(numpy.diff(y)) > 0.02] > 0
+            self.assertGreater(len(y), 200)
+            self.assertEqual(numpy.count_nonzero(numpy.diff(rising.astype(int))), 2)
+        self.assertEqual(len(truth), 2)
+        # Where the highest peak is one of noise, by the true period.
+        self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=57, log10_fap=-0.3)
+        self.write_series(300, 2.6)
+        self.assertIn("Folded: all 115 periods lie over one, the true one, 2.6 days", self.report().text)
+
+    def test_long_periods_stand_along_time(self):
+        for truth, words in ((100, "mean over 1/24 of a period"), (0, "mean over 1/72 of the time")):
+            self.copy(without=("scene.json", "training.csv"), true_period_days=truth, period_days=100)
+            self.write_series(300, 100)
+            self.assertNotIn("Folded", self.report().text)
+            labels = [text for _, _, text in self.texts("series")]
+            self.assertIn("time, days", labels)
+            self.assertIn(words, labels)
+
+    def test_labels_of_a_peak_stay_on_the_figure(self):
+        frequency = numpy.linspace(0.005, 0.5, 500)
+        for period, place in ((150, "left"), (20, "middle"), (2.01, "edge")):
+            self.copy(without=("scene.json", "training.csv"), period_days=period, period_fwhm_days=0.004 * period**2,
+                      period_error_days=0.1, template={**self.result["template"], "period_days": period,
+                                                               "period_fwhm_days": 9e9})  # wider than the figure
+            power = numpy.exp(-(((frequency - 1 / period) / 0.003) ** 2)).tolist()
+            rows = "".join(f"{f!r},{p!r},{p!r}\n" for f, p in zip(frequency.tolist(), power))
+            (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n" + rows)
+            self.report()
+            at = {text: (float(x), side) for x, side, text in self.texts("periodogram")}
+            self.assertEqual(sum(text == "FWHM" for _, _, text in set(self.texts("periodogram"))), 1)
+            peak, side = at[f"{period:.2f} days"]
+            legend = at["network's latents"][0]
+            if place == "left":
+                self.assertEqual((side, at["FWHM"][1]), ("start", "start"))
+                self.assertLess(peak + 100, legend)
+            else:
+                self.assertEqual((side, at["FWHM"][1]), ("end", "end"))
+                self.assertLess(legend + 200, peak)
+            for x in (peak, at["FWHM"][0]):
+                self.assertTrue(88 < x < 882, (place, x))
+
+    def test_words_stand_at_the_end_once(self):
+        self.copy(without=("scene.json", "training.csv"))
+        self.succeed("report", "copy", "copy", "--out", "both")
+        html = (self.folder / "both" / "report.html").read_text()
+        self.assertEqual(html.count("<h2>Words</h2>"), 1)
+        for word in ("network", "template", "untrained network", "signal", "network (atom)", "the chapter", "MMSE", "FAP",
+                     "decoder: cosine, gain", "1 &minus; MSSIM"):
+            self.assertEqual(html.count(f"<dt>{word}</dt><dd>"), 1, word)
 
     def test_colours_of_a_frame(self):
         """Against frames that `simulate` makes, row 0 at the bottom."""
@@ -323,7 +419,8 @@ class Others(ReportTest):
         rung = {"method": "cae", "amplitude_px": 1e-5, "seeds": 3, "found": 3, "period_error": 0.00123,
                 "log10_fap": -831.26, "expected_log10_fap": -829.2, "slope": 0.999, "efficiency": 1.008}
         low = {**rung, "amplitude_px": 1e-6, "log10_fap": -0.4, "found": 1, "efficiency": 0.123}
-        other = {**rung, "method": "pca<white>", "efficiency": None}
+        other = {**rung, "method": "pca<white>", "efficiency": None, "amplitude_px": 1e-2, "slope": -10667038957.912,
+                 "period_error": 5.8e-7}
         control = {"method": "cae", "series": 50, "frames": 6000, "alarms": 1, "ks_p": 0.37, "sigma_px": 1.24e-6,
                    "efficiency": 0.995, "bias_px": 2e-9, "slope": 1}
         facts = {"what": "the scene <as it is>", "flux_ratio": 3.12, "crb_px": 1.2e-6, "crb_projected_px": 1.2e-6,
@@ -346,7 +443,10 @@ class Others(ReportTest):
             "ladder-real": ["amplitude of the signal, px", "FAP (no unit)", "efficiency (no unit)", "pca<white>"],
             "blind-real": ["FAP of the highest peak (no unit)", "number of series"]})
         self.assertIn("Table real: the scene <as it is>", page.text)
-        self.assertEqual(page.row("cae")[1:], ["3 of 3", "0.12", "-831.3", "0.999"])
+        self.assertEqual(page.row("cae")[:5], ["1.00 \u00d7 10-5", "3 of 3", "0.12", "-831.3", "0.999"])
+        self.assertEqual(page.row("pca<white>")[:5], ["1.00 \u00d7 10-2", "3 of 3", "0.000058", "-831.3", "-1.07 \u00d7 1010"])
+        self.assertIn("caethe autoencoder, trained once for each seed of weights", page.text)  # its line of --help
+        self.assertIn("foundlog10 FAP below -3", page.text)
         self.assertIn("1 of 3", page.cells)
         self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
         self.assertIn("0.37", page.cells)
@@ -357,6 +457,23 @@ class Others(ReportTest):
         self.refuse(3, "table/experiment.csv:3: has 2 columns, the header 13", arguments=("report", "table"))
         (folder / "experiment.csv").write_text(head.replace("log10_fap", "x"))
         self.refuse(3, "table/experiment.csv:2: has no column log10_fap", arguments=("report", "table"))
+
+    def test_many_methods_look_different(self):
+        names = [f"method {i}" for i in range(12)]
+        rung = {"amplitude_px": 1e-5, "seeds": 1, "found": 1, "period_error": 0.001, "log10_fap": -8, "expected_log10_fap": -8,
+                "slope": 1, "efficiency": 1}
+        table = {"table": "real", "what": "all", "flux_ratio": 1, "crb_px": 1, "crb_projected_px": 1, "crb_marginal_px": 1,
+                 "threshold_px": 1e-6, "pca_threshold_px": 1, "controls": [],
+                 "ladder": [{"method": name, **rung} for name in names]}
+        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "x", "frames": 9, "true_period_days": 3,
+                  "seeds": 1, "blind": 0, "tables": [table]}
+        (self.folder / "experiment.json").write_text(json.dumps(result))
+        (self.folder / "experiment.csv").write_text("table,method,amplitude_px,log10_fap\n")
+        self.succeed("report", ".", "--out", "page")
+        svg = (self.folder / "page" / "figures" / "ladder-real.svg").read_text()
+        looks = list(dict.fromkeys(re.findall(r"<use xlink:href='#(gpPt\d+)'[^>]*color='([^']*)'", svg)))
+        self.assertEqual(len(looks), 12)
+        self.assertEqual(len({colour for _, colour in looks[:9]}), 9)
 
     def test_state(self):
         write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 20})
@@ -372,9 +489,25 @@ class Others(ReportTest):
         for name in ("received", "accepted", "rejected", "expected"):
             self.assertEqual(page.row(name)[0], str(status[name]))
         self.assertEqual(status["accepted"], 50)
-        self.assertIn(f"period {status['fit']['period']:.6g} ", page.text)
+        fit = status["fit"]
+        decimals = max(2, 1 - int(f"{fit['period_error']:.1e}".split("e")[1]))
+        self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} \u00b1 {fit['period_error']:.{decimals}f} days"), 2)
+        self.assertNotIn("+-", page.text)
+        self.assertIn("sequential, for who looks after every frame, ", page.text)
+        self.assertIn("sequential FAPthe same for who looks", page.text)
         (self.folder / "state" / "setup.tlms").unlink()
         self.refuse(5, "state: setup.tlms", "toliman rebuild", arguments=("report", "state"))
+
+    def test_state_of_a_short_period(self):
+        write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 1},
+                    signal={"period_days": 2.6, "amplitude_px": 1e-3})
+        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le")
+        done = self.run_program("track", "--template", "scene.json", "--state", "state", "--mission-days", "60",
+                                "--dtype", "u32le", "in")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.succeed("report", "state", "--out", "page")
+        page = self.check_page(self.folder / "page", {"series": ["phase, days of the best period"], "periodogram": ["FWHM"]})
+        self.assertIn("into one of which all are folded", page.text)
 
     def test_bench(self):
         row = {"bench": "optics", "what": "33 nodes", "series": "Chebyshev", "seconds": 0.0481, "spread": 0.001,

@@ -1,5 +1,6 @@
 """toliman run and train on scenes that they cannot take, and what run says where an efficiency has no meaning."""
 import json
+import re
 import subprocess
 import time
 import unittest
@@ -51,9 +52,27 @@ class Scenes(ProgramTest):
 
     def test_no_significant_period(self):
         self.scene(signal={"amplitude_px": 0})
-        out = self.succeed("run", "s.json")
-        self.assertIn("highest peak  ", out)
-        self.assertIn(": no significant period\n", out)
+        done = self.run_program("run", "s.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("highest peak  ", done.stdout)
+        self.assertIn(": no significant period\n", done.stdout)
+        self.assertNotIn("report", done.stderr)  # there is none of a run before
+
+    def test_a_short_period_and_a_report_of_another_run(self):
+        self.scene(cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-4})
+        (self.folder / "r" / "report").mkdir(parents=True)
+        (self.folder / "r" / "report" / "report.html").write_text("")
+        done = self.run_program("run", "s.json", "--out", "r")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("r/report is of the run before; toliman report r makes it anew\n", done.stderr)
+        result = json.loads((self.folder / "r" / "result.json").read_text())
+        period, error = result["period_days"], result["period_error_days"]
+        self.assertLess(error, 0.001)
+        decimals = 1 - int(f"{error:.1e}".split("e")[1])
+        self.assertIn(f"period found  {period:.{decimals}f} +- {error:.{decimals}f} days, ", done.stdout)
+        template = re.search(r"template .* period ([\d.]+) days", done.stdout)[1]
+        self.assertAlmostEqual(float(template), result["template"]["period_days"], delta=error)
+        self.assertGreaterEqual(len(template), 2 + decimals - 1)
 
     def test_frames(self):
         for frames in (4, 400001):

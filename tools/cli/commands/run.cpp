@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/decimals.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/json.hpp"
@@ -36,11 +37,13 @@ untrained network, frames without signal and the Cramer-Rao bound of a frame; ef
 
 constexpr double kSignificant = -2; // log10 FAP
 
-void remark(const Pipeline &pipeline, Progress &progress) {
+void remark(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak stands at the edge of the grid and the period may lie beyond");
     if (std::isnan(pipeline.efficiency))
         progress.warn("the Cramer-Rao bound counts photon noise, which these frames do not have: no efficiency");
+    if (exists(folder + "/report/report.html"))
+        progress.warn(folder + "/report is of the run before; toliman report " + folder + " makes it anew");
 }
 
 Json result_json(const Scene &scene, const Pipeline &pipeline) {
@@ -77,7 +80,7 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
     json.set("cosine", pipeline.training.cosine).set("period_days", peak.period);
     json.set("period_half_width_days", peak.half_width_error).set("period_fwhm_days", peak.fwhm_error);
-    json.set("period_error_days", peak.frequency_error * peak.period * peak.period);
+    json.set("period_error_days", peak.period_error);
     json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
     json.set("mmse", pipeline.mmse).set("photon_floor", pipeline.photon_floor).set("mssim", pipeline.mssim);
@@ -142,19 +145,20 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     const toliman_sim_info &info = scene.info;
     const toliman_period_peak &peak = pipeline.latent.peak;
     const bool found = peak.log10_fap <= kSignificant;
+    const int decimals = decimals_of(peak.period_error);
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
                 static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
-    std::printf("%s  %.2f +- %.2f days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak", peak.period,
-                peak.frequency_error * peak.period * peak.period, peak.log10_fap,
-                found ? "" : ": no significant period");
+    std::printf("%s  %.*f +- %.*f days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak", decimals,
+                peak.period, decimals, peak.period_error, peak.log10_fap, found ? "" : ": no significant period");
     std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", pipeline.latent.sigma_px,
                 info.crb_projected_px);
     std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
-    std::printf("template      sigma %.3g px, period %.2f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
-                pipeline.estimate.peak.period, pipeline.estimate.peak.log10_fap);
+    std::printf("template      sigma %.3g px, period %.*f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
+                decimals_of(pipeline.estimate.peak.period_error), pipeline.estimate.peak.period,
+                pipeline.estimate.peak.log10_fap);
     std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
                 pipeline.no_signal.peak.log10_fap);
     std::printf("pictures      MMSE %.4g (photon floor %.4g), 1 - MSSIM %.2g\n", pipeline.mmse, pipeline.photon_floor,
@@ -181,7 +185,7 @@ void run(const Options &options, Progress &progress) {
     const std::string json = result_json(scene, pipeline).text();
     folder.write(cadence, pipeline, json);
     progress.clear();
-    remark(pipeline, progress);
+    remark(pipeline, path, progress);
     if (options.as_json)
         print_stdout(json);
     else

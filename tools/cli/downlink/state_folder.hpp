@@ -36,6 +36,7 @@ class PeriodFacts {
     void add_to(Json &json) const;
     std::string text() const;
     const toliman_period_peak &peak() const noexcept { return peak_; }
+    double sequential() const noexcept { return sequential_; } // log10 FAP for who looks after every frame
     const toliman_period_peak &fit() const noexcept { return fit_; }
 
   private:

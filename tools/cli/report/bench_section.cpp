@@ -74,9 +74,8 @@ Figure pareto(const ResultFile &file, const std::string &bench, const Items &row
     for (size_t i = 0; i < names.size(); i++) {
         const auto &[x, y] = points[names[i]];
         figure.script += data_block("series" + std::to_string(i), {&x, &y});
-        plots += printed("%s$series%zu using 1:2 with points pt %zu ps 1.1 lw 1.5 lc rgb '%s' title ",
-                         i > 0 ? ", " : "", i, 5 + 2 * (i % 5), line_colour(i)) +
-                 gnuplot_text(names[i]);
+        plots += printed("%s$series%zu using 1:2 with points ps 1.1 lw 1.5 ", i > 0 ? ", " : "", i) + mark(i) +
+                 " title " + gnuplot_text(names[i]);
     }
     figure.script += stacked(0, 1, figure) + axes.labels +
                      "set key outside right top\nset rmargin at screen 0.72\n"

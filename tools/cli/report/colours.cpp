@@ -18,7 +18,9 @@ constexpr uint32_t kBlueRed[] = {0x053061, 0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f
                                  0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b, 0x67001f};
 constexpr unsigned kShifts[] = {16, 8, 0}; // of red, green, blue
 constexpr Colour kNothing = {0xb8, 0xb8, 0xb8};
-constexpr const char *kLines[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"};
+constexpr const char *kLines[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
+                                  "#7b2d00", "#56b4e9", "#8800ee", "#aabb66"};
+constexpr int kMarkers[] = {5, 7, 9, 11, 13}; // of gnuplot: filled square, circle, triangles, diamond
 
 struct Anchors {
     const uint32_t *colours;
@@ -89,6 +91,11 @@ std::string colour_box(const Scale &scale) {
 
 const char *line_colour(size_t i) {
     return kLines[i % std::size(kLines)];
+}
+
+std::string mark(size_t i) {
+    static_assert(std::size(kLines) % std::size(kMarkers) != 0); // or the pairs begin anew with the colours
+    return printed("pt %d lc rgb '%s'", kMarkers[i % std::size(kMarkers)], line_colour(i));
 }
 
 } // namespace cli

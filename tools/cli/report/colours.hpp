@@ -27,7 +27,9 @@ std::string png_of(const std::vector<double> &values, size_t rows, size_t cols, 
 // gnuplot's commands for the same colours, and range, in a colour box.
 std::string colour_box(const Scale &scale);
 
-// Colours of lines, of which as many as there are look different to everyone (Okabe and Ito 2008).
+// Of lines: nine that look different to everyone (six of Okabe and Ito 2008), then the same again.
 const char *line_colour(size_t i);
+// Marker and colour, in gnuplot's words: where colours come again, their markers are others, up to 45 pairs.
+std::string mark(size_t i);
 
 } // namespace cli

@@ -11,6 +11,7 @@ namespace cli {
 namespace {
 
 constexpr size_t kMostPoints = 1500; // of a curve: more than it has pixels
+constexpr double kHeadroom = 1.2;    // for the legend, above peak and level
 
 // The lowest frequency that has a logarithm.
 double first_of(const PowerCurve &curve) {
@@ -42,6 +43,34 @@ bool is_marked(double value) {
     return std::isfinite(value) && value > 0;
 }
 
+// Whether the peak stands in the right half of the figure.
+bool is_on_right(const PowerCurve &curve) {
+    return is_marked(curve.peak_frequency) &&
+           curve.peak_frequency * curve.peak_frequency > first_of(curve) * curve.frequency.back();
+}
+
+// The peak's place, its label and width: what is written stands on the side that has more room.
+std::string peak_marks(const PowerCurve &curve, double top, bool on_right) {
+    if (!is_marked(curve.peak_frequency))
+        return "";
+    const double peak = curve.peak_frequency;
+    const char *side = on_right ? "right offset -1.2" : "left offset 1.2";
+    std::string text = printed("set label 1 at first %.10g,%.10g point pt 11 ps 0.9 lc rgb '#222222' offset 0,0.4\n"
+                               "set label 2 ",
+                               peak, top) +
+                       gnuplot_text(curve.peak_label) +
+                       printed(" at first %.10g,%.10g %s,0.1 front boxed noenhanced\n", peak, top, side);
+    const double low = std::max(peak - curve.fwhm / 2, first_of(curve));
+    const double high = std::min(peak + curve.fwhm / 2, curve.frequency.back());
+    const bool has_room = on_right ? low > first_of(curve) : high < curve.frequency.back();
+    if (!is_marked(curve.fwhm) || !has_room)
+        return text;
+    return text +
+           printed("set arrow 1 from first %.10g,%.10g to first %.10g,%.10g heads size screen 0.006,60 lw 1.4 lc rgb "
+                   "'#222222' front\nset label 3 'FWHM' at first %.10g,%.10g %s,0 front boxed\n",
+                   low, top / 2, high, top / 2, on_right ? low : high, top / 2, side);
+}
+
 // Labels at 1, 2, 5 of every decade.
 std::string decades(const PowerCurve &curve) {
     std::string text;
@@ -57,31 +86,23 @@ std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const 
     Numbers frequency, power;
     put_envelope(curve, frequency, power);
     const double top = std::max(1e-300, *std::max_element(power.begin(), power.end()));
-    const double height = 1.12 * std::max(top, is_marked(curve.level) ? curve.level : 0);
+    const double height = kHeadroom * std::max(top, is_marked(curve.level) ? curve.level : 0);
     const std::string block = "power" + std::to_string(i);
     std::string text = data_block(block, {&frequency, &power}) + stacked(i, count, figure);
     text +=
         printed("set xrange [%.10g:%.10g]\nset yrange [0:%.10g]\n", first_of(curve), curve.frequency.back(), height);
     text += i + 1 == count ? "set xlabel " + gnuplot_text("frequency, " + unit) + "\nset format x '%g'\n"
                            : "unset xlabel\nset format x ''\n";
-    text += "set ylabel 'power (no unit)'\nset key top right\nunset arrow\nunset label\n";
+    const bool on_right = is_on_right(curve);
+    text += printed(
+        "set ylabel 'power (no unit)'\nset key horizontal top %s Left reverse samplen 2\nunset arrow\nunset label\n",
+        on_right ? "left" : "right");
     std::string plots =
         printed("plot $%s using 1:2 with lines lw 1.2 lc rgb '%s' title ", block.c_str(), line_colour(i)) +
         gnuplot_text(curve.name);
     if (is_marked(curve.level))
         plots += printed(", %.10g with lines lw 1.2 dt 2 lc rgb '#222222' title 'FAP 0.001'", curve.level);
-    if (is_marked(curve.peak_frequency))
-        text += printed("set label 1 at first %.10g,%.10g point pt 11 ps 0.9 lc rgb '#222222' offset 0,0.4\n",
-                        curve.peak_frequency, top) +
-                printed("set label 2 ") + gnuplot_text(curve.peak_label) +
-                printed(" at first %.10g,%.10g left offset 1.2,0.1 front noenhanced\n", curve.peak_frequency, top);
-    if (is_marked(curve.peak_frequency) && is_marked(curve.fwhm))
-        text +=
-            printed("set arrow 1 from first %.10g,%.10g to first %.10g,%.10g heads size screen 0.006,60 lw 1.4 lc rgb "
-                    "'#222222' front\nset label 3 'FWHM' at first %.10g,%.10g left offset 0.8,0 front\n",
-                    std::max(curve.peak_frequency - curve.fwhm / 2, first_of(curve)), top / 2,
-                    curve.peak_frequency + curve.fwhm / 2, top / 2, curve.peak_frequency + curve.fwhm / 2, top / 2);
-    return text + plots + "\n";
+    return text + peak_marks(curve, top, on_right) + plots + "\n";
 }
 
 } // namespace
@@ -101,19 +122,32 @@ Numbers standardised(Numbers values) {
     return values;
 }
 
-Means means_of(const Numbers &t, const Numbers &y, size_t count) {
+TimeAxis time_axis(const Numbers &t, double period, double least) {
+    constexpr double most = 16;    // periods
+    constexpr double early = 1e-9; // of a period: by rounding none falls short of a whole number of periods
     const auto [first, last] = std::minmax_element(t.begin(), t.end());
-    const double start = *first, width = (*last - start) / static_cast<double>(count);
-    Numbers sums(count), numbers(count);
-    for (size_t i = 0; i < t.size(); i++) {
-        const size_t at = width > 0 ? std::min(static_cast<size_t>((t[i] - start) / width), count - 1) : 0;
+    const double start = *first, cycles = (*last - start) / period;
+    if (!(period > 0 && (cycles > most || static_cast<double>(t.size()) < least * cycles)))
+        return {t, start, *last, false};
+    TimeAxis axis = {t, 0, period, true};
+    for (double &x : axis.x)
+        x = std::fmod(x - start + early * period, period);
+    return axis;
+}
+
+Means means_of(const TimeAxis &axis, const Numbers &y, size_t count) {
+    const double width = (axis.last - axis.first) / static_cast<double>(count);
+    Numbers places(count), sums(count), numbers(count);
+    for (size_t i = 0; i < y.size(); i++) {
+        const size_t at = width > 0 ? std::min(static_cast<size_t>((axis.x[i] - axis.first) / width), count - 1) : 0;
+        places[at] += axis.x[i];
         sums[at] += y[i];
         numbers[at] += 1;
     }
     Means means;
     for (size_t i = 0; i < count; i++)
         if (numbers[i] > 0) {
-            means.t.push_back(start + (static_cast<double>(i) + 0.5) * width);
+            means.x.push_back(places[i] / numbers[i]);
             means.y.push_back(sums[i] / numbers[i]);
         }
     return means;
@@ -122,7 +156,8 @@ Means means_of(const Numbers &t, const Numbers &y, size_t count) {
 Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
                     const std::vector<PowerCurve> &curves) {
     Figure figure = {name, caption, curves.size() > 1 ? 480 : 320, "", {}};
-    figure.script = "set logscale x\n" + decades(curves[0]) + "set multiplot\n";
+    figure.script =
+        "set logscale x\n" + decades(curves[0]) + "set style textbox opaque noborder margins 0.2,0.2\nset multiplot\n";
     for (size_t i = 0; i < curves.size(); i++)
         figure.script += curve_script(curves[i], i, curves.size(), unit, figure);
     figure.script += "unset multiplot\n";

@@ -13,11 +13,21 @@ using Numbers = std::vector<double>;
 Numbers thinned(const Numbers &values, size_t most);
 // About the mean, over the standard deviation.
 Numbers standardised(Numbers values);
-// Means of `count` equal intervals of t, those without samples left out.
-struct Means {
-    Numbers t, y;
+
+// Where samples of a sinusoid stand: along time or, where that shows nothing, folded over one period.
+struct TimeAxis {
+    Numbers x;
+    double first = 0, last = 0;
+    bool folded = false;
 };
-Means means_of(const Numbers &t, const Numbers &y, size_t count);
+// Folded where t spans more than 16 periods or a period has less than `least` samples.
+TimeAxis time_axis(const Numbers &t, double period, double least);
+
+// Means over `count` equal intervals of the axis, those without samples left out.
+struct Means {
+    Numbers x, y;
+};
+Means means_of(const TimeAxis &axis, const Numbers &y, size_t count);
 
 // A periodogram and what stands out.
 struct PowerCurve {

@@ -3,7 +3,10 @@
 #include <cmath>
 #include <map>
 
+#include "common/decimals.hpp"
 #include "common/failure.hpp"
+#include "experiment/methods.hpp"
+#include "report/glossary.hpp"
 #include "report/result_file.hpp"
 #include "report/sections.hpp"
 #include "report/words.hpp"
@@ -17,6 +20,23 @@ using Numbers = std::vector<double>;
 
 constexpr double kLeastShown = 0.05; // -log10 FAP
 constexpr const char *kKeyBeside = "set rmargin at screen 0.8\nset key outside right top\n";
+
+const std::vector<Word> kWords = {
+    {"seed", "of random weights and of noise: each is a trial of its own"},
+    {"found", "log<sub>10</sub> FAP below &minus;3 and the period within 5 % of the true one"},
+    {"at the bound", "what theory expects of a method whose scatter is the Cram&eacute;r-Rao bound"},
+    {"slope", "what a method's value changes by for each px of displacement: 1 where values are px; methods that learn "
+              "from the series have units of their own and either sign"},
+    {"efficiency",
+     "the Cram&eacute;r-Rao bound over a method's scatter about that slope, in px: 1 at best, but for chance"},
+    {"bias", "mean of a method's values where there is no signal"},
+    {"uniform, KS p",
+     "Kolmogorov-Smirnov: how often FAPs that are uniform, as those of noise should be, look as uneven "
+     "as these; suspicious below 0.01"},
+    {"uniform, &plusmn; 1 sigma", "how many series each interval should have, and in grey how far chance takes that"},
+    kBoundWord,
+    kFapWord,
+};
 
 // Of JSON objects or rows, in the order in which they come.
 struct Methods {
@@ -62,8 +82,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
             efficiency.push_back(point[1]);
         }
         blocks += data_block("method" + std::to_string(i), {&x, &fap, &efficiency});
-        const std::string style =
-            printed(" with linespoints lw 1.5 pt %zu ps 0.8 lc rgb '%s'", 5 + 2 * (i % 5), line_colour(i));
+        const std::string style = " with linespoints lw 1.5 ps 0.8 " + mark(i);
         faps += printed(", $method%zu using 1:2", i) + style + " title " + gnuplot_text(methods.names[i]);
         efficiencies += printed("%s$method%zu using 1:3", i > 0 ? ", " : "", i) + style + " notitle";
     }
@@ -94,10 +113,22 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
         efficiencies + ", 1 with lines dt 2 lw 1.8 lc rgb '#222222' notitle\nunset multiplot\n";
     figure.caption =
         "Above: the significance of the highest peak, median over the seeds; dashed what theory expects at the "
-        "Cram&eacute;r-Rao bound. Below: the bound over the scatter, where most seeds found the signal. Dotted: "
+        "Cram&eacute;r-Rao bound. Below: the efficiency, where most seeds found the signal. Dotted: "
         "the amplitude from which a method at the bound is expected to find it, " +
-        scientific(threshold) + " px.";
+        scientific(threshold) +
+        " px. A network may lose efficiency at large amplitudes: it is linear only near the scene's reference, and "
+        "beyond, its values bend by more than the noise.";
     return figure;
+}
+
+// Of px a px, so about 1, or of a method's own units.
+std::string slope_text(double slope) {
+    return std::fabs(slope) >= 0.1 && std::fabs(slope) < 10 ? fixed(slope, 3) : exponential(slope);
+}
+
+// Two digits.
+std::string percent_text(double part) {
+    return fixed(100 * part, decimals_of(100 * part, 0));
 }
 
 void add_ladder_table(const ResultFile &result, const Items &ladder, Page &page) {
@@ -106,19 +137,19 @@ void add_ladder_table(const ResultFile &result, const Items &ladder, Page &page)
     for (const cJSON *rung : ladder) {
         const double amplitude = result.number_in(rung, "amplitude_px");
         if (amplitude != last)
-            rows.push_back({"at the bound", scientific(amplitude), "", "",
+            rows.push_back({"at the bound", exponential(amplitude), "", "",
                             fixed(result.number_in(rung, "expected_log10_fap"), 1), "1", "1"});
         last = amplitude;
         const bool seen = is_seen(result, rung);
-        rows.push_back({escaped(result.text_in(rung, "method")), scientific(amplitude),
+        rows.push_back({escaped(result.text_in(rung, "method")), exponential(amplitude),
                         printed("%.0f of %.0f", result.number_in(rung, "found"), result.number_in(rung, "seeds")),
-                        printed("%.2g", 100 * result.number_in(rung, "period_error")),
+                        percent_text(result.number_in(rung, "period_error")),
                         fixed(result.number_in(rung, "log10_fap"), 1),
-                        seen ? fixed(result.number_in(rung, "slope"), 3) : "",
+                        seen ? slope_text(result.number_in(rung, "slope")) : "",
                         seen ? fixed(result.number_in(rung, "efficiency"), 3) : ""});
     }
     page.add_table(
-        "Medians over the seeds.",
+        "Medians over the seeds; slope and efficiency where most of them found the signal.",
         {"method", "amplitude, px", "found", "period error, %", "log<sub>10</sub> FAP", "slope", "efficiency"}, rows);
 }
 
@@ -127,10 +158,10 @@ void add_control_table(const ResultFile &result, const Items &controls, Page &pa
     for (const cJSON *control : controls)
         rows.push_back({escaped(result.text_in(control, "method")), fixed(result.number_in(control, "series"), 0),
                         fixed(result.number_in(control, "alarms"), 0), fixed(result.number_in(control, "ks_p"), 2),
-                        scientific(result.number_in(control, "sigma_px")),
+                        exponential(result.number_in(control, "sigma_px")),
                         fixed(result.number_in(control, "efficiency"), 3)});
     page.add_table(
-        "Series without signal.",
+        "Series without signal: what each method makes of noise alone.",
         {"method", "series", "alarms at FAP 10<sup>&minus;3</sup>", "uniform, KS p", "sigma, px", "efficiency"}, rows);
 }
 
@@ -178,12 +209,12 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
         "set xlabel 'FAP of the highest peak (no unit)'\nset ylabel 'number of series'\nset key horizontal top left\n" +
         printed("set object 1 rectangle from 0,%.6g to 1,%.6g behind fs solid 0.25 noborder fc rgb '#999999'\n",
                 std::max(0.0, each - sigma), each + sigma) +
-        printed("plot [0:1][0:%.6g] %.6g with lines lw 1.5 dt 2 lc rgb '#222222' title 'uniform, 1 sigma'",
+        printed("plot [0:1][0:%.6g] %.6g with lines lw 1.5 dt 2 lc rgb '#222222' title 'uniform, ± 1 sigma'",
                 std::max(2 * each, each + 5 * sigma) + 1, each) +
         plots + "\n";
     figure.caption =
-        printed("False alarm probabilities of %zu series without signal a method: as many in each interval, if "
-                "they are what they say.",
+        printed("How many of %zu series without signal have a FAP in each interval, for each method: as many in each, "
+                "the dashed line, if the FAP is what it says.",
                 series);
     return figure;
 }
@@ -196,8 +227,8 @@ void add_robust_table(const ResultFile &result, const Items &tables, Page &page)
             std::vector<std::string> row = {escaped(result.text_in(table, "what")), escaped(method)};
             for (const cJSON *control : result.list_in(table, "controls"))
                 if (result.text_in(control, "method") == method)
-                    row.insert(row.end(), {scientific(result.number_in(control, "bias_px")),
-                                           scientific(result.number_in(control, "sigma_px")),
+                    row.insert(row.end(), {exponential(result.number_in(control, "bias_px")),
+                                           exponential(result.number_in(control, "sigma_px")),
                                            fixed(result.number_in(control, "efficiency"), 3)});
             row.resize(5);
             row.push_back(printed("%.0f of %.0f", result.number_in(rung, "found"), result.number_in(rung, "seeds")));
@@ -229,6 +260,15 @@ void add_ladder(const ResultFile &result, const cJSON *table, const BlindFaps &b
         add_control_table(result, controls, page);
 }
 
+// One line of each method that the page names, as `experiment --help` has it.
+void explain_methods(const ResultFile &result, Page &page) {
+    for (const cJSON *table : result.list("tables"))
+        for (const std::string &name : Methods(result, result.list_in(table, "ladder")).names)
+            for (const MethodKind &kind : method_kinds())
+                if (kind.name == name)
+                    page.explain({{escaped(name), escaped(kind.what)}});
+}
+
 // Ladders have a name that begins no file's path.
 bool is_ladder(const std::string &name) {
     return name == "real" || name == "equal";
@@ -241,8 +281,8 @@ void add_experiment_section(const std::string &folder, Page &page, Progress &pro
     const BlindFaps blind = read_blind(folder + "/experiment.csv");
     progress.show("report: experiment", 0.1);
     page.add_title("toliman experiment: " + escaped(result.text("scene")));
-    page.add_text(printed("%.0f frames a series, period %g days; seeds 1 to %.0f; %.0f series without signal a ladder. "
-                          "libtoliman ",
+    page.add_text(printed("%.0f frames a series, period %g days; seeds 1 to %.0f; %.0f series without signal for each "
+                          "table. libtoliman ",
                           result.number("frames"), result.number("true_period_days"), result.number("seeds"),
                           result.number("blind")) +
                   escaped(result.text("version")) + ".");
@@ -254,6 +294,8 @@ void add_experiment_section(const std::string &folder, Page &page, Progress &pro
             others.push_back(table);
     if (!others.empty())
         add_robust_table(result, others, page);
+    explain_methods(result, page);
+    page.explain(kWords);
 }
 
 } // namespace cli

@@ -1,5 +1,6 @@
 #include "report/page.hpp"
 
+#include <algorithm>
 #include <memory>
 
 #include "common/terminal.hpp"
@@ -22,6 +23,7 @@ table { border-collapse: collapse; margin: 1.5em 0; font-size: 0.92em; }
 th, td { padding: 0.25em 0.9em; text-align: right; border-bottom: 1px solid #e4e4e4; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; }
 thead th { border-bottom: 2px solid #888; }
+dl { font-size: 0.9em; color: #444; } dt { font-weight: bold; margin-top: 0.5em; } dd { margin: 0 0 0 1.5em; }
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";
 
@@ -70,6 +72,21 @@ void Page::add_table(const std::string &caption, const std::vector<std::string> 
     body_ += "</tbody>\n</table>\n";
 }
 
+void Page::explain(const std::vector<Word> &words) {
+    for (const Word &word : words)
+        if (std::none_of(words_.begin(), words_.end(), [&](const Word &known) { return known.name == word.name; }))
+            words_.push_back(word);
+}
+
+std::string Page::glossary() const {
+    if (words_.empty())
+        return "";
+    std::string html = "<h2>Words</h2>\n<dl>\n";
+    for (const Word &word : words_)
+        html += "<dt>" + word.name + "</dt><dd>" + word.meaning + "</dd>\n";
+    return html + "</dl>\n";
+}
+
 const std::string &Page::write() {
     std::vector<std::unique_ptr<OutputFile>> files;
     for (const File &figure : figures_) {
@@ -79,7 +96,7 @@ const std::string &Page::write() {
     const std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                              "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
                              title_ + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n" + body_ +
-                             "</main>\n</body>\n</html>\n";
+                             glossary() + "</main>\n</body>\n</html>\n";
     page_.write(html.data(), html.size());
     for (const std::unique_ptr<OutputFile> &file : files)
         file->commit();

@@ -8,6 +8,11 @@
 
 namespace cli {
 
+// And what it means, as HTML.
+struct Word {
+    std::string name, meaning;
+};
+
 class Page {
   public:
     // A Failure where the folder's files cannot be written. It is made if need be, and removed again without write().
@@ -22,6 +27,8 @@ class Page {
     // Cells are HTML; the first column is text, the others are numbers.
     void add_table(const std::string &caption, const std::vector<std::string> &heads,
                    const std::vector<std::vector<std::string>> &rows);
+    // At the end of the page, each once.
+    void explain(const std::vector<Word> &words);
 
     // All files or none, the page last; returns its path.
     const std::string &write();
@@ -30,11 +37,14 @@ class Page {
     struct File {
         std::string name, bytes;
     };
+    std::string glossary() const;
+
     OutputFolder folder_, inner_;
     std::string path_;
     OutputFile page_;
     std::string prefix_, title_, body_;
     std::vector<File> figures_; // below figures/
+    std::vector<Word> words_;
 };
 
 } // namespace cli

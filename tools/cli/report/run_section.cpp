@@ -1,23 +1,40 @@
 // What `toliman run` left: images, series, periodograms, tables.
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
-#include "common/failure.hpp"
 #include "common/input.hpp"
-#include "report/curves.hpp"
+#include "report/glossary.hpp"
 #include "report/result_file.hpp"
+#include "report/run_curves.hpp"
 #include "report/run_images.hpp"
 #include "report/sections.hpp"
 #include "report/words.hpp"
-#include "series/series.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr size_t kMostDots = 3000;
-constexpr double kMeansAPeriod = 24, kMostMeans = 400;
+const std::vector<Word> kWords = {
+    kBoundWord,
+    {"network", "the autoencoder, trained on the scene and no frame; its latent, the one number that it makes of a "
+                "frame, is the separation in px"},
+    {"template", "least squares of a frame on the image of what a displacement changes: the yardstick, at the bound"},
+    {"untrained network", "the network with random weights: what it finds needs no training"},
+    {"network, no signal", "the trained network on frames without planet: its highest peak is one of noise"},
+    {"signal", "the true displacements themselves: they have no noise, hence a FAP of all but 0"},
+    {"network (atom)", "the network's latents; atom is what the chapter calls the latent"},
+    {"the chapter",
+     "the book chapter of 2020 whose experiment the scene <code>chapter</code> repeats with a better mask"},
+    {"nuisances", "what else changes in a frame: the fluxes of both stars, shift in x and y, roll, scale, focus, "
+                  "background"},
+    {"decoder: cosine, gain", "how like the derivative image is what the decoder paints for a latent, in shape and in "
+                              "size: 1 and 1 where they are the same"},
+    {"MMSE", "mean square of frame less reconstruction, both scaled to 0 to 1; the mean of the first 110 frames, or of "
+             "all if there are fewer; at best that of noise alone"},
+    {"1 &minus; MSSIM", "how unlike frame and reconstruction are in structure (mean structural similarity); 0 at best"},
+    kFapWord,
+    kFwhmWord,
+};
 
 void add_facts(const ResultFile &result, Page &page) {
     page.add_title("toliman run: " + escaped(result.text("scene")));
@@ -28,10 +45,10 @@ void add_facts(const ResultFile &result, Page &page) {
         text += "The signal: " + scientific(amplitude) + " px (" + scientific(result.number("amplitude_uas")) +
                 " microarcsec) with a period of " + printed("%g", result.number("true_period_days")) + " days. ";
     const double fap = result.number("log10_fap");
-    text += fap <= -2 ? "Found: <b>" : "Highest peak: <b>";
-    text += fixed(result.number("period_days"), 2) + " &plusmn; " + fixed(result.number("period_error_days"), 2) +
+    text += is_significant(result) ? "Found: <b>" : "Highest peak: <b>";
+    text += with_error(result.number("period_days"), result.number("period_error_days")) +
             " days</b>, log<sub>10</sub> FAP " + fixed(fap, 1) + ".";
-    if (fap > -2)
+    if (!is_significant(result))
         text += " That is no significant period.";
     if (result.flag("at_edge"))
         text += " The peak stands at the edge of the grid, and the period may lie beyond.";
@@ -45,19 +62,20 @@ void add_figures_table(const ResultFile &result, Page &page) {
     const double untrained = result.number("untrained.sigma_px");
     const double efficiency = result.number("efficiency");
     page.add_table(
-        printed("A number for each frame, by who makes it. sigma: its scatter over %.0f frames without signal; "
-                "efficiency: the bound over sigma, here known to &plusmn; ",
-                result.number("no_signal.frames")) +
+        printed(
+            "A number for each frame, by who makes it (see Words). sigma: its scatter over %.0f frames without signal; "
+            "efficiency: the bound over sigma, here known to &plusmn; ",
+            result.number("no_signal.frames")) +
             fixed(result.number("efficiency_error"), 3) + ", so that it may exceed 1 by chance.",
         {"", "sigma, px", "efficiency", "period, days", "log<sub>10</sub> FAP"},
-        {{"Cram&eacute;r-Rao bound", scientific(crb), "1", "", ""},
-         {"network", scientific(network), fixed(efficiency, 3), fixed(result.number("period_days"), 2),
+        {{"Cram&eacute;r-Rao bound", exponential(crb), "1", "", ""},
+         {"network", exponential(network), fixed(efficiency, 3), period_text(result, result.number("period_days")),
           fixed(result.number("log10_fap"), 1)},
-         {"template", scientific(reference), std::isfinite(efficiency) ? over(reference) : fixed(NAN, 3),
-          fixed(result.number("template.period_days"), 2), fixed(result.number("template.log10_fap"), 1)},
-         {"untrained network", scientific(untrained), std::isfinite(efficiency) ? over(untrained) : fixed(NAN, 3), "",
+         {"template", exponential(reference), std::isfinite(efficiency) ? over(reference) : fixed(NAN, 3),
+          period_text(result, result.number("template.period_days")), fixed(result.number("template.log10_fap"), 1)},
+         {"untrained network", exponential(untrained), std::isfinite(efficiency) ? over(untrained) : fixed(NAN, 3), "",
           fixed(result.number("untrained.log10_fap"), 1)},
-         {"network, no signal", scientific(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)}});
+         {"network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)}});
     page.add_table(
         "The bound of one frame, and what the network painted.", {"", ""},
         {{"bound, all else known, px", scientific(result.number("crb_px"))},
@@ -66,7 +84,7 @@ void add_figures_table(const ResultFile &result, Page &page) {
          {"cosine of encoder and ideal, the efficiency to expect", fixed(result.number("cosine"), 4)},
          {"decoder: cosine, gain",
           fixed(result.number("decoder.cosine"), 4) + ", " + fixed(result.number("decoder.gain"), 4)},
-         {"MMSE of 110 frames at most; noise alone",
+         {"MMSE; noise alone",
           scientific(result.number("mmse"), 4) + "; " + scientific(result.number("photon_floor"), 4)},
          {"1 &minus; MSSIM", scientific(1 - result.number("mssim"), 2)},
          {"fitted amplitude, px", scientific(result.number("fitted_amplitude_px"))},
@@ -81,8 +99,8 @@ void add_table_1(const ResultFile &result, Page &page) {
     const double span = 1.5 / result.number("grid.f0");
     const auto row = [&](const std::string &name, double period, double half_width, double fap,
                          const std::string &chapter) {
-        return std::vector<std::string>{name, fixed(period / span, 4) + " &plusmn; " + fixed(half_width / span, 4),
-                                        fixed(fap, 1), power_of_ten(fap), chapter};
+        return std::vector<std::string>{name, with_error(period / span, half_width / span, 4), fixed(fap, 1),
+                                        power_of_ten(fap), chapter};
     };
     std::vector<std::vector<std::string>> rows;
     if (result.has("true_series"))
@@ -96,99 +114,6 @@ void add_table_1(const ResultFile &result, Page &page) {
             " days, with half the width of the peak at half its height, and the false alarm probability. The "
             "chapter's column is for three cycles and 10<sup>&minus;6</sup> px.",
         {"", "period", "log<sub>10</sub> FAP", "FAP", "the chapter"}, rows);
-}
-
-struct RunSeries {
-    Numbers t, truth, latent, estimate;
-};
-
-RunSeries read_run_series(const std::string &path) {
-    Series latent = read_series(path, {"t", "latent"});
-    return {std::move(latent.t), column_of(path, "t", "true"), std::move(latent.y), column_of(path, "t", "template")};
-}
-
-std::string series_plot(const std::string &what, const Numbers &t, const Numbers &values, const RunSeries &series,
-                        size_t means, size_t i, const Figure &figure) {
-    const Numbers scaled = standardised(values);
-    const Numbers dots_t = thinned(t, kMostDots), dots = thinned(scaled, kMostDots);
-    const Means averages = means_of(t, scaled, means);
-    const Numbers line_t = thinned(t, kMostDots), line = thinned(standardised(series.truth), kMostDots);
-    const std::string number = std::to_string(i);
-    return data_block("dots" + number, {&dots_t, &dots}) + data_block("means" + number, {&averages.t, &averages.y}) +
-           data_block("truth" + number, {&line_t, &line}) + stacked(i, 2, figure) +
-           (i == 0 ? "unset xlabel\nset format x ''\n" : "set xlabel 'time, days'\nset format x '%g'\n") +
-           "set ylabel " + gnuplot_text(what + ", standard deviations") + " noenhanced\n" +
-           printed(
-               "plot [%.10g:%.10g][-4.2:4.8] $dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each "
-               "frame', $truth%zu using 1:2 with lines lw 1.5 lc rgb '#d55e00' title 'truth', $means%zu using 1:2 with "
-               "linespoints pt 7 ps 0.4 lw 1.2 lc rgb '#0072b2' title 'mean over 1/%g of a period'\n",
-               t.front(), t.back(), i, i, i, kMeansAPeriod);
-}
-
-void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
-    const double span = series.t.back() - series.t.front(), period = result.number("true_period_days");
-    const double cycles = period > 0 ? span / period : 3;
-    const size_t means = static_cast<size_t>(std::clamp(cycles * kMeansAPeriod, 1.0, kMostMeans));
-    Figure figure = {"series", "", 520, "set key horizontal top right samplen 1.5\nset multiplot\n", {}};
-    figure.caption = "The network's latent of each frame and the template's value, each less its mean and over its "
-                     "standard deviation, and so the truth, which has no noise: its amplitude is " +
-                     scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
-                     " of the latent's noise, and the smaller that is, the flatter the means lie.";
-    if (series.t.size() > kMostDots)
-        figure.caption += printed(" Of %zu frames every %zuth is drawn.", series.t.size(),
-                                  (series.t.size() + kMostDots - 1) / kMostDots);
-    figure.script += series_plot("latent", series.t, series.latent, series, means, 0, figure) +
-                     series_plot("template", series.t, series.estimate, series, means, 1, figure) + "unset multiplot\n";
-    page.add(std::move(figure));
-}
-
-// "363.11 days"
-std::string days(double period) {
-    return printed("%.2f days", period);
-}
-
-void add_periodograms(const std::string &folder, const ResultFile &result, Page &page) {
-    const std::string path = folder + "/periodogram.csv";
-    const double period = result.number("period_days"), fwhm = result.number("period_fwhm_days");
-    Series latent = read_series(path, {"frequency", "power"});
-    std::vector<PowerCurve> curves(1);
-    curves[0] = {"network's latents",
-                 latent.t,
-                 latent.y,
-                 1 / period,
-                 fwhm / (period * period),
-                 result.number_or("power_at_fap_1e-3", NAN),
-                 days(period)};
-    const std::vector<std::string> header = header_of(path);
-    if (std::find(header.begin(), header.end(), "template") != header.end()) {
-        const double other = result.number("template.period_days"),
-                     other_fwhm = result.number_or("template.period_fwhm_days", NAN);
-        curves.push_back({"template's values", latent.t, column_of(path, "frequency", "template"), 1 / other,
-                          other_fwhm / (other * other), curves[0].level, days(other)});
-    }
-    page.add(
-        power_figure("periodogram",
-                     "Lomb-Scargle power on the grid, of each of many narrow intervals the highest. Network: peak at " +
-                         days(period) + ", full width at half maximum " + fixed(fwhm, 1) +
-                         " days, log<sub>10</sub> FAP " + fixed(result.number("log10_fap"), 1) +
-                         "; the least-squares error of the period is " + fixed(result.number("period_error_days"), 2) +
-                         " days. Noise alone exceeds the dashed line "
-                         "once in a thousand series.",
-                     "1/day", curves));
-}
-
-void add_training(const std::string &folder, const ResultFile &result, Page &page) {
-    const Series training = read_series(folder + "/training.csv", {"step", "loss"});
-    Figure figure = {"training", "", 320, "", {}};
-    figure.caption =
-        "Loss of training: the part of the derivative image that the network's own does not hold, after each "
-        "of " +
-        printed("%zu", training.t.size()) + " steps; at the end " + scientific(training.y.back()) + ", cosine " +
-        fixed(result.number("cosine"), 4) + ".";
-    figure.script = data_block("loss", {&training.t, &training.y}) + stacked(0, 1, figure) +
-                    "set logscale y\nset xlabel 'step'\nset ylabel 'loss (no unit)'\nunset key\n" +
-                    printed("plot $loss using 1:2 with lines lw 1.6 lc rgb '%s'\n", line_colour(0));
-    page.add(std::move(figure));
 }
 
 // Images need what older versions did not leave, and files that the scene names.
@@ -212,7 +137,6 @@ void try_images(const std::string &folder, const ResultFile &result, Page &page)
 
 void add_run_section(const std::string &folder, Page &page, Progress &progress) {
     const ResultFile result(folder + "/result.json", "toliman-run/1");
-    const RunSeries series = read_run_series(folder + "/series.csv");
     add_facts(result, page);
     add_figures_table(result, page);
     add_table_1(result, page);
@@ -221,10 +145,8 @@ void add_run_section(const std::string &folder, Page &page, Progress &progress) 
     try_images(folder, result, page);
     progress.show("report: curves", 0.8);
     page.add_heading("The signal");
-    add_series(result, series, page);
-    add_periodograms(folder, result, page);
-    if (exists(folder + "/training.csv"))
-        add_training(folder, result, page);
+    add_run_curves(folder, result, page);
+    page.explain(kWords);
 }
 
 } // namespace cli

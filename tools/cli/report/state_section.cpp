@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/decimals.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/state_folder.hpp"
 #include "report/curves.hpp"
+#include "report/glossary.hpp"
 #include "report/sections.hpp"
 #include "report/words.hpp"
 #include "series/periodogram.hpp"
@@ -14,11 +16,22 @@ namespace cli {
 namespace {
 
 constexpr size_t kMostDots = 4000, kCurve = 800;
-constexpr double kDay = 86400e9; // ns
+constexpr double kDay = 86400e9;    // ns
+constexpr double kSignificant = -2; // log10 FAP
 
 std::string unit_of(double unit_ns) {
     return unit_ns == kDay ? "days" : printed("units of %g s", unit_ns * 1e-9);
 }
+
+const std::vector<Word> kWords = {
+    kFapWord,
+    {"sequential FAP", "the same for who looks after every frame: how often noise alone has such a peak at any number "
+                       "of frames"},
+    kFwhmWord,
+    {"outliers",
+     "good frames whose value is beyond the limit, or whose time is beyond the grid: not in the periodogram"},
+    {"quarantined", "a frame that came twice with other bytes: neither is trusted"},
+};
 
 struct Samples {
     Numbers t, y;
@@ -35,28 +48,39 @@ Samples samples_of(const toliman::tracker &tracker, const toliman_track_options 
     return samples;
 }
 
+// What fits best, along the axis.
+Means sinusoid(const toliman_period_peak &fit, const TimeAxis &axis, double start) {
+    Means curve;
+    const double from = axis.folded ? start : 0; // where the axis counts from
+    for (size_t i = 0; i <= kCurve; i++) {
+        const double x = axis.first + (axis.last - axis.first) * static_cast<double>(i) / kCurve;
+        curve.x.push_back(x);
+        curve.y.push_back(fit.offset + fit.amplitude * std::sin(2 * M_PI * (from + x) / fit.period + fit.phase));
+    }
+    return curve;
+}
+
 void add_series(const Samples &samples, const toliman_period_peak &fit, const std::string &unit, Page &page) {
-    const Numbers t = thinned(samples.t, kMostDots), y = thinned(samples.y, kMostDots);
+    const TimeAxis axis = time_axis(samples.t, fit.log10_fap <= kSignificant ? fit.period : INFINITY, 0);
+    const Numbers x = thinned(axis.x, kMostDots), y = thinned(samples.y, kMostDots);
     const int exponent = thousands_of(y);
     Figure figure = {"series", "The value of each frame that is in the periodogram", 380, "", {}};
-    figure.script = data_block("dots", {&t, &y}) + stacked(0, 1, figure) + "set key horizontal top right\nset xlabel " +
-                    gnuplot_text("time, " + unit) +
+    figure.script = data_block("dots", {&x, &y}) + stacked(0, 1, figure) + "set key horizontal top right\nset xlabel " +
+                    gnuplot_text(axis.folded ? "phase, " + unit + " of the best period" : "time, " + unit) +
                     printed("\nset ylabel 'separation, 10^{%d} px'\nset offsets 0, 0, graph 0.12, 0\n", exponent) +
+                    (axis.folded ? printed("set xrange [0:%.10g]\n", axis.last) : "") +
                     printed("plot $dots using 1:($2*1e%d) with points", -exponent) +
                     " pt 7 ps 0.3 lc rgb '#7fa3c7' title 'frames'";
     if (std::isfinite(fit.period)) {
-        const auto [first, last] = std::minmax_element(samples.t.begin(), samples.t.end());
-        Numbers x, curve;
-        for (size_t i = 0; i <= kCurve; i++) {
-            x.push_back(*first + (*last - *first) * static_cast<double>(i) / kCurve);
-            curve.push_back(fit.offset + fit.amplitude * std::sin(2 * M_PI * x.back() / fit.period + fit.phase));
-        }
-        figure.script = data_block("best", {&x, &curve}) + figure.script +
+        const Means curve = sinusoid(fit, axis, *std::min_element(samples.t.begin(), samples.t.end()));
+        figure.script = data_block("best", {&curve.x, &curve.y}) + figure.script +
                         printed(", $best using 1:($2*1e%d) with lines lw 2 lc rgb '%s' title 'best sinusoid'",
                                 -exponent, line_colour(1));
         figure.caption += ", and the sinusoid that fits all best: amplitude " + scientific(fit.amplitude) +
                           " &plusmn; " + scientific(fit.amplitude_error, 2) + " px, period " +
-                          printed("%.6g", fit.period) + " &plusmn; " + printed("%.2g ", fit.period_error) + unit;
+                          with_error(fit.period, fit.period_error) + " " + unit;
+        if (axis.folded)
+            figure.caption += ", into one of which all are folded";
     }
     figure.caption += samples.t.size() > kMostDots ? printed("; of %zu frames every %zuth is drawn.", samples.t.size(),
                                                              (samples.t.size() + kMostDots - 1) / kMostDots)
@@ -74,26 +98,33 @@ double level_of(const toliman_period *period) {
 
 void add_periodogram(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &facts,
                      const std::string &unit, Page &page) {
-    const toliman_period *period = nullptr;
-    toliman::check(toliman_track_get_period(tracker.get(), &period));
+    const toliman_period *sums = nullptr;
+    toliman::check(toliman_track_get_period(tracker.get(), &sums));
     PowerCurve curve;
     curve.name = "all frames";
     curve.power.resize(static_cast<size_t>(how.nf));
-    toliman::check(
-        toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, curve.power.size(), curve.power.data()));
+    toliman::check(toliman_period_query_power(sums, TOLIMAN_POWER_STANDARD, 0, curve.power.size(), curve.power.data()));
     for (size_t k = 0; k < curve.power.size(); k++)
         curve.frequency.push_back(how.f0 + how.df * static_cast<double>(k));
     const toliman_period_peak &peak = facts.peak();
     curve.peak_frequency = peak.frequency;
     curve.fwhm = peak.fwhm;
-    curve.level = level_of(period);
-    curve.peak_label = printed("%.5g ", peak.period) + unit;
+    curve.level = level_of(sums);
+    const std::string period_text = fixed(peak.period, decimals_of(facts.fit().period_error)) + " " + unit;
+    curve.peak_label = period_text;
     page.add(power_figure("periodogram",
-                          "Lomb-Scargle power on the grid of the folder; the peak stands at " +
-                              printed("%.6g ", peak.period) + unit +
+                          "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
                               ". The dashed line is for one look; for who looks after every frame the sequential FAP "
                               "holds.",
                           unit == "days" ? "1/day" : "1/unit of time", {curve}));
+}
+
+std::string facts_text(const PeriodFacts &facts, const std::string &unit) {
+    if (!std::isfinite(facts.peak().log10_fap))
+        return "no period yet";
+    const toliman_period_peak &best = std::isfinite(facts.fit().period) ? facts.fit() : facts.peak();
+    return "period " + with_error(best.period, best.period_error) + " " + unit + ", log<sub>10</sub> FAP " +
+           fixed(best.log10_fap, 2) + "; sequential, for who looks after every frame, " + fixed(facts.sequential(), 2);
 }
 
 void add_counts_table(const toliman_track_info &info, Page &page) {
@@ -121,12 +152,13 @@ void add_state_section(const std::string &folder, Page &page, Progress &progress
     const std::string unit = unit_of(how.unit_ns);
     progress.show("report: state", 0.3);
     page.add_title("toliman track: " + escaped(folder));
-    page.add_text("All frames so far: " + escaped(facts.text()) + ".");
+    page.add_text("All frames so far: " + facts_text(facts, unit) + ".");
     add_counts_table(info_of(tracker), page);
     if (samples.t.size() > 1)
         add_series(samples, facts.fit(), unit, page);
     if (std::isfinite(facts.peak().period))
         add_periodogram(tracker, how, facts, unit, page);
+    page.explain(kWords);
 }
 
 } // namespace cli

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "common/decimals.hpp"
+
 namespace cli {
 
 namespace {
@@ -31,17 +33,27 @@ std::string printed(const char *format, ...) {
     return text;
 }
 
-std::string scientific(double value, int digits) {
+std::string exponential(double value, int digits) {
     if (!std::isfinite(value))
         return kUnknown;
-    if (value < 0)
-        return "&minus;" + scientific(-value, digits);
-    const std::string plain = printed("%.*e", digits - 1, value); // whose rounding may raise the exponent
-    const size_t e = plain.find('e');
-    const long exponent = std::stol(plain.substr(e + 1));
+    if (value == 0)
+        return "0";
+    const int exponent = exponent_of(value, digits);
+    const std::string mantissa = printed("%.*e", digits - 1, std::fabs(value));
+    return (value < 0 ? "&minus;" : "") +
+           with_exponent(std::stod(mantissa.substr(0, mantissa.find('e'))), exponent, digits);
+}
+
+std::string scientific(double value, int digits) {
+    const int exponent = std::isfinite(value) ? exponent_of(value, digits) : digits;
     if (value == 0 || (exponent >= -3 && exponent < digits))
-        return printed("%.*g", digits, value);
-    return with_exponent(std::stod(plain.substr(0, e)), exponent, digits);
+        return (value < 0 ? "&minus;" : "") + printed("%.*g", digits, std::fabs(value));
+    return exponential(value, digits);
+}
+
+std::string with_error(double value, double error, int least_decimals) {
+    const int decimals = decimals_of(error, least_decimals);
+    return fixed(value, decimals) + (std::isfinite(error) ? " &plusmn; " + fixed(error, decimals) : "");
 }
 
 std::string fixed(double value, int decimals) {

@@ -1,0 +1,180 @@
+#include "report/run_curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/decimals.hpp"
+#include "common/input.hpp"
+#include "report/curves.hpp"
+#include "report/words.hpp"
+#include "series/series.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kMostDots = 3000;
+constexpr size_t kMeansAPeriod = 24, kMeansOfTruth = 48, kMeansWithoutPeriod = 72;
+
+// Of each frame.
+struct RunSeries {
+    Numbers t, truth, latent, estimate;
+};
+
+RunSeries read_run_series(const std::string &path) {
+    Series latent = read_series(path, {"t", "latent"});
+    return {std::move(latent.t), column_of(path, "t", "true"), std::move(latent.y), column_of(path, "t", "template")};
+}
+
+// How the series are drawn.
+struct View {
+    TimeAxis axis;
+    size_t means = kMeansWithoutPeriod;
+    std::string of_means, of_axis = "time, days"; // words on the figure
+    std::string remark;                           // of its caption
+};
+
+// Whether the period found is that of the signal, as `experiment` counts it.
+bool is_right(const ResultFile &result) {
+    constexpr double most = 0.05;
+    return is_significant(result) &&
+           std::fabs(result.number("period_days") / result.number("true_period_days") - 1) < most;
+}
+
+View view_of(const ResultFile &result, const Numbers &t) {
+    View view;
+    const double truth = result.number("true_period_days");
+    const double period = is_right(result) ? result.number("period_days") : truth;
+    const double cycles = (t.back() - t.front()) / period;
+    view.axis = time_axis(t, period, kMeansAPeriod);
+    view.of_means = truth > 0 ? printed("mean over 1/%zu of a period", kMeansAPeriod)
+                              : printed("mean over 1/%zu of the time", kMeansWithoutPeriod);
+    if (view.axis.folded) {
+        view.means = kMeansAPeriod;
+        view.of_axis = printed("phase, days of the %s period", is_right(result) ? "found" : "true");
+        view.remark = printed(" Folded: all %.0f periods lie over one, ", cycles) +
+                      (is_right(result) ? "that found, " + period_text(result, period) + " days"
+                                        : printed("the true one, %g days", period)) +
+                      ", each frame at its phase.";
+    } else if (truth > 0) {
+        view.means = static_cast<size_t>(std::max(1.0, cycles * kMeansAPeriod));
+    }
+    return view;
+}
+
+// Along time as it is; folded over its own period, as wide as the axis, and once more on either side.
+Means truth_of(const ResultFile &result, const RunSeries &series, const TimeAxis &axis) {
+    const Numbers truth = standardised(series.truth);
+    if (!axis.folded)
+        return {thinned(axis.x, kMostDots), thinned(truth, kMostDots)};
+    const double own = result.number("true_period_days");
+    const Means once = means_of(time_axis(series.t, own, INFINITY), truth, kMeansOfTruth);
+    Means thrice;
+    for (const double turn : {-1, 0, 1})
+        for (size_t i = 0; i < once.x.size(); i++) {
+            thrice.x.push_back((once.x[i] / own + turn) * axis.last);
+            thrice.y.push_back(once.y[i]);
+        }
+    return thrice;
+}
+
+std::string series_plot(const std::string &what, const Numbers &values, const Means &truth, const View &view, size_t i,
+                        const Figure &figure) {
+    const Numbers scaled = standardised(values);
+    const Numbers dots_x = thinned(view.axis.x, kMostDots), dots = thinned(scaled, kMostDots);
+    const Means averages = means_of(view.axis, scaled, view.means);
+    const std::string number = std::to_string(i);
+    return data_block("dots" + number, {&dots_x, &dots}) + data_block("means" + number, {&averages.x, &averages.y}) +
+           data_block("truth" + number, {&truth.x, &truth.y}) + stacked(i, 2, figure) +
+           (i == 0 ? "unset xlabel\nset format x ''\n"
+                   : "set xlabel " + gnuplot_text(view.of_axis) + "\nset format x '%g'\n") +
+           "set ylabel " + gnuplot_text(what + ", standard deviations") + " noenhanced\n" +
+           printed(
+               "plot [%.10g:%.10g][-4.2:4.8] $dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each "
+               "frame', $truth%zu using 1:2 %swith lines lw 1.5 lc rgb '#d55e00' title 'truth', $means%zu using 1:2 "
+               "with "
+               "linespoints pt 7 ps 0.4 lw 1.2 lc rgb '#0072b2' title ",
+               view.axis.first, view.axis.last, i, i, view.axis.folded ? "smooth csplines " : "", i) +
+           gnuplot_text(view.of_means) + "\n";
+}
+
+void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
+    const View view = view_of(result, series.t);
+    const Means truth = truth_of(result, series, view.axis);
+    Figure figure = {
+        "series", "", 520, "set key horizontal top right samplen 1.5\nset samples 1000\nset multiplot\n", {}};
+    figure.caption = "The network's latent of each frame and the template's value, each less its mean and over its "
+                     "standard deviation, and so the truth, which has no noise: its amplitude is " +
+                     scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
+                     " of the latent's noise, and the smaller that is, the flatter the means lie." + view.remark;
+    if (series.t.size() > kMostDots)
+        figure.caption += printed(" Of %zu frames every %zuth is drawn.", series.t.size(),
+                                  (series.t.size() + kMostDots - 1) / kMostDots);
+    figure.script += series_plot("latent", series.latent, truth, view, 0, figure) +
+                     series_plot("template", series.estimate, truth, view, 1, figure) + "unset multiplot\n";
+    page.add(std::move(figure));
+}
+
+void add_periodograms(const std::string &folder, const ResultFile &result, Page &page) {
+    const std::string path = folder + "/periodogram.csv";
+    const double period = result.number("period_days"), fwhm = result.number("period_fwhm_days");
+    Series latent = read_series(path, {"frequency", "power"});
+    std::vector<PowerCurve> curves(1);
+    curves[0] = {"network's latents",
+                 latent.t,
+                 latent.y,
+                 1 / period,
+                 fwhm / (period * period),
+                 result.number_or("power_at_fap_1e-3", NAN),
+                 period_text(result, period) + " days"};
+    const std::vector<std::string> header = header_of(path);
+    if (std::find(header.begin(), header.end(), "template") != header.end()) {
+        const double other = result.number("template.period_days"),
+                     other_fwhm = result.number_or("template.period_fwhm_days", NAN);
+        curves.push_back({"template's values", latent.t, column_of(path, "frequency", "template"), 1 / other,
+                          other_fwhm / (other * other), curves[0].level, period_text(result, other) + " days"});
+    }
+    page.add(
+        power_figure("periodogram",
+                     "Lomb-Scargle power on the grid, of each of many narrow intervals the highest. Network: peak "
+                     "at " +
+                         period_text(result, period) + " days" + ", full width at half maximum " +
+                         fixed(fwhm, decimals_of(fwhm)) + " days, log<sub>10</sub> FAP " +
+                         fixed(result.number("log10_fap"), 1) + "; the least-squares error of the period is " +
+                         fixed(result.number("period_error_days"), decimals_of(result.number("period_error_days"))) +
+                         " days. Noise alone exceeds the dashed line once in a thousand series.",
+                     "1/day", curves));
+}
+
+void add_training(const std::string &folder, const ResultFile &result, Page &page) {
+    const Series training = read_series(folder + "/training.csv", {"step", "loss"});
+    Figure figure = {"training", "", 320, "", {}};
+    figure.caption =
+        "Loss of training: the part of the derivative image that the network's own does not hold, after each "
+        "of " +
+        printed("%zu", training.t.size()) + " steps; at the end " + scientific(training.y.back()) + ", cosine " +
+        fixed(result.number("cosine"), 4) + ".";
+    figure.script = data_block("loss", {&training.t, &training.y}) + stacked(0, 1, figure) +
+                    "set logscale y\nset xlabel 'step'\nset ylabel 'loss (no unit)'\nunset key\n" +
+                    printed("plot $loss using 1:2 with lines lw 1.6 lc rgb '%s'\n", line_colour(0));
+    page.add(std::move(figure));
+}
+
+} // namespace
+
+std::string period_text(const ResultFile &result, double period) {
+    return fixed(period, decimals_of(result.number("period_error_days")));
+}
+
+bool is_significant(const ResultFile &result) {
+    return result.number("log10_fap") <= -2;
+}
+
+void add_run_curves(const std::string &folder, const ResultFile &result, Page &page) {
+    add_series(result, read_run_series(folder + "/series.csv"), page);
+    add_periodograms(folder, result, page);
+    if (exists(folder + "/training.csv"))
+        add_training(folder, result, page);
+}
+
+} // namespace cli
