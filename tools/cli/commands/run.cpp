@@ -13,6 +13,7 @@
 #include "options/command.hpp"
 #include "options/seed.hpp"
 #include "scenes/scene_json.hpp"
+#include "series/fap.hpp"
 
 namespace cli {
 
@@ -34,8 +35,6 @@ Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes 
 series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which
 `toliman report` makes a page with figures. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
-
-constexpr double kSignificant = -2; // log10 FAP
 
 void remark(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)

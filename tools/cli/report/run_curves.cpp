@@ -7,6 +7,7 @@
 #include "common/input.hpp"
 #include "report/curves.hpp"
 #include "report/words.hpp"
+#include "series/fap.hpp"
 #include "series/series.hpp"
 
 namespace cli {
@@ -167,7 +168,7 @@ std::string period_text(const ResultFile &result, double period) {
 }
 
 bool is_significant(const ResultFile &result) {
-    return result.number("log10_fap") <= -2;
+    return result.number("log10_fap") <= kSignificant;
 }
 
 void add_run_curves(const std::string &folder, const ResultFile &result, Page &page) {

@@ -9,6 +9,7 @@
 #include "report/glossary.hpp"
 #include "report/sections.hpp"
 #include "report/words.hpp"
+#include "series/fap.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -16,8 +17,7 @@ namespace cli {
 namespace {
 
 constexpr size_t kMostDots = 4000, kCurve = 800;
-constexpr double kDay = 86400e9;    // ns
-constexpr double kSignificant = -2; // log10 FAP
+constexpr double kDay = 86400e9; // ns
 
 std::string unit_of(double unit_ns) {
     return unit_ns == kDay ? "days" : printed("units of %g s", unit_ns * 1e-9);
