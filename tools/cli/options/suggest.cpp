@@ -99,7 +99,7 @@ std::string meant(const std::string &word, const std::vector<std::string> &names
 }
 
 std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
-    const std::string unknown = unknown_word(app, argc, argv);
+    std::string unknown = unknown_word(app, argc, argv);
     if (!unknown.empty())
         return unknown;
     const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
