@@ -1,6 +1,5 @@
 """toliman report: pages of run, experiment, track and bench folders; every figure, number, colour and mistake."""
 import base64
-import html.parser
 import json
 import os
 import pathlib
@@ -11,101 +10,13 @@ import subprocess
 import tempfile
 import unittest
 import xml.etree.ElementTree
-import zlib
 
 import numpy
+from figures import BLUE_RED, VIRIDIS, Reader, coloured, plots_of, png_pixels
 from program import PROGRAM, SCENES, ProgramTest
 from test_outputs import write_scene
 
 SEED = 2**53 + 1  # no double holds it
-VOID = {"meta", "img", "br"}
-# matplotlib's viridis at sixteenths, and ColorBrewer's RdBu from blue to red.
-VIRIDIS = ("440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e "
-           "1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725").split()
-BLUE_RED = "053061 2166ac 4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d b2182b 67001f".split()
-
-
-class Reader(html.parser.HTMLParser):
-    """Text, tags and pictures of a page; fails where a tag is not closed."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.tags, self.words, self.images, self.cells = [], [], [], {}, []
-        self.feed(text)
-        self.close()
-        assert not self.open, self.open
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        if tag not in VOID:
-            self.open.append(tag)
-        if tag == "img":
-            self.images[dict(attributes)["alt"]] = dict(attributes)["src"]
-        if tag in ("td", "th"):
-            self.cells.append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag, tag
-
-    def handle_data(self, data):
-        data = data.replace("\xa0", " ")
-        if "style" not in self.open:
-            self.words.append(data)
-        if "td" in self.open or "th" in self.open:
-            self.cells[-1] += data
-
-    @property
-    def text(self):
-        return " ".join("".join(self.words).replace("\u2212", "-").split())
-
-    def row(self, name):
-        """Cells behind the one of this name."""
-        at = self.cells.index(name)
-        return [cell.replace("\u2212", "-") for cell in self.cells[at + 1 : at + 6]]
-
-
-def png_pixels(data):
-    """[row][column][rgb] of an 8-bit PNG without interlace, by the format's own words."""
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, packed = 8, b""
-    while at < len(data):
-        size, kind = struct.unpack(">I4s", data[at : at + 8])
-        body = data[at + 8 : at + 8 + size]
-        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + size : at + 12 + size])[0]
-        if kind == b"IHDR":
-            width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
-            assert (depth, interlace) == (8, 0)
-            channels = {2: 3, 6: 4}[colour]
-        packed += body if kind == b"IDAT" else b""
-        at += 12 + size
-    step, above, rows = channels, bytearray(width * channels), []
-    packed = zlib.decompress(packed)
-    for row in range(height):
-        start = row * (1 + width * channels)
-        line = bytearray(packed[start + 1 : start + 1 + width * channels])
-        undo(packed[start], line, above, step)
-        rows.append(line)
-        above = line
-    return numpy.array(rows, int).reshape(height, width, channels)[:, :, :3]
-
-
-def undo(kind, line, above, step):
-    """Takes a PNG filter back, in place."""
-    for i in range(len(line) if kind else 0):
-        a, b, c = (line[i - step], above[i], above[i - step]) if i >= step else (0, above[i], 0)
-        if kind == 4:
-            to_a, to_b, to_c = abs(b - c), abs(a - c), abs(a + b - 2 * c)
-            guess = a if to_a <= to_b and to_a <= to_c else b if to_b <= to_c else c
-        else:
-            guess = (0, a, b, (a + b) // 2)[kind]
-        line[i] = (line[i] + guess) & 255
-
-
-def coloured(parts, colours):
-    """Colours of parts 0 ... 1 of a palette."""
-    table = numpy.array([[int(colour[i : i + 2], 16) for i in (0, 2, 4)] for colour in colours])
-    places = numpy.linspace(0, 1, len(colours))
-    return numpy.stack([numpy.interp(parts, places, table[:, channel]) for channel in range(3)], axis=-1)
 
 
 class ReportTest(ProgramTest):
@@ -168,6 +79,16 @@ class Run(ReportTest):
         self.succeed("report", folder)
         return Reader((self.folder / folder / "report" / "report.html").read_text())
 
+    def check_series(self, period, means, error):
+        """The figure against write_series, which is sqrt(1/2) times its standard deviations."""
+        def wave(points):
+            return numpy.sqrt(2) * numpy.sin(2 * numpy.pi * points[:, 0] / period + 1)
+
+        for sign, plot in zip((1, -1), self.figure("series"), strict=True):
+            for points, sign in ((plot.line("truth"), 1), (plot.marks("each frame"), sign), (plot.line(means), sign)):
+                self.assertGreater(len(points), 20)
+                self.assertLess(abs(points[:, 1] - sign * wave(points)).max(), error)
+
     def drawn(self, name):
         return (self.folder / "copy" / "report" / "figures" / f"{name}.svg").read_text()
 
@@ -176,8 +97,8 @@ class Run(ReportTest):
         return re.findall(r'translate\(([\d.]+),[^>]*text-anchor="(\w+)">\s*<text>(?:<tspan[^>]*>)?\s*([^<]*)<', self.drawn(name))
 
     def write_series(self, count, period):
-        """A day apart, without noise."""
-        rows = "".join(f"{k},{k},{y!r},{y!r},{y!r}\n" for k in range(count) for y in [numpy.sin(2 * numpy.pi * k / period + 1)])
+        """A day apart, without noise; the template's values have the other sign."""
+        rows = "".join(f"{k},{k},{2 * y!r},{y!r},{1 - y!r}\n" for k in range(count) for y in [numpy.sin(2 * numpy.pi * k / period + 1)])
         (self.folder / "copy" / "series.csv").write_text("frame,t,true,latent,template\n" + rows)
 
     def copy(self, *, without=(), **changes):
@@ -195,6 +116,30 @@ class Run(ReportTest):
         page = self.check_page(self.top / "page", self.FIGURES)
         for words in ("short.1", f"seed {SEED},", "0.1.0", "40 frames", "365 days"):
             self.assertIn(words, page.text)
+
+    def figure(self, name, folder=None):
+        return plots_of((folder or self.folder / "copy" / "report") / "figures" / f"{name}.svg")
+
+    def test_periodogram_has_the_peak_of_the_result(self):
+        power = numpy.loadtxt(self.run_folder / "periodogram.csv", delimiter=",", skiprows=2)
+        plots = self.figure("periodogram", self.top / "page")
+        for plot, own, column, name in zip(plots, (self.result, self.result["template"]), (1, 2),
+                                           ("network's latents", "template's values"), strict=True):
+            frequency, top = 1 / own["period_days"], power[:, column].max()
+            x, y = plot.marks(None, "x")[0]
+            self.assertAlmostEqual(x / frequency, 1, delta=1e-3)
+            self.assertAlmostEqual(y, top, delta=1e-3)
+            x, y = plot.label(f"{own['period_days']:.2f} days", "x")
+            self.assertTrue(0 < x / frequency - 1 < 0.05)
+            self.assertAlmostEqual(y, top, delta=0.05)
+            arrow = plot.line(None, "x")
+            half = own["period_fwhm_days"] * frequency**2 / 2
+            self.assertAlmostEqual(arrow[:, 0].min() / (frequency - half), 1, delta=1e-3)
+            self.assertAlmostEqual(arrow[:, 0].max() / (frequency + half), 1, delta=1e-3)
+            self.assertAlmostEqual(arrow[:, 1].mean() / top, 0.5, delta=0.01)
+            self.assertLess(abs(plot.line("FAP 0.001", "x")[:, 1] - self.result["power_at_fap_1e-3"]).max(), 1e-3)
+            curve = plot.line(name, "x")
+            self.assertLess(abs(numpy.interp(curve[:, 0], power[:, 0], power[:, column]) - curve[:, 1]).max(), 5e-3)
 
     def test_the_seed_is_told_in_full(self):
         self.assertIn(f'"seed":\t{SEED},', self.printed)
@@ -244,16 +189,8 @@ class Run(ReportTest):
         self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=2.5993, period_error_days=0.0004)
         self.write_series(300, 2.6)
         self.assertIn("Folded: all 115 periods lie over one, that found, 2.59930 days, each frame", self.report().text)
-        labels = [text for _, _, text in self.texts("series")]
-        self.assertIn("phase, days of the found period", labels)
-        # The truth rises to a crest and falls to a trough once, however it was sampled.
-        truth = re.findall(r"<path stroke='rgb\(213,  94,   0\)'  d='([^']*)'", self.drawn("series"))
-        for path in truth:
-            y = numpy.array([float(point.split(",")[1]) for point in path.rpartition("M")[2].replace("L", " ").split()])
-            rising = numpy.diff(y)[abs(numpy.diff(y)) > 0.02] > 0
-            self.assertGreater(len(y), 200)
-            self.assertEqual(numpy.count_nonzero(numpy.diff(rising.astype(int))), 2)
-        self.assertEqual(len(truth), 2)
+        self.assertIn("phase, days of the found period", self.figure("series")[1].labels)
+        self.check_series(2.5993, "mean over 1/24 of a period", 0.4)
         # Where the highest peak is one of noise, by the true period.
         self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=57, log10_fap=-0.3)
         self.write_series(300, 2.6)
@@ -264,9 +201,8 @@ class Run(ReportTest):
             self.copy(without=("scene.json", "training.csv"), true_period_days=truth, period_days=100)
             self.write_series(300, 100)
             self.assertNotIn("Folded", self.report().text)
-            labels = [text for _, _, text in self.texts("series")]
-            self.assertIn("time, days", labels)
-            self.assertIn(words, labels)
+            self.assertIn("time, days", self.figure("series")[1].labels)
+            self.check_series(100, words, 0.05)
 
     def test_labels_of_a_peak_stay_on_the_figure(self):
         frequency = numpy.linspace(0.005, 0.5, 500)
@@ -316,19 +252,52 @@ class Run(ReportTest):
         self.assertEqual(pupil[35, 35].tolist(), [0xB8] * 3)  # behind the secondary
         colours = {tuple(colour) for colour in pupil.reshape(-1, 3)}
         self.assertEqual(colours, {(0xB8, 0xB8, 0xB8), (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)})  # 0 nm and 297.5 nm
-        scene = json.loads((self.top / "scene.json").read_text())
-        scene["noise"] = {"photon": False}
-        scene["signal"]["phase_rad"] = numpy.pi / 2  # frame 0 is the crest
-        scene["cadence"]["frames"] = 1
-        images = []
-        for amplitude in (1e-3, 1e-9):  # what 1e-5 px change is linear in it
-            scene["signal"]["amplitude_px"] = amplitude
-            (self.folder / "still.json").write_text(json.dumps(scene))
-            self.succeed("simulate", "still.json", "--out", "f.npy")
-            images.append(numpy.load(self.folder / "f.npy")[0])
-        change = images[0] - images[1]
+        change = self.still(1e-3) - self.still(1e-9)  # what 1e-5 px change is linear in it
         parts = 0.5 + change / abs(change).max() / 2
         self.assertLessEqual(abs(self.embedded("frame")[1][::-1] - coloured(parts, BLUE_RED)).max(), 3)
+
+    def still(self, amplitude, phase=numpy.pi / 2):
+        """Frame 0 without noise, by `simulate`; the crest of the signal if not told otherwise."""
+        scene = json.loads((self.top / "scene.json").read_text())
+        scene["noise"] = {"photon": False}
+        scene["signal"].update(phase_rad=phase, amplitude_px=amplitude)
+        scene["cadence"]["frames"] = 1
+        (self.folder / "still.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "still.json", "--out", "f.npy")
+        return numpy.load(self.folder / "f.npy")[0]
+
+    def test_colours_of_bandwidths(self):
+        """Against images that `psf` makes of one star alone."""
+        scene = json.loads((self.top / "scene.json").read_text())
+        for name in ("binary", "signal", "noise"):
+            del scene[name]
+        scene["stars"] = {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 1e9}}
+        scene["cadence"] = {"frames": 1, "exposure_s": 1}
+        images = []
+        for band in ({"wavelength_nm": 580}, {"min_nm": 555, "max_nm": 605, "step_nm": 1},
+                     {"min_nm": 525, "max_nm": 635, "step_nm": 1}):
+            scene["band"] = band
+            (self.folder / "star.json").write_text(json.dumps(scene))
+            self.succeed("psf", "star.json", "--out", "f.npy")
+            images.append(numpy.load(self.folder / "f.npy"))
+        parts = numpy.log(numpy.array(images) / (numpy.max(images) * 1e-5)) / numpy.log(1e5)
+        shown = numpy.array(self.embedded("bandwidths"))[:, ::-1]
+        self.assertLessEqual(abs(shown - [coloured(part, VIRIDIS) for part in parts]).max(), 1)
+        self.assertLessEqual(abs(self.embedded("pupil")[1][::-1] - shown[0]).max(), 1 + 0.2 * 255)
+
+    def test_colours_of_the_reconstruction(self):
+        """It is the frame without its noise, all but exactly, and the residual that noise."""
+        self.succeed("simulate", self.top / "scene.json", "--seed", SEED, "--frames", "0", "--out", "f.npy")
+        frame, expected = numpy.load(self.folder / "f.npy")[0], self.still(1e-5, 0.4)
+        original, again, residual = (picture[::-1] for picture in self.embedded("reconstruction"))
+        self.assertTrue((original == self.embedded("frame")[0][::-1]).all())
+        of_frame, of_expected = (coloured(numpy.log(image / (frame.max() * 1e-5)) / numpy.log(1e5), VIRIDIS)
+                                 for image in (frame, expected))
+        self.assertLessEqual(abs(again - of_expected).max(), 1)
+        differ = [numpy.count_nonzero((again != numpy.rint(of)).any(axis=-1)) for of in (of_expected, of_frame)]
+        self.assertLess(10 * differ[0], differ[1], differ)  # dark pixels show which it is
+        noise = (frame - expected) / numpy.sqrt(expected)
+        self.assertLessEqual(abs(residual - coloured(0.5 + noise / 8, BLUE_RED)).max(), 8)
 
     def test_older_runs_and_lost_files(self):
         older = ("scene.json", "weights.tlmw", "training.csv")
@@ -433,8 +402,9 @@ class Others(ReportTest):
         folder = self.folder / "table"
         folder.mkdir()
         (folder / "experiment.json").write_text(json.dumps(result))
-        # FAPs k/50 less a little: five in each tenth.
-        rows = [f"real,cae,0,1,{k},365,0,{numpy.log10((k + 0.5) / 50)!r},0,1,1,0,1" for k in range(50)]
+        heights = [40, 0, 1, 2, 3, 0, 0, 1, 0, 3]  # of 50 FAPs, by tenths
+        faps = [0.1 * k + 0.05 for k, height in enumerate(heights) for _ in range(height)]
+        rows = [f"real,cae,0,1,{k},365,0,{numpy.log10(fap)!r},0,1,1,0,1" for k, fap in enumerate(faps)]
         head = ("# remark\ntable,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,"
                 "efficiency\n")
         (folder / "experiment.csv").write_text(head + "\n".join(rows) + "\n")
@@ -451,8 +421,17 @@ class Others(ReportTest):
         self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
         self.assertIn("0.37", page.cells)
         self.assertIn("2.90 \u00d7 10-7 px", page.text)
-        bars = re.findall(r"fill-opacity|<polygon|<rect", (folder / "report/figures/blind-real.svg").read_text())
-        self.assertGreater(len(bars), 10)
+        top, bottom = plots_of(folder / "report/figures/ladder-real.svg")
+        for plot, name, log, points in ((top, "cae", "xy", [[1e-6, 0.4], [1e-5, 831.26]]), (top, "pca<white>", "xy", [[1e-2, 831.26]]),
+                                        (top, "at the bound", "xy", [[1e-6, 829.2], [1e-5, 829.2], [1e-2, 829.2]]),
+                                        (bottom, "gnuplot_plot_1b", "x", [[1e-5, 1.008]])):
+            at = plot.line(name, log) if name == "at the bound" else plot.marks(name, log)
+            self.assertLess(abs(at / points - 1).max(), 0.005, name)
+        self.assertLess(abs(top.line("found: FAP 0.001", "xy")[:, 1] - 3).max(), 0.01)
+        self.assertLess(abs(top.line(None, "xy")[:, 0] / 2.9e-7 - 1).max(), 0.005)  # the threshold
+        (blind,) = plots_of(folder / "report/figures/blind-real.svg")
+        bars = [[0.1 * k + 0.05, height] for k, height in enumerate(heights) if height]
+        self.assertLess(abs(blind.bars("cae") - bars).max(), 0.05)
         (folder / "experiment.csv").write_text(head + "real,cae\n")
         self.refuse(3, "table/experiment.csv:3: has 2 columns, the header 13", arguments=("report", "table"))
         (folder / "experiment.csv").write_text(head.replace("log10_fap", "x"))
@@ -492,6 +471,19 @@ class Others(ReportTest):
         fit = status["fit"]
         decimals = max(2, 1 - int(f"{fit['period_error']:.1e}".split("e")[1]))
         self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} \u00b1 {fit['period_error']:.{decimals}f} days"), 2)
+        (plot,) = plots_of(self.folder / "page" / "figures" / "series.svg")
+        exponent = int(re.search(r"separation, 10(-?\d+)", " ".join(plot.labels).replace("\u2212", "-"))[1])
+        series = self.succeed("status", "state", "--series").splitlines()
+        t, y, sigma = numpy.array([row.split(",") for row in series if row[0] in "-.0123456789"], float).T
+        self.assertLess(abs(plot.marks("frames") - numpy.stack([t, y / 10.0**exponent], axis=1)).max(axis=0)[1], 0.01)
+
+        def waves(times):
+            angle = 2 * numpy.pi * times / fit["period"]
+            return numpy.stack([numpy.ones(len(times)), numpy.cos(angle), numpy.sin(angle)], axis=1)
+
+        best = numpy.linalg.lstsq(waves(t) / sigma[:, None], y / sigma, rcond=None)[0]
+        line = plot.line("best sinusoid")
+        self.assertLess(abs(line[:, 1] - waves(line[:, 0]) @ best / 10.0**exponent).max(), 0.05 * abs(line[:, 1]).max())
         self.assertNotIn("+-", page.text)
         self.assertIn("sequential, for who looks after every frame, ", page.text)
         self.assertIn("sequential FAPthe same for who looks", page.text)
@@ -527,6 +519,10 @@ class Others(ReportTest):
         page = self.check_page(self.folder / "bench" / "report", {
             "bench-optics": ["error (relative)", "seconds", "Chebyshev", "every wavelength"],
             "bench-blobs": ["bytes of the weights file", "efficiency (no unit)", "bf16"]})
+        (plot,) = plots_of(self.folder / "bench" / "report" / "figures" / "bench-optics.svg")
+        for name, points in (("Chebyshev", [[3.2e-10, 0.0481], [5e-13, 0.069]]),
+                             ("every wavelength", [[error, 0.0481] for error in (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)])):
+            self.assertLess(abs(plot.marks(name, "xy") / points - 1).max(), 0.02)
         # Benches of one machine share a table.
         self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))

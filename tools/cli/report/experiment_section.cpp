@@ -186,6 +186,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
     Figure figure = {"blind-" + table, "", 340, "", {}};
     std::string blocks, plots;
     size_t shown = 0;
+    double highest = 0;
     const double width = 1 / static_cast<double>(bins), bar = width * 0.85 / static_cast<double>(methods.size());
     for (size_t i = 0; i < order.size(); i++) {
         const auto found = methods.find(order[i]);
@@ -197,6 +198,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
         for (const double fap : found->second)
             if (fap >= 0) // not NaN
                 y[static_cast<size_t>(std::min(fap / width, static_cast<double>(bins - 1)))] += 1;
+        highest = std::max(highest, *std::max_element(y.begin(), y.end()));
         blocks += data_block("method" + std::to_string(i), {&x, &y});
         plots += printed(", $method%zu using 1:2:(%.6g) with boxes fs solid 0.85 noborder lc rgb '%s' title ", i, bar,
                          line_colour(i)) +
@@ -210,7 +212,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
         printed("set object 1 rectangle from 0,%.6g to 1,%.6g behind fs solid 0.25 noborder fc rgb '#999999'\n",
                 std::max(0.0, each - sigma), each + sigma) +
         printed("plot [0:1][0:%.6g] %.6g with lines lw 1.5 dt 2 lc rgb '#222222' title 'uniform, ± 1 sigma'",
-                std::max(2 * each, each + 5 * sigma) + 1, each) +
+                std::max({2 * each, each + 5 * sigma, 1.2 * highest}) + 1, each) +
         plots + "\n";
     figure.caption =
         printed("How many of %zu series without signal have a FAP in each interval, for each method: as many in each, "
