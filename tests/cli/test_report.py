@@ -107,8 +107,8 @@ class Run(ReportTest):
         shutil.copytree(self.run_folder, self.folder / "copy", ignore=shutil.ignore_patterns(*without))
         (self.folder / "copy" / "result.json").write_text(json.dumps({**self.result, **changes}))
 
-    def embedded(self, name):
-        svg = (self.top / "page" / "figures" / f"{name}.svg").read_text()
+    def embedded(self, name, page=None):
+        svg = ((page or self.top / "page") / "figures" / f"{name}.svg").read_text()
         return [png_pixels(base64.b64decode(data)) for data in re.findall(r"data:image/png;base64,([^'\"]+)", svg)]
 
     def test_page(self):
@@ -298,6 +298,28 @@ class Run(ReportTest):
         self.assertLess(10 * differ[0], differ[1], differ)  # dark pixels show which it is
         noise = (frame - expected) / numpy.sqrt(expected)
         self.assertLessEqual(abs(residual - coloured(0.5 + noise / 8, BLUE_RED)).max(), 8)
+
+    def test_without_signal_and_photon_noise(self):
+        """Another scene's images, whose pixels hold 6e-7 of the light at most, beside this run's series."""
+        self.copy(amplitude_px=0, true_series=None)
+        scene = json.loads((self.top / "scene.json").read_text())
+        scene["noise"] = {"photon": False, "read_e": 5}
+        scene["detector"]["pixel_scale_arcsec"] = 0.015
+        scene["binary"] = {"separation_arcsec": 0.1}
+        del scene["signal"]
+        (self.folder / "copy" / "scene.json").write_text(json.dumps(scene))
+        self.run_program("train", "copy/scene.json", "--steps", "1", "--out", "copy/weights.tlmw")
+        figures = {**self.FIGURES, "frame": ["frame 0"], "reconstruction": ["frame 0", "reconstruction"]}
+        figures["series"] = ["latent, standard deviations", "mean over 1/72 of the time"]
+        self.succeed("report", "copy")
+        page = self.check_page(self.folder / "copy" / "report", figures)
+        for words in ("noise of the brightest", "rms", "truth", "the chapter's column", "The signal:"):
+            self.assertNotIn(words, page.text)
+        self.assertNotIn("7.2 \u00d7 10-68", page.text)
+        self.assertEqual([len(self.embedded(name, self.folder / "copy" / "report")) for name in ("bandwidths", "reconstruction")],
+                         [3, 2])
+        for plot in self.figure("series"):
+            self.assertNotIn("truth", plot.drawn)
 
     def test_older_runs_and_lost_files(self):
         older = ("scene.json", "weights.tlmw", "training.csv")

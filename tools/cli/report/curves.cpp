@@ -13,6 +13,11 @@ namespace {
 constexpr size_t kMostPoints = 1500; // of a curve: more than it has pixels
 constexpr double kHeadroom = 1.2;    // for the legend, above peak and level
 
+// One of so many is drawn.
+size_t step_of(size_t count, size_t most) {
+    return std::max<size_t>(1, (count + most - 1) / most);
+}
+
 // The lowest frequency that has a logarithm.
 double first_of(const PowerCurve &curve) {
     const double first = curve.frequency.front();
@@ -108,11 +113,15 @@ std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const 
 } // namespace
 
 Numbers thinned(const Numbers &values, size_t most) {
-    const size_t step = (values.size() + most - 1) / most;
+    const size_t step = step_of(values.size(), most);
     Numbers kept;
-    for (size_t i = 0; i < values.size(); i += std::max<size_t>(step, 1))
+    for (size_t i = 0; i < values.size(); i += step)
         kept.push_back(values[i]);
     return kept;
+}
+
+std::string thinning_remark(size_t count, size_t most) {
+    return count > most ? printed(" Of %zu frames one of %zu is drawn.", count, step_of(count, most)) : "";
 }
 
 Numbers standardised(Numbers values) {

@@ -11,6 +11,8 @@ using Numbers = std::vector<double>;
 
 // At most `most` of them, evenly chosen.
 Numbers thinned(const Numbers &values, size_t most);
+// What a caption says of that; "" where all are kept.
+std::string thinning_remark(size_t count, size_t most);
 // About the mean, over the standard deviation.
 Numbers standardised(Numbers values);
 

@@ -41,7 +41,7 @@ void add_facts(const ResultFile &result, Page &page) {
     const double amplitude = result.number("amplitude_px");
     std::string text = printed("%.0f frames, seed %s, libtoliman %s. ", result.number("frames"),
                                result.digits("seed").c_str(), escaped(result.text("version")).c_str());
-    if (amplitude != 0)
+    if (has_signal(result))
         text += "The signal: " + scientific(amplitude) + " px (" + scientific(result.number("amplitude_uas")) +
                 " microarcsec) with a period of " + printed("%g", result.number("true_period_days")) + " days. ";
     const double fap = result.number("log10_fap");
@@ -97,23 +97,28 @@ void add_figures_table(const ResultFile &result, Page &page) {
 // Table 1 of the chapter, periods in units of the time span.
 void add_table_1(const ResultFile &result, Page &page) {
     const double span = 1.5 / result.number("grid.f0");
-    const auto row = [&](const std::string &name, double period, double half_width, double fap,
-                         const std::string &chapter) {
-        return std::vector<std::string>{name, with_error(period / span, half_width / span, 4), fixed(fap, 1),
-                                        power_of_ten(fap), chapter};
-    };
+    const bool comparable = has_signal(result); // the chapter's has
     std::vector<std::vector<std::string>> rows;
+    const auto add_row = [&](const std::string &name, double period, double half_width, double fap,
+                             const std::string &chapter) {
+        rows.push_back({name, with_error(period / span, half_width / span, 4), fixed(fap, 1), power_of_ten(fap)});
+        if (comparable)
+            rows.back().push_back(chapter);
+    };
     if (result.has("true_series"))
-        rows.push_back(row("signal", result.number("true_series.period_days"),
-                           result.number("true_series.period_half_width_days"), result.number("true_series.log10_fap"),
-                           "0.33 &plusmn; 0.05, 0"));
-    rows.push_back(row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
-                       result.number("log10_fap"), "0.33 &plusmn; 0.06, 7.2 &times; 10<sup>&minus;68</sup>"));
-    page.add_table(
-        "Table 1 as the chapter has it: the period in units of the time span of " + printed("%g", span) +
-            " days, with half the width of the peak at half its height, and the false alarm probability. The "
-            "chapter's column is for three cycles and 10<sup>&minus;6</sup> px.",
-        {"", "period", "log<sub>10</sub> FAP", "FAP", "the chapter"}, rows);
+        add_row("signal", result.number("true_series.period_days"), result.number("true_series.period_half_width_days"),
+                result.number("true_series.log10_fap"), "0.33 &plusmn; 0.05, 0");
+    add_row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
+            result.number("log10_fap"), "0.33 &plusmn; 0.06, 7.2 &times; 10<sup>&minus;68</sup>");
+    std::vector<std::string> heads = {"", "period", "log<sub>10</sub> FAP", "FAP"};
+    std::string caption = "Table 1 as the chapter has it: the period in units of the time span of " +
+                          printed("%g", span) +
+                          " days, with half the width of the peak at half its height, and the false alarm probability.";
+    if (comparable) {
+        heads.push_back("the chapter");
+        caption += " The chapter's column is for three cycles and 10<sup>&minus;6</sup> px.";
+    }
+    page.add_table(caption, heads, rows);
 }
 
 // Images need what older versions did not leave, and files that the scene names.

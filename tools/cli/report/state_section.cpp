@@ -82,9 +82,7 @@ void add_series(const Samples &samples, const toliman_period_peak &fit, const st
         if (axis.folded)
             figure.caption += ", into one of which all are folded";
     }
-    figure.caption += samples.t.size() > kMostDots ? printed("; of %zu frames every %zuth is drawn.", samples.t.size(),
-                                                             (samples.t.size() + kMostDots - 1) / kMostDots)
-                                                   : ".";
+    figure.caption += "." + thinning_remark(samples.t.size(), kMostDots);
     figure.script += "\n";
     page.add(std::move(figure));
 }
