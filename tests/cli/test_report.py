@@ -193,14 +193,25 @@ class Run(ReportTest):
         self.check_series(2.5993, "mean over 1/24 of a period", 0.4)
         # Where the highest peak is one of noise, by the true period.
         self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=57, log10_fap=-0.3)
-        self.write_series(300, 2.6)
-        self.assertIn("Folded: all 115 periods lie over one, the true one, 2.6 days", self.report().text)
+        self.write_series(3500, 2.6)
+        text = self.report().text
+        self.assertIn("Folded: all 1346 periods lie over one, the true one, 2.6 days", text)
+        self.assertIn("Of 3500 frames one of 2 is drawn.", text)
+        self.assertEqual(len(self.figure("series")[0].marks("each frame")), 1750)
 
     def test_long_periods_stand_along_time(self):
+        """And grids are narrow, or but one frequency."""
         for truth, words in ((100, "mean over 1/24 of a period"), (0, "mean over 1/72 of the time")):
             self.copy(without=("scene.json", "training.csv"), true_period_days=truth, period_days=100)
             self.write_series(300, 100)
-            self.assertNotIn("Folded", self.report().text)
+            rows = ["0.3,0.4,0.1\n", "0.4,0.9,0.2\n", "0.5,0.1,0.3\n"][: 3 if truth else 1]
+            (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n" + "".join(rows))
+            text = self.report().text
+            self.assertNotIn("Folded", text)
+            if truth:  # no decade
+                self.assertEqual([tick for _, tick in self.figure("periodogram")[1].ticks["x"]], [0.3, 0.35, 0.4, 0.45, 0.5])
+            else:
+                self.assertIn("No figure of the periodogram: its grid has no two frequencies above 0", text)
             self.assertIn("time, days", self.figure("series")[1].labels)
             self.check_series(100, words, 0.05)
 
@@ -522,6 +533,18 @@ class Others(ReportTest):
         self.succeed("report", "state", "--out", "page")
         page = self.check_page(self.folder / "page", {"series": ["phase, days of the best period"], "periodogram": ["FWHM"]})
         self.assertIn("into one of which all are folded", page.text)
+        # All at one time: a period, but no errors and no sinusoid.
+        scene = json.loads((self.folder / "scene.json").read_text())
+        scene["cadence"]["interval_days"] = 1e-9
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "scene.json", "--out", "at_once", "--session", "s", "--dtype", "u32le", "--frames", "0:30")
+        done = self.run_program("track", "--template", "scene.json", "--state", "other", "--mission-days", "10",
+                                "--dtype", "u32le", "at_once")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.succeed("report", "other", "--out", "page")
+        page = self.check_page(self.folder / "page", {"series": ["frames"], "periodogram": []})
+        self.assertRegex(page.text, r"period 3\.8\d \u00b1 \u2013 days, log")
+        self.assertNotIn("sinusoid", page.text)
 
     def test_bench(self):
         row = {"bench": "optics", "what": "33 nodes", "series": "Chebyshev", "seconds": 0.0481, "spread": 0.001,

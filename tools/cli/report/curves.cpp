@@ -76,14 +76,34 @@ std::string peak_marks(const PowerCurve &curve, double top, bool on_right) {
                    low, top / 2, high, top / 2, on_right ? low : high, top / 2, side);
 }
 
-// Labels at 1, 2, 5 of every decade.
-std::string decades(const PowerCurve &curve) {
+// Places of labels: 1, 2, 5 of every decade, and even steps where those are few.
+Numbers tick_places(double first, double last) {
+    constexpr size_t fewest = 3;
+    Numbers places;
+    for (double decade = std::pow(10, std::floor(std::log10(first))); decade <= last; decade *= 10)
+        for (const double digit : {1, 2, 5})
+            if (digit * decade >= first && digit * decade <= last)
+                places.push_back(digit * decade);
+    if (places.size() >= fewest)
+        return places;
+    places.clear();
+    const double quarter = (last - first) / 4, unit = std::pow(10, std::floor(std::log10(quarter)));
+    const double step = unit * (quarter >= 5 * unit ? 5 : quarter >= 2 * unit ? 2 : 1);
+    for (double k = std::ceil(first / step - 1e-6); k * step <= last + 1e-6 * step; k++)
+        places.push_back(k * step);
+    return places;
+}
+
+// gnuplot's own would be none within a decade.
+std::string ticks(const PowerCurve &curve) {
+    constexpr double most = 1e6; // from last to first; beyond, gnuplot's own
+    const double first = first_of(curve), last = curve.frequency.back();
+    if (last > most * first)
+        return "";
     std::string text;
-    const double first = std::floor(std::log10(first_of(curve))), last = std::log10(curve.frequency.back());
-    for (double exponent = first; exponent <= last && last - first < 6; exponent++)
-        for (const int digit : {1, 2, 5})
-            text += printed("%s%de%.0f", text.empty() ? "set xtics (" : ", ", digit, exponent);
-    return text.empty() ? "" : text + ")\n";
+    for (const double place : tick_places(first, last))
+        text += printed("%s%.10g", text.empty() ? "set xtics (" : ", ", place);
+    return text + ")\n";
 }
 
 std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const std::string &unit,
@@ -162,15 +182,19 @@ Means means_of(const TimeAxis &axis, const Numbers &y, size_t count) {
     return means;
 }
 
-Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
-                    const std::vector<PowerCurve> &curves) {
+void add_power_figure(const std::string &name, const std::string &caption, const std::string &unit,
+                      const std::vector<PowerCurve> &curves, Page &page) {
+    if (!(first_of(curves[0]) > 0 && curves[0].frequency.back() > first_of(curves[0]))) {
+        page.add_text("No figure of the periodogram: its grid has no two frequencies above 0.");
+        return;
+    }
     Figure figure = {name, caption, curves.size() > 1 ? 480 : 320, "", {}};
     figure.script =
-        "set logscale x\n" + decades(curves[0]) + "set style textbox opaque noborder margins 0.2,0.2\nset multiplot\n";
+        "set logscale x\n" + ticks(curves[0]) + "set style textbox opaque noborder margins 0.2,0.2\nset multiplot\n";
     for (size_t i = 0; i < curves.size(); i++)
         figure.script += curve_script(curves[i], i, curves.size(), unit, figure);
     figure.script += "unset multiplot\n";
-    return figure;
+    page.add(std::move(figure));
 }
 
 } // namespace cli

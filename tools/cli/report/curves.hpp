@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "report/figure.hpp"
+#include "report/page.hpp"
 
 namespace cli {
 
@@ -40,8 +40,8 @@ struct PowerCurve {
     std::string peak_label;
 };
 
-// One above the other. unit: "1/day".
-Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
-                    const std::vector<PowerCurve> &curves);
+// One above the other, of one grid; a sentence where that has no width. unit: "1/day".
+void add_power_figure(const std::string &name, const std::string &caption, const std::string &unit,
+                      const std::vector<PowerCurve> &curves, Page &page);
 
 } // namespace cli

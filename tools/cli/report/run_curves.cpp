@@ -142,8 +142,7 @@ void add_periodograms(const std::string &folder, const ResultFile &result, Page 
         curves.push_back({"template's values", latent.t, column_of(path, "frequency", "template"), 1 / other,
                           other_fwhm / (other * other), curves[0].level, period_text(result, other) + " days"});
     }
-    page.add(
-        power_figure("periodogram",
+    add_power_figure("periodogram",
                      "Lomb-Scargle power on the grid, of each of many narrow intervals the highest. Network: peak "
                      "at " +
                          period_text(result, period) + " days" + ", full width at half maximum " +
@@ -151,7 +150,7 @@ void add_periodograms(const std::string &folder, const ResultFile &result, Page 
                          fixed(result.number("log10_fap"), 1) + "; the least-squares error of the period is " +
                          fixed(result.number("period_error_days"), decimals_of(result.number("period_error_days"))) +
                          " days. Noise alone exceeds the dashed line once in a thousand series.",
-                     "1/day", curves));
+                     "1/day", curves, page);
 }
 
 void add_training(const std::string &folder, const ResultFile &result, Page &page) {

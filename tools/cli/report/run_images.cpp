@@ -52,14 +52,12 @@ Scale around_zero(const Image &image) {
     return {Palette::difference, -most, most, false};
 }
 
-// Divides by a power of 1000, so that a colour box has short numbers, and names it with the unit.
+// So that a colour box has short numbers; returns the unit.
 std::string shorten(Image &image, const std::string &unit) {
-    const int exponent = thousands_of(image);
-    if (exponent == 0)
-        return unit;
+    const ShortUnit shorter = short_unit(image, unit);
     for (double &value : image)
-        value /= std::pow(10, exponent);
-    return printed("10^{%d} ", exponent) + unit;
+        value *= shorter.factor;
+    return shorter.name;
 }
 
 // Of a detector of `count` pixels, where pixel `first` stands.

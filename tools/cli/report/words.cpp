@@ -53,7 +53,7 @@ std::string scientific(double value, int digits) {
 
 std::string with_error(double value, double error, int least_decimals) {
     const int decimals = decimals_of(error, least_decimals);
-    return fixed(value, decimals) + (std::isfinite(error) ? " &plusmn; " + fixed(error, decimals) : "");
+    return fixed(value, decimals) + " &plusmn; " + fixed(error, decimals);
 }
 
 std::string fixed(double value, int decimals) {
@@ -77,12 +77,13 @@ std::string power_of_ten(double log10) {
     return with_exponent(mantissa, std::lround(exponent), 2);
 }
 
-int thousands_of(const std::vector<double> &numbers) {
+ShortUnit short_unit(const std::vector<double> &numbers, const std::string &unit) {
     double most = 0;
     for (const double number : numbers)
         if (std::isfinite(number))
             most = std::max(most, std::fabs(number));
-    return most > 0 ? 3 * static_cast<int>(std::floor(std::log10(most) / 3)) : 0;
+    const int exponent = most > 0 ? 3 * static_cast<int>(std::floor(std::log10(most) / 3)) : 0;
+    return {std::pow(10, -exponent), exponent != 0 ? printed("10^{%d} ", exponent) + unit : unit};
 }
 
 std::string escaped(const std::string &text) {
