@@ -7,8 +7,6 @@
 
 namespace cli {
 
-using Numbers = std::vector<double>;
-
 // At most `most` of them, evenly chosen.
 Numbers thinned(const Numbers &values, size_t most);
 // What a caption says of that; "" where all are kept.

@@ -15,9 +15,6 @@ namespace cli {
 
 namespace {
 
-using Items = std::vector<const cJSON *>;
-using Numbers = std::vector<double>;
-
 constexpr double kLeastShown = 0.05; // -log10 FAP
 constexpr const char *kKeyBeside = "set rmargin at screen 0.8\nset key outside right top\n";
 
@@ -62,7 +59,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
     const double threshold = result.number_in(table, "threshold_px");
     Numbers amplitudes;
     for (const cJSON *rung : ladder)
-        amplitudes.push_back(result.number_in(rung, "amplitude_px"));
+        amplitudes.push_back(result.positive_in(rung, "amplitude_px"));
     const auto [least, greatest] = std::minmax_element(amplitudes.begin(), amplitudes.end());
     Figure figure = {"ladder-" + result.text_in(table, "table"), "", 620, "", {}};
     std::map<double, double> bound;
@@ -94,7 +91,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
     figure.script = blocks + data_block("bound", {&x, &y}) +
                     printed("set logscale x\nset xrange [%.10g:%.10g]\nset multiplot\n",
                             std::min(*least, threshold > 0 ? threshold : *least) / 1.5, *greatest * 1.5);
-    if (std::isfinite(threshold))
+    if (threshold > 0)
         figure.script +=
             printed("set arrow 1 from first %.10g, graph 0 to first %.10g, graph 1 nohead dt 3 lw 1.3 lc rgb "
                     "'#444444'\n",

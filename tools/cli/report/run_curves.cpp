@@ -63,7 +63,8 @@ View view_of(const ResultFile &result, const Numbers &t) {
     return view;
 }
 
-// None without signal. Along time as it is; folded over its own period, as wide as the axis, and once more on either side.
+// None without signal. Along time as it is; folded over its own period, as wide as the axis, and once more on either
+// side.
 Means truth_of(const ResultFile &result, const RunSeries &series, const TimeAxis &axis) {
     if (!has_signal(result))
         return {};
@@ -89,8 +90,7 @@ std::string series_plot(const std::string &what, const Numbers &values, const Me
     const std::string number = std::to_string(i);
     std::string blocks =
         data_block("dots" + number, {&dots_x, &dots}) + data_block("means" + number, {&averages.x, &averages.y});
-    std::string plots =
-        printed("$dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each frame', ", i);
+    std::string plots = printed("$dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each frame', ", i);
     if (!truth.x.empty()) {
         blocks += data_block("truth" + number, {&truth.x, &truth.y});
         plots += printed("$truth%zu using 1:2 %swith lines lw 1.5 lc rgb '#d55e00' title 'truth', ", i,

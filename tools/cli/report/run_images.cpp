@@ -15,7 +15,7 @@ namespace cli {
 namespace {
 
 using toliman::check;
-using Image = std::vector<double>;
+using Image = Numbers;
 
 constexpr size_t kSide = 256;             // of the network's images, and of point spread functions
 constexpr double kDepth = 1e-5;           // of a logarithmic scale
@@ -302,8 +302,8 @@ Panel residual_panel(Panel panel, const Image &original, const Image &again, con
     panel.values = std::move(residual);
     panel.scale = {Palette::difference, -4, 4, false};
     panel.value_unit = "sigma of the pixel";
-    caption += "; the difference in units of the noise: rms " + fixed(std::sqrt(square), 3) +
-               ", where noise alone has 1";
+    caption +=
+        "; the difference in units of the noise: rms " + fixed(std::sqrt(square), 3) + ", where noise alone has 1";
     return panel;
 }
 

@@ -88,10 +88,11 @@ void add_figures_table(const ResultFile &result, Page &page) {
           scientific(result.number("mmse"), 4) + "; " + scientific(result.number("photon_floor"), 4)},
          {"1 &minus; MSSIM", scientific(1 - result.number("mssim"), 2)},
          {"fitted amplitude, px", scientific(result.number("fitted_amplitude_px"))},
-         {"seconds in all: set-up, training, frames, encoding, period",
+         {"seconds in all: set-up, training, frames, encoding, period, controls",
           fixed(result.number("timings.total_s"), 1) + ": " + fixed(result.number("timings.setup_s"), 1) + ", " +
               fixed(result.number("timings.train_s"), 1) + ", " + fixed(result.number("timings.simulate_s"), 1) + ", " +
-              fixed(result.number("timings.encode_s"), 1) + ", " + fixed(result.number("timings.period_s"), 1)}});
+              fixed(result.number("timings.encode_s"), 1) + ", " + fixed(result.number("timings.period_s"), 1) + ", " +
+              fixed(result.number("timings.controls_s"), 1)}});
 }
 
 // Table 1 of the chapter, periods in units of the time span.

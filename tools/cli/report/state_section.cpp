@@ -111,10 +111,10 @@ void add_periodogram(const toliman::tracker &tracker, const toliman_track_option
     const std::string period_text = fixed(peak.period, decimals_of(facts.fit().period_error)) + " " + unit;
     curve.peak_label = period_text;
     add_power_figure("periodogram",
-                          "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
-                              ". The dashed line is for one look; for who looks after every frame the sequential FAP "
-                              "holds.",
-                          unit == "days" ? "1/day" : "1/unit of time", {curve}, page);
+                     "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
+                         ". The dashed line is for one look; for who looks after every frame the sequential FAP "
+                         "holds.",
+                     unit == "days" ? "1/day" : "1/unit of time", {curve}, page);
 }
 
 std::string facts_text(const PeriodFacts &facts, const std::string &unit) {
