@@ -240,15 +240,6 @@ class Run(ReportTest):
             for x in (peak, at["FWHM"][0]):
                 self.assertTrue(88 < x < 882, (place, x))
 
-    def test_words_stand_at_the_end_once(self):
-        self.copy(without=("scene.json", "training.csv"))
-        self.succeed("report", "copy", "copy", "--out", "both")
-        html = (self.folder / "both" / "report.html").read_text()
-        self.assertEqual(html.count("<h2>Words</h2>"), 1)
-        for word in ("network", "template", "untrained network", "signal", "network (atom)", "the chapter", "MMSE", "FAP",
-                     "decoder: cosine, gain", "1 &minus; MSSIM"):
-            self.assertEqual(html.count(f"<dt>{word}</dt><dd>"), 1, word)
-
     def test_colours_of_a_frame(self):
         """Against frames that `simulate` makes, row 0 at the bottom."""
         self.succeed("simulate", self.top / "scene.json", "--seed", SEED, "--frames", "0", "--out", "f.npy")
@@ -285,7 +276,7 @@ class Run(ReportTest):
         for name in ("binary", "signal", "noise"):
             del scene[name]
         scene["stars"] = {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 1e9}}
-        scene["cadence"] = {"frames": 1, "exposure_s": 1}
+        scene["cadence"], scene["accuracy"] = {"frames": 1, "exposure_s": 1}, 1e-6
         images = []
         for band in ({"wavelength_nm": 580}, {"min_nm": 555, "max_nm": 605, "step_nm": 1},
                      {"min_nm": 525, "max_nm": 635, "step_nm": 1}):
@@ -357,7 +348,7 @@ class Run(ReportTest):
         self.assertNotIn("script", read.tags)
 
     def test_several_folders(self):
-        """Their figures are more than a process may have files; those of the page before go, other files stay."""
+        """Figures are more than a process may have files, words stand once; figures of the page before go, other files stay."""
         self.copy(without=("scene.json", "training.csv"))
         command = 'ulimit -n 12; exec "$@"'
         done = subprocess.run(["bash", "-c", command, "-", PROGRAM, "report", "copy", "copy", "copy", "--out", "both"],
@@ -365,6 +356,11 @@ class Run(ReportTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         names = ["series", "periodogram"]
         self.check_page(self.folder / "both", {prefix + name: [] for prefix in ("", "2-", "3-") for name in names})
+        html = (self.folder / "both" / "report.html").read_text()
+        self.assertEqual(html.count("<h2>Words</h2>"), 1)
+        for word in ("network", "template", "untrained network", "signal", "network (atom)", "the chapter", "MMSE", "FAP",
+                     "decoder: cosine, gain", "1 &minus; MSSIM"):
+            self.assertEqual(html.count(f"<dt>{word}</dt><dd>"), 1, word)
         own = self.folder / "both" / "figures" / "own.svg"
         own.touch()
         self.succeed("report", "copy", "--out", "both")
