@@ -31,7 +31,7 @@ dl { font-size: 0.9em; color: #444; } dt { font-weight: bold; margin-top: 0.5em;
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";
 
-constexpr const char *kFigureTag = "<figure id=\"";
+constexpr const char *kFigureTag = "<figure id=\"", *kPictureTag = "\">\n<img alt=\"";
 
 bool is_of_name(char letter) {
     return (letter >= '0' && letter <= '9') || (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
@@ -56,7 +56,8 @@ std::vector<std::string> figures_of(const std::string &path) {
     for (size_t at = page.find(tag); at != std::string::npos; at = page.find(tag, at)) {
         at += tag.size();
         const std::string name = page.substr(at, std::min(page.find('"', at), page.size()) - at);
-        if (!name.empty() && name == plain_name(name))
+        const std::string rest = name + kPictureTag + name + "\" width=";
+        if (!name.empty() && name == plain_name(name) && page.compare(at, rest.size(), rest) == 0)
             names.push_back(name);
     }
     return names;
@@ -102,7 +103,7 @@ std::string Page::unique(const std::string &name) const {
 void Page::add(Figure figure) {
     stop_if_asked();
     const std::string name = unique(plain_name(prefix_ + figure.name)), svg = drawn(figure, FileKind::svg);
-    body_ += std::string(kFigureTag) + name + "\">\n<img alt=\"" + name +
+    body_ += kFigureTag + name + kPictureTag + name +
              printed("\" width=\"%d\" height=\"%d\" src=\"data:image/svg+xml;base64,", kFigureWidth, figure.height) +
              base64(svg) + "\">\n<figcaption>" + figure.caption + "</figcaption>\n</figure>\n";
     figures_.push_back({name, svg, drawn(figure, FileKind::png)});
