@@ -305,7 +305,7 @@ class Run(ReportTest):
 
     def test_without_signal_and_photon_noise(self):
         """Another scene's images, whose pixels hold 6e-7 of the light at most, beside this run's series."""
-        self.copy(amplitude_px=0, true_series=None)
+        self.copy(amplitude_px=0, true_series=None, efficiency=None, efficiency_error=None)
         scene = json.loads((self.top / "scene.json").read_text())
         scene["noise"] = {"photon": False, "read_e": 5}
         scene["detector"]["pixel_scale_arcsec"] = 0.015
@@ -317,7 +317,8 @@ class Run(ReportTest):
         figures["series"] = ["latent, standard deviations", "mean over 1/72 of the time"]
         self.succeed("report", "copy")
         page = self.check_page(self.folder / "copy" / "report", figures)
-        for words in ("noise of the brightest", "rms", "truth", "the chapter's column", "The signal:"):
+        self.assertIn("not given as the bound counts photon noise, which these frames do not have", page.text)
+        for words in ("noise of the brightest", "where noise alone", "MMSE; noise alone", "rms", "truth", "the chapter's column", "The signal:"):
             self.assertNotIn(words, page.text)
         self.assertNotIn("7.2 \u00d7 10-68", page.text)
         self.assertEqual([len(self.embedded(name, self.folder / "copy" / "report")) for name in ("bandwidths", "reconstruction")],

@@ -80,17 +80,22 @@ std::string peak_marks(const PowerCurve &curve, double top, bool on_right) {
 Numbers tick_places(double first, double last) {
     constexpr size_t fewest = 3;
     Numbers places;
-    for (double decade = std::pow(10, std::floor(std::log10(first))); decade <= last; decade *= 10)
-        for (const double digit : {1, 2, 5})
-            if (digit * decade >= first && digit * decade <= last)
-                places.push_back(digit * decade);
+    const int lowest = static_cast<int>(std::floor(std::log10(first)));
+    const int highest = static_cast<int>(std::floor(std::log10(last)));
+    for (int exponent = lowest; exponent <= highest; exponent++)
+        for (const double digit : {1, 2, 5}) {
+            const double place = digit * std::pow(10, exponent);
+            if (place >= first && place <= last)
+                places.push_back(place);
+        }
     if (places.size() >= fewest)
         return places;
     places.clear();
     const double quarter = (last - first) / 4, unit = std::pow(10, std::floor(std::log10(quarter)));
     const double step = unit * (quarter >= 5 * unit ? 5 : quarter >= 2 * unit ? 2 : 1);
-    for (double k = std::ceil(first / step - 1e-6); k * step <= last + 1e-6 * step; k++)
-        places.push_back(k * step);
+    const double start = std::ceil(first / step - 1e-6), count = std::floor(last / step + 1e-6) - start;
+    for (int i = 0; i <= static_cast<int>(count); i++)
+        places.push_back((start + i) * step);
     return places;
 }
 

@@ -31,7 +31,12 @@ dl { font-size: 0.9em; color: #444; } dt { font-weight: bold; margin-top: 0.5em;
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";
 
-constexpr const char *kFigureTag = "<figure id=\"", *kPictureTag = "\">\n<img alt=\"";
+constexpr const char *kFigureTag = "<figure id=\"";
+
+// What follows it.
+std::string picture_of(const std::string &name) {
+    return name + "\">\n<img alt=\"" + name + "\" width=\"";
+}
 
 bool is_of_name(char letter) {
     return (letter >= '0' && letter <= '9') || (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
@@ -56,7 +61,7 @@ std::vector<std::string> figures_of(const std::string &path) {
     for (size_t at = page.find(tag); at != std::string::npos; at = page.find(tag, at)) {
         at += tag.size();
         const std::string name = page.substr(at, std::min(page.find('"', at), page.size()) - at);
-        const std::string rest = name + kPictureTag + name + "\" width=";
+        const std::string rest = picture_of(name);
         if (!name.empty() && name == plain_name(name) && page.compare(at, rest.size(), rest) == 0)
             names.push_back(name);
     }
@@ -102,11 +107,12 @@ std::string Page::unique(const std::string &name) const {
 
 void Page::add(Figure figure) {
     stop_if_asked();
-    const std::string name = unique(plain_name(prefix_ + figure.name)), svg = drawn(figure, FileKind::svg);
-    body_ += kFigureTag + name + kPictureTag + name +
-             printed("\" width=\"%d\" height=\"%d\" src=\"data:image/svg+xml;base64,", kFigureWidth, figure.height) +
-             base64(svg) + "\">\n<figcaption>" + figure.caption + "</figcaption>\n</figure>\n";
-    figures_.push_back({name, svg, drawn(figure, FileKind::png)});
+    figure.name = unique(plain_name(prefix_ + figure.name));
+    const std::string svg = drawn(figure, FileKind::svg);
+    body_ += kFigureTag + picture_of(figure.name) +
+             printed("%d\" height=\"%d\" src=\"data:image/svg+xml;base64,", kFigureWidth, figure.height) + base64(svg) +
+             "\">\n<figcaption>" + figure.caption + "</figcaption>\n</figure>\n";
+    figures_.push_back({figure.name, svg, drawn(figure, FileKind::png)});
 }
 
 void Page::add_table(const std::string &caption, const std::vector<std::string> &heads,

@@ -61,19 +61,21 @@ void add_figures_table(const ResultFile &result, Page &page) {
     const double network = result.number("latent_sigma_px"), reference = result.number("template.sigma_px");
     const double untrained = result.number("untrained.sigma_px");
     const double efficiency = result.number("efficiency");
+    const bool defined = std::isfinite(efficiency);
     page.add_table(
-        printed(
-            "A number for each frame, by who makes it (see Words). sigma: its scatter over %.0f frames without signal; "
-            "efficiency: the bound over sigma, here known to &plusmn; ",
-            result.number("no_signal.frames")) +
-            fixed(result.number("efficiency_error"), 3) + ", so that it may exceed 1 by chance.",
+        printed("A number for each frame, by who makes it (see Words). sigma: its scatter over %.0f frames without "
+                "signal; efficiency: the bound over sigma, ",
+                result.number("no_signal.frames")) +
+            (defined ? "here known to &plusmn; " + fixed(result.number("efficiency_error"), 3) +
+                           ", so that it may exceed 1 by chance."
+                     : "not given as the bound counts photon noise, which these frames do not have."),
         {"", "sigma, px", "efficiency", "period, days", "log<sub>10</sub> FAP"},
         {{"Cram&eacute;r-Rao bound", exponential(crb), "1", "", ""},
          {"network", exponential(network), fixed(efficiency, 3), period_text(result, result.number("period_days")),
           fixed(result.number("log10_fap"), 1)},
-         {"template", exponential(reference), std::isfinite(efficiency) ? over(reference) : fixed(NAN, 3),
+         {"template", exponential(reference), defined ? over(reference) : fixed(NAN, 3),
           period_text(result, result.number("template.period_days")), fixed(result.number("template.log10_fap"), 1)},
-         {"untrained network", exponential(untrained), std::isfinite(efficiency) ? over(untrained) : fixed(NAN, 3), "",
+         {"untrained network", exponential(untrained), defined ? over(untrained) : fixed(NAN, 3), "",
           fixed(result.number("untrained.log10_fap"), 1)},
          {"network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)}});
     page.add_table(
@@ -84,8 +86,8 @@ void add_figures_table(const ResultFile &result, Page &page) {
          {"cosine of encoder and ideal, the efficiency to expect", fixed(result.number("cosine"), 4)},
          {"decoder: cosine, gain",
           fixed(result.number("decoder.cosine"), 4) + ", " + fixed(result.number("decoder.gain"), 4)},
-         {"MMSE; noise alone",
-          scientific(result.number("mmse"), 4) + "; " + scientific(result.number("photon_floor"), 4)},
+         {defined ? "MMSE; noise alone" : "MMSE",
+          scientific(result.number("mmse"), 4) + (defined ? "; " + scientific(result.number("photon_floor"), 4) : "")},
          {"1 &minus; MSSIM", scientific(1 - result.number("mssim"), 2)},
          {"fitted amplitude, px", scientific(result.number("fitted_amplitude_px"))},
          {"seconds in all: set-up, training, frames, encoding, period, controls",
