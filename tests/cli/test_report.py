@@ -1,6 +1,5 @@
-"""toliman report: pages of run, experiment, track and bench folders; every figure, number, colour and mistake."""
+"""toliman report of a run: every figure, number, colour and mistake."""
 import base64
-import html.parser
 import json
 import os
 import pathlib
@@ -11,101 +10,12 @@ import subprocess
 import tempfile
 import unittest
 import xml.etree.ElementTree
-import zlib
 
 import numpy
+from figures import BLUE_RED, VIRIDIS, Reader, coloured, plots_of, png_pixels
 from program import PROGRAM, SCENES, ProgramTest
-from test_outputs import write_scene
 
 SEED = 2**53 + 1  # no double holds it
-VOID = {"meta", "img", "br"}
-# matplotlib's viridis at sixteenths, and ColorBrewer's RdBu from blue to red.
-VIRIDIS = ("440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e "
-           "1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725").split()
-BLUE_RED = "053061 2166ac 4393c3 92c5de d1e5f0 f7f7f7 fddbc7 f4a582 d6604d b2182b 67001f".split()
-
-
-class Reader(html.parser.HTMLParser):
-    """Text, tags and pictures of a page; fails where a tag is not closed."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.tags, self.words, self.images, self.cells = [], [], [], {}, []
-        self.feed(text)
-        self.close()
-        assert not self.open, self.open
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        if tag not in VOID:
-            self.open.append(tag)
-        if tag == "img":
-            self.images[dict(attributes)["alt"]] = dict(attributes)["src"]
-        if tag in ("td", "th"):
-            self.cells.append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag, tag
-
-    def handle_data(self, data):
-        data = data.replace("\xa0", " ")
-        if "style" not in self.open:
-            self.words.append(data)
-        if "td" in self.open or "th" in self.open:
-            self.cells[-1] += data
-
-    @property
-    def text(self):
-        return " ".join("".join(self.words).replace("\u2212", "-").split())
-
-    def row(self, name):
-        """Cells behind the one of this name."""
-        at = self.cells.index(name)
-        return [cell.replace("\u2212", "-") for cell in self.cells[at + 1 : at + 6]]
-
-
-def png_pixels(data):
-    """[row][column][rgb] of an 8-bit PNG without interlace, by the format's own words."""
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, packed = 8, b""
-    while at < len(data):
-        size, kind = struct.unpack(">I4s", data[at : at + 8])
-        body = data[at + 8 : at + 8 + size]
-        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + size : at + 12 + size])[0]
-        if kind == b"IHDR":
-            width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
-            assert (depth, interlace) == (8, 0)
-            channels = {2: 3, 6: 4}[colour]
-        packed += body if kind == b"IDAT" else b""
-        at += 12 + size
-    step, above, rows = channels, bytearray(width * channels), []
-    packed = zlib.decompress(packed)
-    for row in range(height):
-        start = row * (1 + width * channels)
-        line = bytearray(packed[start + 1 : start + 1 + width * channels])
-        undo(packed[start], line, above, step)
-        rows.append(line)
-        above = line
-    return numpy.array(rows, int).reshape(height, width, channels)[:, :, :3]
-
-
-def undo(kind, line, above, step):
-    """Takes a PNG filter back, in place."""
-    for i in range(len(line) if kind else 0):
-        a, b, c = (line[i - step], above[i], above[i - step]) if i >= step else (0, above[i], 0)
-        if kind == 4:
-            to_a, to_b, to_c = abs(b - c), abs(a - c), abs(a + b - 2 * c)
-            guess = a if to_a <= to_b and to_a <= to_c else b if to_b <= to_c else c
-        else:
-            guess = (0, a, b, (a + b) // 2)[kind]
-        line[i] = (line[i] + guess) & 255
-
-
-def coloured(parts, colours):
-    """Colours of parts 0 ... 1 of a palette."""
-    table = numpy.array([[int(colour[i : i + 2], 16) for i in (0, 2, 4)] for colour in colours])
-    places = numpy.linspace(0, 1, len(colours))
-    return numpy.stack([numpy.interp(parts, places, table[:, channel]) for channel in range(3)], axis=-1)
 
 
 class ReportTest(ProgramTest):
@@ -168,6 +78,16 @@ class Run(ReportTest):
         self.succeed("report", folder)
         return Reader((self.folder / folder / "report" / "report.html").read_text())
 
+    def check_series(self, period, means, error):
+        """The figure against write_series, which is sqrt(1/2) times its standard deviations."""
+        def wave(points):
+            return numpy.sqrt(2) * numpy.sin(2 * numpy.pi * points[:, 0] / period + 1)
+
+        for sign, plot in zip((1, -1), self.figure("series"), strict=True):
+            for points, sign in ((plot.line("truth"), 1), (plot.marks("each frame"), sign), (plot.line(means), sign)):
+                self.assertGreater(len(points), 20)
+                self.assertLess(abs(points[:, 1] - sign * wave(points)).max(), error)
+
     def drawn(self, name):
         return (self.folder / "copy" / "report" / "figures" / f"{name}.svg").read_text()
 
@@ -176,8 +96,8 @@ class Run(ReportTest):
         return re.findall(r'translate\(([\d.]+),[^>]*text-anchor="(\w+)">\s*<text>(?:<tspan[^>]*>)?\s*([^<]*)<', self.drawn(name))
 
     def write_series(self, count, period):
-        """A day apart, without noise."""
-        rows = "".join(f"{k},{k},{y!r},{y!r},{y!r}\n" for k in range(count) for y in [numpy.sin(2 * numpy.pi * k / period + 1)])
+        """A day apart, without noise; the template's values have the other sign."""
+        rows = "".join(f"{k},{k},{2 * y!r},{y!r},{1 - y!r}\n" for k in range(count) for y in [numpy.sin(2 * numpy.pi * k / period + 1)])
         (self.folder / "copy" / "series.csv").write_text("frame,t,true,latent,template\n" + rows)
 
     def copy(self, *, without=(), **changes):
@@ -186,8 +106,8 @@ class Run(ReportTest):
         shutil.copytree(self.run_folder, self.folder / "copy", ignore=shutil.ignore_patterns(*without))
         (self.folder / "copy" / "result.json").write_text(json.dumps({**self.result, **changes}))
 
-    def embedded(self, name):
-        svg = (self.top / "page" / "figures" / f"{name}.svg").read_text()
+    def embedded(self, name, page=None):
+        svg = ((page or self.top / "page") / "figures" / f"{name}.svg").read_text()
         return [png_pixels(base64.b64decode(data)) for data in re.findall(r"data:image/png;base64,([^'\"]+)", svg)]
 
     def test_page(self):
@@ -195,6 +115,30 @@ class Run(ReportTest):
         page = self.check_page(self.top / "page", self.FIGURES)
         for words in ("short.1", f"seed {SEED},", "0.1.0", "40 frames", "365 days"):
             self.assertIn(words, page.text)
+
+    def figure(self, name, folder=None):
+        return plots_of((folder or self.folder / "copy" / "report") / "figures" / f"{name}.svg")
+
+    def test_periodogram_has_the_peak_of_the_result(self):
+        power = numpy.loadtxt(self.run_folder / "periodogram.csv", delimiter=",", skiprows=2)
+        plots = self.figure("periodogram", self.top / "page")
+        for plot, own, column, name in zip(plots, (self.result, self.result["template"]), (1, 2),
+                                           ("network's latents", "template's values"), strict=True):
+            frequency, top = 1 / own["period_days"], power[:, column].max()
+            x, y = plot.marks(None, "x")[0]
+            self.assertAlmostEqual(x / frequency, 1, delta=1e-3)
+            self.assertAlmostEqual(y, top, delta=1e-3)
+            x, y = plot.label(f"{own['period_days']:.2f} days", "x")
+            self.assertTrue(0 < x / frequency - 1 < 0.05)
+            self.assertAlmostEqual(y, top, delta=0.05)
+            arrow = plot.line(None, "x")
+            half = own["period_fwhm_days"] * frequency**2 / 2
+            self.assertAlmostEqual(arrow[:, 0].min() / (frequency - half), 1, delta=1e-3)
+            self.assertAlmostEqual(arrow[:, 0].max() / (frequency + half), 1, delta=1e-3)
+            self.assertAlmostEqual(arrow[:, 1].mean() / top, 0.5, delta=0.01)
+            self.assertLess(abs(plot.line("FAP 0.001", "x")[:, 1] - self.result["power_at_fap_1e-3"]).max(), 1e-3)
+            curve = plot.line(name, "x")
+            self.assertLess(abs(numpy.interp(curve[:, 0], power[:, 0], power[:, column]) - curve[:, 1]).max(), 5e-3)
 
     def test_the_seed_is_told_in_full(self):
         self.assertIn(f'"seed":\t{SEED},', self.printed)
@@ -213,6 +157,9 @@ class Run(ReportTest):
         self.assertEqual(page.row("network")[0], f"{mantissa} \u00d7 10{int(exponent)}")
         mantissa, exponent = f"{result['crb_px']:.2e}".split("e")
         self.assertEqual(page.row("Cram\u00e9r-Rao bound")[0], f"{mantissa} \u00d7 10{int(exponent)}")
+        spent = [f"{result['timings'][name + '_s']:.1f}" for name in ("total", "setup", "train", "simulate", "encode", "period", "controls")]
+        self.assertEqual(page.row("seconds in all: set-up, training, frames, encoding, period, controls")[0],
+                         f"{spent[0]}: {', '.join(spent[1:])}")
         span = 1200  # 40 frames 30 days apart
         truth, fap = result["true_series"], result["log10_fap"]
         self.assertEqual(page.row("signal")[0], f"{truth['period_days'] / span:.4f} \u00b1 "
@@ -244,29 +191,31 @@ class Run(ReportTest):
         self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=2.5993, period_error_days=0.0004)
         self.write_series(300, 2.6)
         self.assertIn("Folded: all 115 periods lie over one, that found, 2.59930 days, each frame", self.report().text)
-        labels = [text for _, _, text in self.texts("series")]
-        self.assertIn("phase, days of the found period", labels)
-        # The truth rises to a crest and falls to a trough once, however it was sampled.
-        truth = re.findall(r"<path stroke='rgb\(213,  94,   0\)'  d='([^']*)'", self.drawn("series"))
-        for path in truth:
-            y = numpy.array([float(point.split(",")[1]) for point in path.rpartition("M")[2].replace("L", " ").split()])
-            rising = numpy.diff(y)[abs(numpy.diff(y)) > 0.02] > 0
-            self.assertGreater(len(y), 200)
-            self.assertEqual(numpy.count_nonzero(numpy.diff(rising.astype(int))), 2)
-        self.assertEqual(len(truth), 2)
+        self.assertIn("phase, days of the found period", self.figure("series")[1].labels)
+        self.check_series(2.5993, "mean over 1/24 of a period", 0.4)
         # Where the highest peak is one of noise, by the true period.
         self.copy(without=("scene.json", "training.csv"), true_period_days=2.6, period_days=57, log10_fap=-0.3)
-        self.write_series(300, 2.6)
-        self.assertIn("Folded: all 115 periods lie over one, the true one, 2.6 days", self.report().text)
+        self.write_series(3500, 2.6)
+        text = self.report().text
+        self.assertIn("Folded: all 1346 periods lie over one, the true one, 2.6 days", text)
+        self.assertIn("Of 3500 frames one of 2 is drawn.", text)
+        self.assertEqual(len(self.figure("series")[0].marks("each frame")), 1750)
 
     def test_long_periods_stand_along_time(self):
+        """And grids are narrow, or but one frequency."""
         for truth, words in ((100, "mean over 1/24 of a period"), (0, "mean over 1/72 of the time")):
             self.copy(without=("scene.json", "training.csv"), true_period_days=truth, period_days=100)
             self.write_series(300, 100)
-            self.assertNotIn("Folded", self.report().text)
-            labels = [text for _, _, text in self.texts("series")]
-            self.assertIn("time, days", labels)
-            self.assertIn(words, labels)
+            rows = ["0.3,0.4,0.1\n", "0.4,0.9,0.2\n", "0.5,0.1,0.3\n"][: 3 if truth else 1]
+            (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n" + "".join(rows))
+            text = self.report().text
+            self.assertNotIn("Folded", text)
+            if truth:  # no decade
+                self.assertEqual([tick for _, tick in self.figure("periodogram")[1].ticks["x"]], [0.3, 0.35, 0.4, 0.45, 0.5])
+            else:
+                self.assertIn("No figure of the periodogram: its grid has no two frequencies above 0", text)
+            self.assertIn("time, days", self.figure("series")[1].labels)
+            self.check_series(100, words, 0.05)
 
     def test_labels_of_a_peak_stay_on_the_figure(self):
         frequency = numpy.linspace(0.005, 0.5, 500)
@@ -291,15 +240,6 @@ class Run(ReportTest):
             for x in (peak, at["FWHM"][0]):
                 self.assertTrue(88 < x < 882, (place, x))
 
-    def test_words_stand_at_the_end_once(self):
-        self.copy(without=("scene.json", "training.csv"))
-        self.succeed("report", "copy", "copy", "--out", "both")
-        html = (self.folder / "both" / "report.html").read_text()
-        self.assertEqual(html.count("<h2>Words</h2>"), 1)
-        for word in ("network", "template", "untrained network", "signal", "network (atom)", "the chapter", "MMSE", "FAP",
-                     "decoder: cosine, gain", "1 &minus; MSSIM"):
-            self.assertEqual(html.count(f"<dt>{word}</dt><dd>"), 1, word)
-
     def test_colours_of_a_frame(self):
         """Against frames that `simulate` makes, row 0 at the bottom."""
         self.succeed("simulate", self.top / "scene.json", "--seed", SEED, "--frames", "0", "--out", "f.npy")
@@ -316,19 +256,75 @@ class Run(ReportTest):
         self.assertEqual(pupil[35, 35].tolist(), [0xB8] * 3)  # behind the secondary
         colours = {tuple(colour) for colour in pupil.reshape(-1, 3)}
         self.assertEqual(colours, {(0xB8, 0xB8, 0xB8), (0x44, 0x01, 0x54), (0xFD, 0xE7, 0x25)})  # 0 nm and 297.5 nm
-        scene = json.loads((self.top / "scene.json").read_text())
-        scene["noise"] = {"photon": False}
-        scene["signal"]["phase_rad"] = numpy.pi / 2  # frame 0 is the crest
-        scene["cadence"]["frames"] = 1
-        images = []
-        for amplitude in (1e-3, 1e-9):  # what 1e-5 px change is linear in it
-            scene["signal"]["amplitude_px"] = amplitude
-            (self.folder / "still.json").write_text(json.dumps(scene))
-            self.succeed("simulate", "still.json", "--out", "f.npy")
-            images.append(numpy.load(self.folder / "f.npy")[0])
-        change = images[0] - images[1]
+        change = self.still(1e-3) - self.still(1e-9)  # what 1e-5 px change is linear in it
         parts = 0.5 + change / abs(change).max() / 2
         self.assertLessEqual(abs(self.embedded("frame")[1][::-1] - coloured(parts, BLUE_RED)).max(), 3)
+
+    def still(self, amplitude, phase=numpy.pi / 2):
+        """Frame 0 without noise, by `simulate`; the crest of the signal if not told otherwise."""
+        scene = json.loads((self.top / "scene.json").read_text())
+        scene["noise"] = {"photon": False}
+        scene["signal"].update(phase_rad=phase, amplitude_px=amplitude)
+        scene["cadence"]["frames"] = 1
+        (self.folder / "still.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "still.json", "--out", "f.npy")
+        return numpy.load(self.folder / "f.npy")[0]
+
+    def test_colours_of_bandwidths(self):
+        """Against images that `psf` makes of one star alone."""
+        scene = json.loads((self.top / "scene.json").read_text())
+        for name in ("binary", "signal", "noise"):
+            del scene[name]
+        scene["stars"] = {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 1e9}}
+        scene["cadence"], scene["accuracy"] = {"frames": 1, "exposure_s": 1}, 1e-6
+        images = []
+        for band in ({"wavelength_nm": 580}, {"min_nm": 555, "max_nm": 605, "step_nm": 1},
+                     {"min_nm": 525, "max_nm": 635, "step_nm": 1}):
+            scene["band"] = band
+            (self.folder / "star.json").write_text(json.dumps(scene))
+            self.succeed("psf", "star.json", "--out", "f.npy")
+            images.append(numpy.load(self.folder / "f.npy"))
+        parts = numpy.log(numpy.array(images) / (numpy.max(images) * 1e-5)) / numpy.log(1e5)
+        shown = numpy.array(self.embedded("bandwidths"))[:, ::-1]
+        self.assertLessEqual(abs(shown - [coloured(part, VIRIDIS) for part in parts]).max(), 1)
+        self.assertLessEqual(abs(self.embedded("pupil")[1][::-1] - shown[0]).max(), 1 + 0.2 * 255)
+
+    def test_colours_of_the_reconstruction(self):
+        """It is the frame without its noise, all but exactly, and the residual that noise."""
+        self.succeed("simulate", self.top / "scene.json", "--seed", SEED, "--frames", "0", "--out", "f.npy")
+        frame, expected = numpy.load(self.folder / "f.npy")[0], self.still(1e-5, 0.4)
+        original, again, residual = (picture[::-1] for picture in self.embedded("reconstruction"))
+        self.assertTrue((original == self.embedded("frame")[0][::-1]).all())
+        of_frame, of_expected = (coloured(numpy.log(image / (frame.max() * 1e-5)) / numpy.log(1e5), VIRIDIS)
+                                 for image in (frame, expected))
+        self.assertLessEqual(abs(again - of_expected).max(), 1)
+        differ = [numpy.count_nonzero((again != numpy.rint(of)).any(axis=-1)) for of in (of_expected, of_frame)]
+        self.assertLess(10 * differ[0], differ[1], differ)  # dark pixels show which it is
+        noise = (frame - expected) / numpy.sqrt(expected)
+        self.assertLessEqual(abs(residual - coloured(0.5 + noise / 8, BLUE_RED)).max(), 8)
+
+    def test_without_signal_and_photon_noise(self):
+        """Another scene's images, whose pixels hold 6e-7 of the light at most, beside this run's series."""
+        self.copy(amplitude_px=0, true_series=None, efficiency=None, efficiency_error=None)
+        scene = json.loads((self.top / "scene.json").read_text())
+        scene["noise"] = {"photon": False, "read_e": 5}
+        scene["detector"]["pixel_scale_arcsec"] = 0.015
+        scene["binary"] = {"separation_arcsec": 0.1}
+        del scene["signal"]
+        (self.folder / "copy" / "scene.json").write_text(json.dumps(scene))
+        self.run_program("train", "copy/scene.json", "--steps", "1", "--out", "copy/weights.tlmw")
+        figures = {**self.FIGURES, "frame": ["frame 0"], "reconstruction": ["frame 0", "reconstruction"]}
+        figures["series"] = ["latent, standard deviations", "mean over 1/72 of the time"]
+        self.succeed("report", "copy")
+        page = self.check_page(self.folder / "copy" / "report", figures)
+        self.assertIn("not given as the bound counts photon noise, which these frames do not have", page.text)
+        for words in ("noise of the brightest", "where noise alone", "MMSE; noise alone", "rms", "truth", "the chapter's column", "The signal:"):
+            self.assertNotIn(words, page.text)
+        self.assertNotIn("7.2 \u00d7 10-68", page.text)
+        self.assertEqual([len(self.embedded(name, self.folder / "copy" / "report")) for name in ("bandwidths", "reconstruction")],
+                         [3, 2])
+        for plot in self.figure("series"):
+            self.assertNotIn("truth", plot.drawn)
 
     def test_older_runs_and_lost_files(self):
         older = ("scene.json", "weights.tlmw", "training.csv")
@@ -353,10 +349,27 @@ class Run(ReportTest):
         self.assertNotIn("script", read.tags)
 
     def test_several_folders(self):
+        """Figures are more than a process may have files, words stand once; figures of the page before go, other files stay."""
         self.copy(without=("scene.json", "training.csv"))
-        self.succeed("report", "copy", "copy", "--out", "both")
+        command = 'ulimit -n 12; exec "$@"'
+        done = subprocess.run(["bash", "-c", command, "-", PROGRAM, "report", "copy", "copy", "copy", "--out", "both"],
+                              cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
         names = ["series", "periodogram"]
-        self.check_page(self.folder / "both", {prefix + name: [] for prefix in ("", "2-") for name in names})
+        self.check_page(self.folder / "both", {prefix + name: [] for prefix in ("", "2-", "3-") for name in names})
+        html = (self.folder / "both" / "report.html").read_text()
+        self.assertEqual(html.count("<h2>Words</h2>"), 1)
+        for word in ("network", "template", "untrained network", "signal", "network (atom)", "the chapter", "MMSE", "FAP",
+                     "decoder: cosine, gain", "1 &minus; MSSIM"):
+            self.assertEqual(html.count(f"<dt>{word}</dt><dd>"), 1, word)
+        own = self.folder / "both" / "figures" / "own.svg"
+        own.touch()
+        self.succeed("report", "copy", "--out", "both")
+        own.unlink()
+        self.check_page(self.folder / "both", {name: [] for name in names})
+        done = subprocess.run(["bash", "-c", command.replace("12", "6"), "-", PROGRAM, "report", "copy"],
+                              cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (1, "toliman: gnuplot: Too many open files\n"))
 
     def test_refusals(self):
         self.refuse(3, "none: No such folder", arguments=("report", "none"))
@@ -398,7 +411,8 @@ class Run(ReportTest):
         done = self.run_program("report", "copy", "--out", "copy/result.json", env={**os.environ, "PATH": str(self.folder)})
         self.assertEqual((done.returncode, done.stderr), (6, "toliman: copy/result.json: is not a folder\n"))  # said first
         stand_in = self.folder / "gnuplot"
-        stand_in.write_text("#!/bin/sh\necho 'gnuplot> plot' >&2\necho '     line 7: no such thing' >&2\nexit 1\n")
+        stand_in.write_text("#!/bin/sh\necho 'gnuplot> plot' >&2\necho 'line 3: warning: a' >&2\n"
+                            "echo '     line 7: no such thing' >&2\necho 'line 9: warning: b' >&2\nexit 1\n")
         stand_in.chmod(0o755)
         done = self.run_program("report", "copy", env={**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"})
         self.assertEqual((done.returncode, done.stderr), (1, "toliman: gnuplot: line 7: no such thing\n"))
@@ -412,127 +426,6 @@ class Run(ReportTest):
         self.assertIn("cannot be written", done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1)
         self.assertEqual(sorted(os.listdir(self.folder / "copy")), before)
-
-
-class Others(ReportTest):
-    def test_experiment(self):
-        rung = {"method": "cae", "amplitude_px": 1e-5, "seeds": 3, "found": 3, "period_error": 0.00123,
-                "log10_fap": -831.26, "expected_log10_fap": -829.2, "slope": 0.999, "efficiency": 1.008}
-        low = {**rung, "amplitude_px": 1e-6, "log10_fap": -0.4, "found": 1, "efficiency": 0.123}
-        other = {**rung, "method": "pca<white>", "efficiency": None, "amplitude_px": 1e-2, "slope": -10667038957.912,
-                 "period_error": 5.8e-7}
-        control = {"method": "cae", "series": 50, "frames": 6000, "alarms": 1, "ks_p": 0.37, "sigma_px": 1.24e-6,
-                   "efficiency": 0.995, "bias_px": 2e-9, "slope": 1}
-        facts = {"what": "the scene <as it is>", "flux_ratio": 3.12, "crb_px": 1.2e-6, "crb_projected_px": 1.2e-6,
-                 "crb_marginal_px": 3.4e-6, "threshold_px": 2.9e-7, "pca_threshold_px": 4.9e-6}
-        tables = [{"table": "real", **facts, "ladder": [rung, other, low], "controls": [control]},
-                  {"table": "pointing-0.1", **facts, "ladder": [rung], "controls": [control]}]
-        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "chapter", "frames": 1095,
-                  "true_period_days": 365, "amplitude_px": 1e-6, "seeds": 3, "blind": 50,
-                  "grid": {"f0": 1, "df": 1, "nf": 9}, "tables": tables}
-        folder = self.folder / "table"
-        folder.mkdir()
-        (folder / "experiment.json").write_text(json.dumps(result))
-        # FAPs k/50 less a little: five in each tenth.
-        rows = [f"real,cae,0,1,{k},365,0,{numpy.log10((k + 0.5) / 50)!r},0,1,1,0,1" for k in range(50)]
-        head = ("# remark\ntable,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,"
-                "efficiency\n")
-        (folder / "experiment.csv").write_text(head + "\n".join(rows) + "\n")
-        self.assertEqual(self.succeed("report", "table"), "table/report/report.html\n")
-        page = self.check_page(folder / "report", {
-            "ladder-real": ["amplitude of the signal, px", "FAP (no unit)", "efficiency (no unit)", "pca<white>"],
-            "blind-real": ["FAP of the highest peak (no unit)", "number of series"]})
-        self.assertIn("Table real: the scene <as it is>", page.text)
-        self.assertEqual(page.row("cae")[:5], ["1.00 \u00d7 10-5", "3 of 3", "0.12", "-831.3", "0.999"])
-        self.assertEqual(page.row("pca<white>")[:5], ["1.00 \u00d7 10-2", "3 of 3", "0.000058", "-831.3", "-1.07 \u00d7 1010"])
-        self.assertIn("caethe autoencoder, trained once for each seed of weights", page.text)  # its line of --help
-        self.assertIn("foundlog10 FAP below -3", page.text)
-        self.assertIn("1 of 3", page.cells)
-        self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
-        self.assertIn("0.37", page.cells)
-        self.assertIn("2.90 \u00d7 10-7 px", page.text)
-        bars = re.findall(r"fill-opacity|<polygon|<rect", (folder / "report/figures/blind-real.svg").read_text())
-        self.assertGreater(len(bars), 10)
-        (folder / "experiment.csv").write_text(head + "real,cae\n")
-        self.refuse(3, "table/experiment.csv:3: has 2 columns, the header 13", arguments=("report", "table"))
-        (folder / "experiment.csv").write_text(head.replace("log10_fap", "x"))
-        self.refuse(3, "table/experiment.csv:2: has no column log10_fap", arguments=("report", "table"))
-
-    def test_many_methods_look_different(self):
-        names = [f"method {i}" for i in range(12)]
-        rung = {"amplitude_px": 1e-5, "seeds": 1, "found": 1, "period_error": 0.001, "log10_fap": -8, "expected_log10_fap": -8,
-                "slope": 1, "efficiency": 1}
-        table = {"table": "real", "what": "all", "flux_ratio": 1, "crb_px": 1, "crb_projected_px": 1, "crb_marginal_px": 1,
-                 "threshold_px": 1e-6, "pca_threshold_px": 1, "controls": [],
-                 "ladder": [{"method": name, **rung} for name in names]}
-        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "x", "frames": 9, "true_period_days": 3,
-                  "seeds": 1, "blind": 0, "tables": [table]}
-        (self.folder / "experiment.json").write_text(json.dumps(result))
-        (self.folder / "experiment.csv").write_text("table,method,amplitude_px,log10_fap\n")
-        self.succeed("report", ".", "--out", "page")
-        svg = (self.folder / "page" / "figures" / "ladder-real.svg").read_text()
-        looks = list(dict.fromkeys(re.findall(r"<use xlink:href='#(gpPt\d+)'[^>]*color='([^']*)'", svg)))
-        self.assertEqual(len(looks), 12)
-        self.assertEqual(len({colour for _, colour in looks[:9]}), 9)
-
-    def test_state(self):
-        write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 20})
-        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le", "--frames", "0:50")
-        done = self.run_program("track", "--template", "scene.json", "--state", "state", "--mission-days", "1200",
-                                "--dtype", "u32le", "in")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.succeed("report", "state", "--out", "page")
-        page = self.check_page(self.folder / "page", {
-            "series": ["time, days", "separation, 10", "px", "best sinusoid"],
-            "periodogram": ["frequency, 1/day", "power (no unit)", "FAP 0.001"]})
-        status = json.loads(self.succeed("status", "state", "--json"))
-        for name in ("received", "accepted", "rejected", "expected"):
-            self.assertEqual(page.row(name)[0], str(status[name]))
-        self.assertEqual(status["accepted"], 50)
-        fit = status["fit"]
-        decimals = max(2, 1 - int(f"{fit['period_error']:.1e}".split("e")[1]))
-        self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} \u00b1 {fit['period_error']:.{decimals}f} days"), 2)
-        self.assertNotIn("+-", page.text)
-        self.assertIn("sequential, for who looks after every frame, ", page.text)
-        self.assertIn("sequential FAPthe same for who looks", page.text)
-        (self.folder / "state" / "setup.tlms").unlink()
-        self.refuse(5, "state: setup.tlms", "toliman rebuild", arguments=("report", "state"))
-
-    def test_state_of_a_short_period(self):
-        write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 1},
-                    signal={"period_days": 2.6, "amplitude_px": 1e-3})
-        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le")
-        done = self.run_program("track", "--template", "scene.json", "--state", "state", "--mission-days", "60",
-                                "--dtype", "u32le", "in")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.succeed("report", "state", "--out", "page")
-        page = self.check_page(self.folder / "page", {"series": ["phase, days of the best period"], "periodogram": ["FWHM"]})
-        self.assertIn("into one of which all are folded", page.text)
-
-    def test_bench(self):
-        row = {"bench": "optics", "what": "33 nodes", "series": "Chebyshev", "seconds": 0.0481, "spread": 0.001,
-               "error": 3.2e-10, "ratio_peer": 19.4, "peer": "numpy", "ratio_roofline": 1.3}
-        rows = [row, {**row, "what": "48 nodes", "seconds": 0.069, "error": 5e-13, "headline": True},
-                *({**row, "series": "every wavelength", "error": error} for error in (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)),
-                {"bench": "end to end", "what": "chapter", "seconds": 4.6, "headline": False},
-                *({"bench": "blobs", "what": "x", "series": "bf16", "seconds": 1, "bytes": 1e6 + i, "efficiency": 1.01}
-                  for i in range(7))]
-        (self.folder / "bench").mkdir()
-        far = {**row, "what": "far", "headline": True}
-        for name, cpu, its in (("a", "A <CPU>", rows), ("b", "A <CPU>", [far]), ("c", "Other", [far])):
-            (self.folder / "bench" / (name + ".json")).write_text(json.dumps(
-                {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "isa": "avx2", "cores": 2}, "rows": its}))
-        (self.folder / "bench" / "other.json").write_text("[")
-        self.succeed("report", "bench")
-        page = self.check_page(self.folder / "bench" / "report", {
-            "bench-optics": ["error (relative)", "seconds", "Chebyshev", "every wavelength"],
-            "bench-blobs": ["bytes of the weights file", "efficiency (no unit)", "bf16"]})
-        # Benches of one machine share a table.
-        self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
-        self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
-        self.assertEqual(page.row("33 nodes")[:5], ["48.1 ms", "2 %", "3 \u00d7 10-10", "numpy", "19.4"])
-        self.assertEqual(page.row("chapter")[0], "4.6 s")
-        self.assertLess(page.text.index("48 nodes"), page.text.index("33 nodes"))  # the headlines come first
 
 
 if __name__ == "__main__":

@@ -145,6 +145,15 @@ void OutputFile::print(const char *format, ...) {
         fail();
 }
 
+void OutputFile::close() {
+    if (temporary_.empty()) // written straight
+        return;
+    const int failed = std::fclose(file_);
+    file_ = nullptr;
+    if (failed != 0)
+        fail();
+}
+
 void OutputFile::commit() {
     if (file_ == nullptr)
         file_ = std::fopen(temporary_.c_str(), "rb");

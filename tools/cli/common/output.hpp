@@ -24,6 +24,8 @@ class OutputFile {
     // For a library that writes files by name: a name that is free and commit() will rename. Write nothing else then.
     std::string hand_over();
     [[noreturn]] void fail(const std::string &why) const;
+    // Gives the descriptor back before commit(), for many files at once; write nothing else then.
+    void close();
     void commit();
 
   private:
@@ -34,7 +36,7 @@ class OutputFile {
     std::string path_;               // as messages name it
     std::string target_, temporary_; // both empty when written straight; the second also once it is renamed
     mode_t mode_ = 0;                // permissions when whole
-    std::FILE *file_;                // null when handed over
+    std::FILE *file_;                // null when handed over or closed
 };
 
 // A folder for results, made if it is not there; a folder that was made is removed again unless kept.

@@ -13,22 +13,6 @@ namespace cli {
 namespace {
 
 constexpr const char *kSchema = "toliman-bench/1";
-using Items = std::vector<const cJSON *>;
-using Numbers = std::vector<double>;
-
-// Letters, digits and - of a name, for files.
-std::string file_name(const std::string &text) {
-    std::string name;
-    for (const char letter : text)
-        name += (letter >= '0' && letter <= '9') || (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z')
-                    ? letter
-                    : '-';
-    return name;
-}
-
-std::string text_or(const ResultFile &file, const cJSON *row, const char *key) {
-    return cJSON_HasObjectItem(row, key) ? file.text_in(row, key) : "";
-}
 
 // What is drawn against what.
 struct Axes {
@@ -61,13 +45,13 @@ Figure pareto(const ResultFile &file, const std::string &bench, const Items &row
         const double x = file.number_in(row, axes.x, NAN), y = file.number_in(row, axes.y, NAN);
         if (!(x > 0 && y > 0))
             continue;
-        const std::string name = text_or(file, row, "series");
+        const std::string name = file.text_in(row, "series", "");
         if (points.find(name) == points.end())
             names.push_back(name);
         points[name].first.push_back(x);
         points[name].second.push_back(y);
     }
-    Figure figure = {"bench-" + file_name(bench), "", 400, "", {}};
+    Figure figure = {"bench-" + bench, "", 400, "", {}};
     if (points_in(points) < kFewest)
         return figure;
     std::string plots;
@@ -110,17 +94,24 @@ std::string ratio(double value, const char *format) {
 
 std::string error_text(const ResultFile &file, const cJSON *row) {
     const double error = file.number_in(row, "error", NAN);
-    const std::string of = escaped(text_or(file, row, "error_of"));
-    return std::isfinite(error) ? scientific(error, 1) + (of.empty() ? "" : " " + of) : "";
+    const std::string of = file.text_in(row, "error_of", ""), at = file.text_in(row, "error_at", "");
+    return std::isfinite(error)
+               ? scientific(error, 1) + escaped((of.empty() ? "" : " " + of) + (at.empty() ? "" : " at " + at))
+               : "";
+}
+
+// Half of what the middle half of the runs spans, of the median.
+std::string spread_text(double part) {
+    return part < 0.005 ? "&lt;&nbsp;1&nbsp;%" : ratio(100 * part, "%.0f&nbsp;%%");
 }
 
 std::vector<std::string> cells_of(const ResultFile &file, const cJSON *row) {
     const double seconds = file.number_in(row, "seconds");
     return {escaped(file.text_in(row, "what")),
             duration(seconds),
-            ratio(100 * file.number_in(row, "spread", NAN) / seconds, "%.0f&nbsp;%%"),
+            spread_text(file.number_in(row, "spread", NAN) / seconds),
             error_text(file, row),
-            escaped(text_or(file, row, "peer")),
+            escaped(file.text_in(row, "peer", "")),
             ratio(file.number_in(row, "ratio_peer", NAN), "%.3g"),
             ratio(file.number_in(row, "ratio_roofline", NAN), "%.2f")};
 }
@@ -201,7 +192,8 @@ void add_bench_section(const std::string &folder, Page &page, Progress &progress
         files.emplace_back(path, kSchema);
     page.add_text(
         "Medians of processor time on one core and half of what the middle half of the runs spans; the largest "
-        "error; a peer that was measured in the same run and how many times as long it takes; the time over the "
+        "error, of all or of as many as it says; a peer that was measured in the same run and how many times as long "
+        "it takes; the time over the "
         "least that the machine allows.");
     add_headlines(files, page);
     for (size_t i = 0; i < files.size(); i++) {

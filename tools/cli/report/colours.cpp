@@ -1,7 +1,9 @@
 #include "report/colours.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <png.h>
 
 #include "common/failure.hpp"
@@ -10,6 +12,8 @@
 namespace cli {
 
 namespace {
+
+using Colour = std::array<uint8_t, 3>; // red, green, blue
 
 // Colours at even steps, straight lines between.
 constexpr uint32_t kViridis[] = {0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
@@ -52,12 +56,12 @@ double part_of(double value, const Scale &scale) {
     return value > 0 ? std::log(value / scale.low) / std::log(scale.high / scale.low) : 0;
 }
 
-} // namespace
-
 Colour colour_of(double value, const Scale &scale) {
     const double part = part_of(value, scale);
     return std::isnan(part) ? kNothing : colour_at(part, scale.palette);
 }
+
+} // namespace
 
 std::string png_of(const std::vector<double> &values, size_t rows, size_t cols, const Scale &scale) {
     std::vector<uint8_t> pixels;

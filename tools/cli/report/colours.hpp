@@ -1,13 +1,9 @@
 // Colour maps that the colour-blind can read, and pictures made with them.
 #pragma once
-#include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace cli {
-
-using Colour = std::array<uint8_t, 3>; // red, green, blue
 
 enum class Palette {
     intensity, // viridis, dark to bright
@@ -20,9 +16,7 @@ struct Scale {
     bool log = false;         // colours go by the logarithm
 };
 
-// Of a value; grey of what is no number.
-Colour colour_of(double value, const Scale &scale);
-// A PNG file of values[rows][cols], a pixel each, row 0 at the bottom as the axes have it.
+// A PNG file of values[rows][cols], a pixel each, row 0 at the bottom as the axes have it; grey what is no number.
 std::string png_of(const std::vector<double> &values, size_t rows, size_t cols, const Scale &scale);
 // gnuplot's commands for the same colours, and range, in a colour box.
 std::string colour_box(const Scale &scale);

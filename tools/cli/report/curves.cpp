@@ -13,6 +13,11 @@ namespace {
 constexpr size_t kMostPoints = 1500; // of a curve: more than it has pixels
 constexpr double kHeadroom = 1.2;    // for the legend, above peak and level
 
+// One of so many is drawn.
+size_t step_of(size_t count, size_t most) {
+    return std::max<size_t>(1, (count + most - 1) / most);
+}
+
 // The lowest frequency that has a logarithm.
 double first_of(const PowerCurve &curve) {
     const double first = curve.frequency.front();
@@ -71,14 +76,39 @@ std::string peak_marks(const PowerCurve &curve, double top, bool on_right) {
                    low, top / 2, high, top / 2, on_right ? low : high, top / 2, side);
 }
 
-// Labels at 1, 2, 5 of every decade.
-std::string decades(const PowerCurve &curve) {
+// Places of labels: 1, 2, 5 of every decade, and even steps where those are few.
+Numbers tick_places(double first, double last) {
+    constexpr size_t fewest = 3;
+    Numbers places;
+    const int lowest = static_cast<int>(std::floor(std::log10(first)));
+    const int highest = static_cast<int>(std::floor(std::log10(last)));
+    for (int exponent = lowest; exponent <= highest; exponent++)
+        for (const double digit : {1, 2, 5}) {
+            const double place = digit * std::pow(10, exponent);
+            if (place >= first && place <= last)
+                places.push_back(place);
+        }
+    if (places.size() >= fewest)
+        return places;
+    places.clear();
+    const double quarter = (last - first) / 4, unit = std::pow(10, std::floor(std::log10(quarter)));
+    const double step = unit * (quarter >= 5 * unit ? 5 : quarter >= 2 * unit ? 2 : 1);
+    const double start = std::ceil(first / step - 1e-6), count = std::floor(last / step + 1e-6) - start;
+    for (int i = 0; i <= static_cast<int>(count); i++)
+        places.push_back((start + i) * step);
+    return places;
+}
+
+// gnuplot's own would be none within a decade.
+std::string ticks(const PowerCurve &curve) {
+    constexpr double most = 1e6; // from last to first; beyond, gnuplot's own
+    const double first = first_of(curve), last = curve.frequency.back();
+    if (last > most * first)
+        return "";
     std::string text;
-    const double first = std::floor(std::log10(first_of(curve))), last = std::log10(curve.frequency.back());
-    for (double exponent = first; exponent <= last && last - first < 6; exponent++)
-        for (const int digit : {1, 2, 5})
-            text += printed("%s%de%.0f", text.empty() ? "set xtics (" : ", ", digit, exponent);
-    return text.empty() ? "" : text + ")\n";
+    for (const double place : tick_places(first, last))
+        text += printed("%s%.10g", text.empty() ? "set xtics (" : ", ", place);
+    return text + ")\n";
 }
 
 std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const std::string &unit,
@@ -108,11 +138,15 @@ std::string curve_script(const PowerCurve &curve, size_t i, size_t count, const 
 } // namespace
 
 Numbers thinned(const Numbers &values, size_t most) {
-    const size_t step = (values.size() + most - 1) / most;
+    const size_t step = step_of(values.size(), most);
     Numbers kept;
-    for (size_t i = 0; i < values.size(); i += std::max<size_t>(step, 1))
+    for (size_t i = 0; i < values.size(); i += step)
         kept.push_back(values[i]);
     return kept;
+}
+
+std::string thinning_remark(size_t count, size_t most) {
+    return count > most ? printed(" Of %zu frames one of %zu is drawn.", count, step_of(count, most)) : "";
 }
 
 Numbers standardised(Numbers values) {
@@ -153,15 +187,19 @@ Means means_of(const TimeAxis &axis, const Numbers &y, size_t count) {
     return means;
 }
 
-Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
-                    const std::vector<PowerCurve> &curves) {
+void add_power_figure(const std::string &name, const std::string &caption, const std::string &unit,
+                      const std::vector<PowerCurve> &curves, Page &page) {
+    if (!(first_of(curves[0]) > 0 && curves[0].frequency.back() > first_of(curves[0]))) {
+        page.add_text("No figure of the periodogram: its grid has no two frequencies above 0.");
+        return;
+    }
     Figure figure = {name, caption, curves.size() > 1 ? 480 : 320, "", {}};
     figure.script =
-        "set logscale x\n" + decades(curves[0]) + "set style textbox opaque noborder margins 0.2,0.2\nset multiplot\n";
+        "set logscale x\n" + ticks(curves[0]) + "set style textbox opaque noborder margins 0.2,0.2\nset multiplot\n";
     for (size_t i = 0; i < curves.size(); i++)
         figure.script += curve_script(curves[i], i, curves.size(), unit, figure);
     figure.script += "unset multiplot\n";
-    return figure;
+    page.add(std::move(figure));
 }
 
 } // namespace cli

@@ -3,14 +3,14 @@
 #include <string>
 #include <vector>
 
-#include "report/figure.hpp"
+#include "report/page.hpp"
 
 namespace cli {
 
-using Numbers = std::vector<double>;
-
 // At most `most` of them, evenly chosen.
 Numbers thinned(const Numbers &values, size_t most);
+// What a caption says of that; "" where all are kept.
+std::string thinning_remark(size_t count, size_t most);
 // About the mean, over the standard deviation.
 Numbers standardised(Numbers values);
 
@@ -38,8 +38,8 @@ struct PowerCurve {
     std::string peak_label;
 };
 
-// One above the other. unit: "1/day".
-Figure power_figure(const std::string &name, const std::string &caption, const std::string &unit,
-                    const std::vector<PowerCurve> &curves);
+// One above the other, of one grid; a sentence where that has no width. unit: "1/day".
+void add_power_figure(const std::string &name, const std::string &caption, const std::string &unit,
+                      const std::vector<PowerCurve> &curves, Page &page);
 
 } // namespace cli

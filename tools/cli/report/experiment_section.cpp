@@ -15,9 +15,6 @@ namespace cli {
 
 namespace {
 
-using Items = std::vector<const cJSON *>;
-using Numbers = std::vector<double>;
-
 constexpr double kLeastShown = 0.05; // -log10 FAP
 constexpr const char *kKeyBeside = "set rmargin at screen 0.8\nset key outside right top\n";
 
@@ -62,7 +59,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
     const double threshold = result.number_in(table, "threshold_px");
     Numbers amplitudes;
     for (const cJSON *rung : ladder)
-        amplitudes.push_back(result.number_in(rung, "amplitude_px"));
+        amplitudes.push_back(result.positive_in(rung, "amplitude_px"));
     const auto [least, greatest] = std::minmax_element(amplitudes.begin(), amplitudes.end());
     Figure figure = {"ladder-" + result.text_in(table, "table"), "", 620, "", {}};
     std::map<double, double> bound;
@@ -94,7 +91,7 @@ Figure ladder_figure(const ResultFile &result, const cJSON *table, const Items &
     figure.script = blocks + data_block("bound", {&x, &y}) +
                     printed("set logscale x\nset xrange [%.10g:%.10g]\nset multiplot\n",
                             std::min(*least, threshold > 0 ? threshold : *least) / 1.5, *greatest * 1.5);
-    if (std::isfinite(threshold))
+    if (threshold > 0)
         figure.script +=
             printed("set arrow 1 from first %.10g, graph 0 to first %.10g, graph 1 nohead dt 3 lw 1.3 lc rgb "
                     "'#444444'\n",
@@ -186,6 +183,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
     Figure figure = {"blind-" + table, "", 340, "", {}};
     std::string blocks, plots;
     size_t shown = 0;
+    double highest = 0;
     const double width = 1 / static_cast<double>(bins), bar = width * 0.85 / static_cast<double>(methods.size());
     for (size_t i = 0; i < order.size(); i++) {
         const auto found = methods.find(order[i]);
@@ -197,6 +195,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
         for (const double fap : found->second)
             if (fap >= 0) // not NaN
                 y[static_cast<size_t>(std::min(fap / width, static_cast<double>(bins - 1)))] += 1;
+        highest = std::max(highest, *std::max_element(y.begin(), y.end()));
         blocks += data_block("method" + std::to_string(i), {&x, &y});
         plots += printed(", $method%zu using 1:2:(%.6g) with boxes fs solid 0.85 noborder lc rgb '%s' title ", i, bar,
                          line_colour(i)) +
@@ -210,7 +209,7 @@ Figure blind_figure(const std::string &table, const std::map<std::string, Number
         printed("set object 1 rectangle from 0,%.6g to 1,%.6g behind fs solid 0.25 noborder fc rgb '#999999'\n",
                 std::max(0.0, each - sigma), each + sigma) +
         printed("plot [0:1][0:%.6g] %.6g with lines lw 1.5 dt 2 lc rgb '#222222' title 'uniform, ± 1 sigma'",
-                std::max(2 * each, each + 5 * sigma) + 1, each) +
+                std::max({2 * each, each + 5 * sigma, 1.2 * highest}) + 1, each) +
         plots + "\n";
     figure.caption =
         printed("How many of %zu series without signal have a FAP in each interval, for each method: as many in each, "

@@ -111,10 +111,10 @@ std::string stacked(size_t i, size_t count, const Figure &figure) {
                    left / width, 1 - right / width, bottom / height, (bottom + each) / height);
 }
 
-std::string data_block(const std::string &name, const std::vector<const std::vector<double> *> &columns) {
+std::string data_block(const std::string &name, const std::vector<const Numbers *> &columns) {
     std::string text = "$" + name + " << END_OF_DATA\n";
     for (size_t i = 0; i < columns[0]->size(); i++) {
-        for (const std::vector<double> *column : columns)
+        for (const Numbers *column : columns)
             text += printed("%.9g ", (*column)[i]);
         text += '\n';
     }

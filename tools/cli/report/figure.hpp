@@ -7,10 +7,12 @@
 
 namespace cli {
 
+using Numbers = std::vector<double>;
+
 constexpr int kFigureWidth = 900; // px, all of them
 
 struct Figure {
-    std::string name;                  // of its files
+    std::string name;                  // of its files; what is no letter, digit or - becomes -
     std::string caption;               // HTML
     int height = 0;                    // px
     std::string script;                // what is common to both kinds of files
@@ -23,7 +25,7 @@ std::string drawn(const Figure &figure, FileKind kind);
 // An image among others of a figure: values[rows][cols], its pixel [0][0] at (x, y), pixels `step` wide.
 struct Panel {
     std::string title;
-    std::vector<double> values;
+    Numbers values;
     size_t rows = 0, cols = 0;
     double x = 0, y = 0, step = 1;
     std::string axis_unit;  // "px"
@@ -38,6 +40,6 @@ Figure panel_figure(const std::string &name, const std::string &caption, const s
 std::string stacked(size_t i, size_t count, const Figure &figure);
 
 // Rows of numbers that the script calls $NAME; what is not finite is left out of lines.
-std::string data_block(const std::string &name, const std::vector<const std::vector<double> *> &columns);
+std::string data_block(const std::string &name, const std::vector<const Numbers *> &columns);
 
 } // namespace cli

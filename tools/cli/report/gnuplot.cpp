@@ -1,5 +1,6 @@
 #include "report/gnuplot.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -21,17 +22,20 @@ constexpr int kFirstPicture = 3; // descriptors of the child, behind its standar
     throw Failure(kExitInternal, "gnuplot: " + why);
 }
 
-// A file without a name, well above the descriptors that the child gets.
+// A file without a name, above the descriptors that the child gets.
 class MemoryFile {
   public:
-    explicit MemoryFile(const std::string &bytes = "") {
-        constexpr int lowest = 256;
+    explicit MemoryFile(int lowest) {
         const int made = ::memfd_create("toliman", MFD_CLOEXEC);
+        if (made < 0)
+            fail(std::strerror(errno));
         descriptor_ = ::fcntl(made, F_DUPFD_CLOEXEC, lowest);
-        const int reason = errno;
+        const int reason = errno == EINVAL ? EMFILE : errno; // `lowest` itself is above the limit
         ::close(made);
         if (descriptor_ < 0)
             fail(std::strerror(reason));
+    }
+    MemoryFile(int lowest, const std::string &bytes) : MemoryFile(lowest) {
         for (size_t done = 0; done < bytes.size();) {
             const ssize_t written = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
             if (written < 0 && errno != EINTR)
@@ -101,15 +105,17 @@ int ended(pid_t child) {
     return status;
 }
 
-// The line that names the mistake.
+// The last line that names a mistake; there may be warnings before and after.
 std::string complaint(const std::string &errors) {
+    std::string found = "failed";
     for (size_t at = 0, end = 0; at < errors.size(); at = end + 1) {
         end = std::min(errors.find('\n', at), errors.size());
-        const size_t line = errors.find("line ", at);
-        if (line < end)
-            return errors.substr(line, end - line);
+        const std::string line = errors.substr(at, end - at);
+        const size_t start = line.find("line ");
+        if (start != std::string::npos && line.find("warning") == std::string::npos)
+            found = line.substr(start);
     }
-    return "failed";
+    return found;
 }
 
 } // namespace
@@ -119,14 +125,15 @@ std::string picture_name(size_t i) {
 }
 
 std::string drawn(const std::string &script, const std::vector<std::string> &pictures) {
-    const MemoryFile in(script), out, errors;
+    const int lowest = kFirstPicture + static_cast<int>(pictures.size());
+    const MemoryFile in(lowest, script), out(lowest), errors(lowest);
     std::vector<MemoryFile> files;
     FileActions actions;
     actions.give(in, STDIN_FILENO);
     actions.give(out, STDOUT_FILENO);
     actions.give(errors, STDERR_FILENO);
     for (size_t i = 0; i < pictures.size(); i++) {
-        files.emplace_back(pictures[i]);
+        files.emplace_back(lowest, pictures[i]);
         actions.give(files.back(), kFirstPicture + static_cast<int>(i));
     }
     const int status = ended(spawn(actions));

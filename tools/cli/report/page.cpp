@@ -1,7 +1,11 @@
 #include "report/page.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <unistd.h>
 
 #include "common/terminal.hpp"
 #include "report/words.hpp"
@@ -26,6 +30,43 @@ thead th { border-bottom: 2px solid #888; }
 dl { font-size: 0.9em; color: #444; } dt { font-weight: bold; margin-top: 0.5em; } dd { margin: 0 0 0 1.5em; }
 @media print { main { margin: 0 auto; } figure, table { break-inside: avoid; } }
 )";
+
+constexpr const char *kFigureTag = "<figure id=\"";
+
+// What follows it.
+std::string picture_of(const std::string &name) {
+    return name + "\">\n<img alt=\"" + name + "\" width=\"";
+}
+
+bool is_of_name(char letter) {
+    return (letter >= '0' && letter <= '9') || (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
+           letter == '-';
+}
+
+// For files.
+std::string plain_name(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](char letter) { return !is_of_name(letter); }, '-');
+    return text;
+}
+
+// Names of the figures of a page that another report left; none where it is something else.
+std::vector<std::string> figures_of(const std::string &path) {
+    std::vector<std::string> names;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error))
+        return names;
+    std::ifstream file(path, std::ios::binary);
+    const std::string page{std::istreambuf_iterator<char>(file), {}}, tag = kFigureTag;
+    for (size_t at = page.find(tag); at != std::string::npos; at = page.find(tag, at)) {
+        at += tag.size();
+        const std::string name = page.substr(at, std::min(page.find('"', at), page.size()) - at);
+        const std::string rest = picture_of(name);
+        if (!name.empty() && name == plain_name(name) && page.compare(at, rest.size(), rest) == 0)
+            names.push_back(name);
+    }
+    return names;
+}
 
 std::string row_of(const std::vector<std::string> &cells, const char *tag) {
     std::string text = "<tr>";
@@ -53,15 +94,25 @@ void Page::add_text(const std::string &html) {
     body_ += "<p>" + html + "</p>\n";
 }
 
+std::string Page::unique(const std::string &name) const {
+    const auto is_free = [&](const std::string &tried) {
+        return std::none_of(figures_.begin(), figures_.end(),
+                            [&](const Drawing &known) { return known.name == tried; });
+    };
+    std::string tried = name;
+    for (int i = 2; !is_free(tried); i++)
+        tried = name + "-" + std::to_string(i);
+    return tried;
+}
+
 void Page::add(Figure figure) {
     stop_if_asked();
-    figure.name = prefix_ + figure.name;
+    figure.name = unique(plain_name(prefix_ + figure.name));
     const std::string svg = drawn(figure, FileKind::svg);
-    body_ += "<figure id=\"" + escaped(figure.name) + "\">\n<img alt=\"" + escaped(figure.name) +
-             printed("\" width=\"%d\" height=\"%d\" src=\"data:image/svg+xml;base64,", kFigureWidth, figure.height) +
-             base64(svg) + "\">\n<figcaption>" + figure.caption + "</figcaption>\n</figure>\n";
-    figures_.push_back({figure.name + ".svg", svg});
-    figures_.push_back({figure.name + ".png", drawn(figure, FileKind::png)});
+    body_ += kFigureTag + picture_of(figure.name) +
+             printed("%d\" height=\"%d\" src=\"data:image/svg+xml;base64,", kFigureWidth, figure.height) + base64(svg) +
+             "\">\n<figcaption>" + figure.caption + "</figcaption>\n</figure>\n";
+    figures_.push_back({figure.name, svg, drawn(figure, FileKind::png)});
 }
 
 void Page::add_table(const std::string &caption, const std::vector<std::string> &heads,
@@ -88,10 +139,16 @@ std::string Page::glossary() const {
 }
 
 const std::string &Page::write() {
+    const std::vector<std::string> before = figures_of(path_);
     std::vector<std::unique_ptr<OutputFile>> files;
-    for (const File &figure : figures_) {
-        files.push_back(std::make_unique<OutputFile>(inner_.file(figure.name)));
-        files.back()->write(figure.bytes.data(), figure.bytes.size());
+    const auto put = [&](const std::string &name, const std::string &bytes) {
+        files.push_back(std::make_unique<OutputFile>(inner_.file(name)));
+        files.back()->write(bytes.data(), bytes.size());
+        files.back()->close(); // there may be more figures than a process may have files
+    };
+    for (const Drawing &figure : figures_) {
+        put(figure.name + ".svg", figure.svg);
+        put(figure.name + ".png", figure.png);
     }
     const std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                              "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
@@ -101,6 +158,10 @@ const std::string &Page::write() {
     for (const std::unique_ptr<OutputFile> &file : files)
         file->commit();
     page_.commit(); // last: whoever finds it finds its figures
+    for (const std::string &name : before)
+        if (unique(name) == name)
+            for (const char *suffix : {".svg", ".png"})
+                ::unlink(inner_.file(name + suffix).c_str());
     inner_.keep();
     folder_.keep();
     return path_;

@@ -22,7 +22,7 @@ class Page {
     void add_title(const std::string &html);
     void add_heading(const std::string &html);
     void add_text(const std::string &html);
-    // Drawn at once.
+    // Drawn at once; a number behind its name where another has it.
     void add(Figure figure);
     // Cells are HTML; the first column is text, the others are numbers.
     void add_table(const std::string &caption, const std::vector<std::string> &heads,
@@ -30,20 +30,22 @@ class Page {
     // At the end of the page, each once.
     void explain(const std::vector<Word> &words);
 
-    // All files or none, the page last; returns its path.
+    // All files or none, the page last; returns its path. Figures that the page which it replaces had, and this has
+    // not, are removed.
     const std::string &write();
 
   private:
-    struct File {
-        std::string name, bytes;
+    struct Drawing {
+        std::string name, svg, png;
     };
+    std::string unique(const std::string &name) const;
     std::string glossary() const;
 
     OutputFolder folder_, inner_;
     std::string path_;
     OutputFile page_;
     std::string prefix_, title_, body_;
-    std::vector<File> figures_; // below figures/
+    std::vector<Drawing> figures_; // below figures/
     std::vector<Word> words_;
 };
 

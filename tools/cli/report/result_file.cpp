@@ -54,7 +54,7 @@ ResultFile::ResultFile(const std::string &path, const std::string &schema)
     : path_(path), text_(bytes_of(path)), tree_(cJSON_ParseWithLength(text_.data(), text_.size())) {
     if (!cJSON_IsObject(tree_.get()))
         malformed(path, "is damaged: no JSON object");
-    const std::string own = text_or("schema", "");
+    const std::string own = text_in(tree_.get(), "schema", "");
     if (own != schema)
         malformed(path, "schema = " + (own.empty() ? "missing" : own) + ": must be " + schema);
 }
@@ -69,7 +69,16 @@ double ResultFile::number_in(const cJSON *object, const std::string &key) const 
         return NAN;
     if (!cJSON_IsNumber(item))
         wrong(key, "a number");
+    if (!std::isfinite(item->valuedouble)) // 1e999
+        wrong(key, "a finite number");
     return item->valuedouble;
+}
+
+double ResultFile::positive_in(const cJSON *object, const std::string &key) const {
+    const double value = number_in(object, key);
+    if (!(value > 0))
+        wrong(key, "above 0");
+    return value;
 }
 
 double ResultFile::number_in(const cJSON *object, const std::string &key, double otherwise) const {
@@ -87,8 +96,8 @@ std::string ResultFile::text_in(const cJSON *object, const std::string &key) con
     return item->valuestring;
 }
 
-std::string ResultFile::text_or(const std::string &key, const std::string &otherwise) const {
-    return found(tree_.get(), key) == nullptr ? otherwise : text(key);
+std::string ResultFile::text_in(const cJSON *object, const std::string &key, const std::string &otherwise) const {
+    return found(object, key) == nullptr ? otherwise : text_in(object, key);
 }
 
 bool ResultFile::flag(const std::string &key) const {
@@ -113,11 +122,11 @@ std::string ResultFile::digits(const std::string &key) const {
     return text_.substr(at, text_.find_first_not_of("0123456789", at) - at);
 }
 
-std::vector<const cJSON *> ResultFile::list_in(const cJSON *object, const std::string &key) const {
+Items ResultFile::list_in(const cJSON *object, const std::string &key) const {
     const cJSON *array = found(object, key);
     if (!cJSON_IsArray(array))
         wrong(key, "a list of objects");
-    std::vector<const cJSON *> items;
+    Items items;
     const cJSON *item = nullptr;
     cJSON_ArrayForEach(item, array) {
         if (!cJSON_IsObject(item))

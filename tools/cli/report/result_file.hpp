@@ -9,6 +9,8 @@
 
 namespace cli {
 
+using Items = std::vector<const cJSON *>;
+
 class ResultFile {
   public:
     ResultFile(const std::string &path, const std::string &schema);
@@ -16,17 +18,18 @@ class ResultFile {
     double number(const std::string &key) const { return number_in(tree_.get(), key); }
     double number_or(const std::string &key, double otherwise) const;
     std::string text(const std::string &key) const { return text_in(tree_.get(), key); }
-    std::string text_or(const std::string &key, const std::string &otherwise) const;
     bool flag(const std::string &key) const;
     bool has(const std::string &key) const; // and not null
     // A whole number to its last digit, as the file has it; at the top level.
     std::string digits(const std::string &key) const;
     // Objects of an array.
-    std::vector<const cJSON *> list(const std::string &key) const { return list_in(tree_.get(), key); }
-    std::vector<const cJSON *> list_in(const cJSON *object, const std::string &key) const;
+    Items list(const std::string &key) const { return list_in(tree_.get(), key); }
+    Items list_in(const cJSON *object, const std::string &key) const;
     double number_in(const cJSON *object, const std::string &key) const;
     double number_in(const cJSON *object, const std::string &key, double otherwise) const;
+    double positive_in(const cJSON *object, const std::string &key) const;
     std::string text_in(const cJSON *object, const std::string &key) const;
+    std::string text_in(const cJSON *object, const std::string &key, const std::string &otherwise) const;
     const JsonTree &tree() const noexcept { return tree_; }
 
   private:

@@ -38,13 +38,13 @@ struct View {
 // Whether the period found is that of the signal, as `experiment` counts it.
 bool is_right(const ResultFile &result) {
     constexpr double most = 0.05;
-    return is_significant(result) &&
+    return has_signal(result) && is_significant(result) &&
            std::fabs(result.number("period_days") / result.number("true_period_days") - 1) < most;
 }
 
 View view_of(const ResultFile &result, const Numbers &t) {
     View view;
-    const double truth = result.number("true_period_days");
+    const double truth = has_signal(result) ? result.number("true_period_days") : 0;
     const double period = is_right(result) ? result.number("period_days") : truth;
     const double cycles = (t.back() - t.front()) / period;
     view.axis = time_axis(t, period, kMeansAPeriod);
@@ -63,8 +63,11 @@ View view_of(const ResultFile &result, const Numbers &t) {
     return view;
 }
 
-// Along time as it is; folded over its own period, as wide as the axis, and once more on either side.
+// None without signal. Along time as it is; folded over its own period, as wide as the axis, and once more on either
+// side.
 Means truth_of(const ResultFile &result, const RunSeries &series, const TimeAxis &axis) {
+    if (!has_signal(result))
+        return {};
     const Numbers truth = standardised(series.truth);
     if (!axis.folded)
         return {thinned(axis.x, kMostDots), thinned(truth, kMostDots)};
@@ -85,18 +88,21 @@ std::string series_plot(const std::string &what, const Numbers &values, const Me
     const Numbers dots_x = thinned(view.axis.x, kMostDots), dots = thinned(scaled, kMostDots);
     const Means averages = means_of(view.axis, scaled, view.means);
     const std::string number = std::to_string(i);
-    return data_block("dots" + number, {&dots_x, &dots}) + data_block("means" + number, {&averages.x, &averages.y}) +
-           data_block("truth" + number, {&truth.x, &truth.y}) + stacked(i, 2, figure) +
+    std::string blocks =
+        data_block("dots" + number, {&dots_x, &dots}) + data_block("means" + number, {&averages.x, &averages.y});
+    std::string plots = printed("$dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each frame', ", i);
+    if (!truth.x.empty()) {
+        blocks += data_block("truth" + number, {&truth.x, &truth.y});
+        plots += printed("$truth%zu using 1:2 %swith lines lw 1.5 lc rgb '#d55e00' title 'truth', ", i,
+                         view.axis.folded ? "smooth csplines " : "");
+    }
+    plots += printed("$means%zu using 1:2 with linespoints pt 7 ps 0.4 lw 1.2 lc rgb '#0072b2' title ", i) +
+             gnuplot_text(view.of_means);
+    return blocks + stacked(i, 2, figure) +
            (i == 0 ? "unset xlabel\nset format x ''\n"
                    : "set xlabel " + gnuplot_text(view.of_axis) + "\nset format x '%g'\n") +
            "set ylabel " + gnuplot_text(what + ", standard deviations") + " noenhanced\n" +
-           printed(
-               "plot [%.10g:%.10g][-4.2:4.8] $dots%zu using 1:2 with points pt 7 ps 0.25 lc rgb '#9db8cf' title 'each "
-               "frame', $truth%zu using 1:2 %swith lines lw 1.5 lc rgb '#d55e00' title 'truth', $means%zu using 1:2 "
-               "with "
-               "linespoints pt 7 ps 0.4 lw 1.2 lc rgb '#0072b2' title ",
-               view.axis.first, view.axis.last, i, i, view.axis.folded ? "smooth csplines " : "", i) +
-           gnuplot_text(view.of_means) + "\n";
+           printed("plot [%.10g:%.10g][-4.2:4.8] ", view.axis.first, view.axis.last) + plots + "\n";
 }
 
 void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
@@ -105,12 +111,13 @@ void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
     Figure figure = {
         "series", "", 520, "set key horizontal top right samplen 1.5\nset samples 1000\nset multiplot\n", {}};
     figure.caption = "The network's latent of each frame and the template's value, each less its mean and over its "
-                     "standard deviation, and so the truth, which has no noise: its amplitude is " +
-                     scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
-                     " of the latent's noise, and the smaller that is, the flatter the means lie." + view.remark;
-    if (series.t.size() > kMostDots)
-        figure.caption += printed(" Of %zu frames every %zuth is drawn.", series.t.size(),
-                                  (series.t.size() + kMostDots - 1) / kMostDots);
+                     "standard deviation";
+    figure.caption += has_signal(result)
+                          ? ", and so the truth, which has no noise: its amplitude is " +
+                                scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
+                                " of the latent's noise, and the smaller that is, the flatter the means lie."
+                          : ".";
+    figure.caption += view.remark + thinning_remark(series.t.size(), kMostDots);
     figure.script += series_plot("latent", series.latent, truth, view, 0, figure) +
                      series_plot("template", series.estimate, truth, view, 1, figure) + "unset multiplot\n";
     page.add(std::move(figure));
@@ -135,8 +142,7 @@ void add_periodograms(const std::string &folder, const ResultFile &result, Page 
         curves.push_back({"template's values", latent.t, column_of(path, "frequency", "template"), 1 / other,
                           other_fwhm / (other * other), curves[0].level, period_text(result, other) + " days"});
     }
-    page.add(
-        power_figure("periodogram",
+    add_power_figure("periodogram",
                      "Lomb-Scargle power on the grid, of each of many narrow intervals the highest. Network: peak "
                      "at " +
                          period_text(result, period) + " days" + ", full width at half maximum " +
@@ -144,7 +150,7 @@ void add_periodograms(const std::string &folder, const ResultFile &result, Page 
                          fixed(result.number("log10_fap"), 1) + "; the least-squares error of the period is " +
                          fixed(result.number("period_error_days"), decimals_of(result.number("period_error_days"))) +
                          " days. Noise alone exceeds the dashed line once in a thousand series.",
-                     "1/day", curves));
+                     "1/day", curves, page);
 }
 
 void add_training(const std::string &folder, const ResultFile &result, Page &page) {
@@ -165,6 +171,10 @@ void add_training(const std::string &folder, const ResultFile &result, Page &pag
 
 std::string period_text(const ResultFile &result, double period) {
     return fixed(period, decimals_of(result.number("period_error_days")));
+}
+
+bool has_signal(const ResultFile &result) {
+    return result.number("amplitude_px") != 0;
 }
 
 bool is_significant(const ResultFile &result) {

@@ -11,6 +11,7 @@ void add_run_curves(const std::string &folder, const ResultFile &result, Page &p
 
 // A period of this result, with the decimals of the one found.
 std::string period_text(const ResultFile &result, double period);
+bool has_signal(const ResultFile &result);
 // Whether noise alone hardly has such a peak.
 bool is_significant(const ResultFile &result);
 

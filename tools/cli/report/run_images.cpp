@@ -15,12 +15,13 @@ namespace cli {
 namespace {
 
 using toliman::check;
-using Image = std::vector<double>;
+using Image = Numbers;
 
 constexpr size_t kSide = 256;             // of the network's images, and of point spread functions
 constexpr double kDepth = 1e-5;           // of a logarithmic scale
 constexpr double kBands[] = {0, 50, 110}; // nm
 constexpr double kMostDisplacement = 0.1; // px, of the series
+constexpr double kStarPhotons = 1e9;      // of a star alone: far above the least that a scene may have
 
 struct Extremes {
     double low, high;
@@ -51,14 +52,12 @@ Scale around_zero(const Image &image) {
     return {Palette::difference, -most, most, false};
 }
 
-// Divides by a power of 1000, so that a colour box has short numbers, and names it with the unit.
+// So that a colour box has short numbers; returns the unit.
 std::string shorten(Image &image, const std::string &unit) {
-    const int exponent = thousands_of(image);
-    if (exponent == 0)
-        return unit;
+    const ShortUnit shorter = short_unit(image, unit);
     for (double &value : image)
-        value /= std::pow(10, exponent);
-    return printed("10^{%d} ", exponent) + unit;
+        value *= shorter.factor;
+    return shorter.name;
 }
 
 // Of a detector of `count` pixels, where pixel `first` stands.
@@ -102,6 +101,8 @@ class PointSource {
         const Scene star(path_, text);
         Image image(star.pixels());
         check(toliman_sim_get_image(star.sim.get(), TOLIMAN_IMAGE_BOTH, image.data(), kSide));
+        for (double &pixel : image)
+            pixel /= kStarPhotons;
         return image;
     }
 
@@ -127,7 +128,7 @@ class PointSource {
         else
             band.set("wavelength_nm", middle_nm_);
         spectrum.set("kind", std::string("blackbody")).set("temperature_k", 5790.0);
-        star.set("spectrum", std::move(spectrum)).set("photons_per_s", 1.0);
+        star.set("spectrum", std::move(spectrum)).set("photons_per_s", kStarPhotons);
         stars.set("A", std::move(star));
         cadence.set("frames", 1.0).set("exposure_s", 1.0);
         const double shape[] = {kSide, kSide};
@@ -166,7 +167,7 @@ double highest(const Image &image) {
     return *std::max_element(image.begin(), image.end());
 }
 
-// One wavelength, then wider bands; `remark` tells of those for which the scene's pupil has too few samples.
+// One wavelength, then wider bands; `remark` tells of those that are no scene, as where the pupil has too few samples.
 std::vector<Panel> band_panels(const PointSource &source, const std::string &middle, std::string &remark) {
     std::vector<Panel> panels;
     double most = 0;
@@ -175,7 +176,7 @@ std::vector<Panel> band_panels(const PointSource &source, const std::string &mid
         try {
             panels.push_back(source.panel(title, source.image(width)));
         } catch (const toliman::error &error) {
-            if (error.status() != TOLIMAN_E_SCENE || panels.empty())
+            if (error.status() != TOLIMAN_E_SCENE)
                 throw;
             remark += " Not shown: " + title + ": " + escaped(error.what()) + ".";
             continue;
@@ -184,26 +185,31 @@ std::vector<Panel> band_panels(const PointSource &source, const std::string &mid
     }
     for (Panel &panel : panels)
         panel.scale = logarithmic(most);
-    panels.back().value_unit = "fraction of the light in a pixel";
+    if (!panels.empty())
+        panels.back().value_unit = "fraction of the light in a pixel";
     return panels;
 }
 
 void add_optics(const Scene &scene, const std::string &text, Page &page) {
     const PointSource source(scene, text);
     const std::string middle = printed("%.4g nm", source.middle_nm());
-    std::string caption = "The same star at one wavelength and in wider bands, same colours: the fringes far from the "
-                          "middle wash out, those near it stay.";
-    const std::vector<Panel> bands = band_panels(source, middle, caption);
-    Panel alone = bands.front();
-    alone.title = "point spread function at " + middle;
-    alone.value_unit = bands.back().value_unit;
-    page.add(
-        panel_figure("pupil",
-                     "The mask in the pupil, grey where no light comes through, and what it makes of a star, a black "
-                     "body of 5790 K, at " +
-                         middle + ".",
-                     {pupil_panel(scene), alone}));
-    page.add(panel_figure("bandwidths", caption, bands));
+    std::string remark;
+    const std::vector<Panel> bands = band_panels(source, middle, remark);
+    std::vector<Panel> pupil = {pupil_panel(scene)};
+    std::string of_pupil = "The mask in the pupil, grey where no light comes through";
+    if (!bands.empty()) {
+        pupil.push_back(bands.front());
+        pupil[1].title = "point spread function at " + bands.front().title;
+        pupil[1].value_unit = bands.back().value_unit;
+        of_pupil += ", and what it makes of a star, a black body of 5790 K, at " + bands.front().title;
+    }
+    page.add(panel_figure("pupil", of_pupil + "." + (bands.empty() ? remark : ""), pupil));
+    if (!bands.empty())
+        page.add(panel_figure("bandwidths",
+                              "The same star at one wavelength and in wider bands, same colours: the fringes far from "
+                              "the middle wash out, those near it stay." +
+                                  remark,
+                              bands));
 }
 
 Image expected(const Scene &scene, double displacement) {
@@ -227,6 +233,17 @@ Image variance_of(const Scene &scene) {
     return image;
 }
 
+// Else the variance is not that of the frames: it holds photon noise in any case.
+bool has_photon_noise(const Scene &scene) {
+    toliman_sim_plan_info plan = {};
+    plan.struct_size = sizeof plan;
+    check(toliman_sim_get_plan(scene.sim.get(), &plan));
+    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
+        if (std::string(toliman_sim_get_stage_name(i)) == "photon noise")
+            return (plan.stages >> i & 1) != 0;
+    return false;
+}
+
 // Standard deviation of the noise in the brightest pixel.
 double brightest_noise(const Scene &scene, const Image &still) {
     const auto brightest = std::max_element(still.begin(), still.end());
@@ -248,8 +265,10 @@ void add_frame(const Scene &scene, const Image &frame, Page &page) {
         const Extremes extremes = extremes_of(wobble);
         caption += " Right: the expected frame at the signal's greatest displacement, " + scientific(amplitude) +
                    " px, less the one without, from " + scientific(extremes.low) + " to " + scientific(extremes.high) +
-                   " " + unit_of(scene.info) + ". The noise of the brightest pixel has a standard deviation of " +
-                   scientific(brightest_noise(scene, still)) + ".";
+                   " " + unit_of(scene.info) + ".";
+        if (has_photon_noise(scene))
+            caption += " The noise of the brightest pixel has a standard deviation of " +
+                       scientific(brightest_noise(scene, still)) + ".";
         const std::string unit = shorten(wobble, unit_of(scene.info));
         panels.push_back(frame_panel("what the wobble changes", wobble, scene));
         panels[1].scale = around_zero(wobble);
@@ -270,42 +289,52 @@ Image cropped(const Image &frame, const Scene &scene, const toliman_cae_info &ca
     return part;
 }
 
-void add_reconstruction(const Scene &scene, const Image &frame, const Network &network, Page &page) {
-    const toliman_cae_info &facts = network.info;
-    Image again(kSide * kSide);
-    double mmse = 0, mssim = 0, floor = 0;
-    check(toliman_cae_reconstruct(network.cae.get(), frame.data(), static_cast<size_t>(scene.info.cols), again.data(),
-                                  kSide, &mmse, &mssim, &floor));
-    const Image original = cropped(frame, scene, facts), variance = cropped(variance_of(scene), scene, facts);
+// The difference in units of the noise, and what is said of it.
+Panel residual_panel(Panel panel, const Image &original, const Image &again, const Image &variance,
+                     std::string &caption) {
     Image residual(again.size());
     double square = 0;
     for (size_t i = 0; i < residual.size(); i++) {
         residual[i] = (original[i] - again[i]) / std::sqrt(variance[i]);
         square += residual[i] * residual[i] / static_cast<double>(residual.size());
     }
+    panel.title = "residual over its sigma";
+    panel.values = std::move(residual);
+    panel.scale = {Palette::difference, -4, 4, false};
+    panel.value_unit = "sigma of the pixel";
+    caption +=
+        "; the difference in units of the noise: rms " + fixed(std::sqrt(square), 3) + ", where noise alone has 1";
+    return panel;
+}
+
+void add_reconstruction(const Scene &scene, const Image &frame, const Network &network, Page &page) {
+    const toliman_cae_info &facts = network.info;
+    Image again(kSide * kSide);
+    double mmse = 0, mssim = 0, floor = 0;
+    check(toliman_cae_reconstruct(network.cae.get(), frame.data(), static_cast<size_t>(scene.info.cols), again.data(),
+                                  kSide, &mmse, &mssim, &floor));
     Panel panel;
     panel.rows = panel.cols = kSide;
     panel.x = place_of(scene.info.cols, facts.crop_col);
     panel.y = place_of(scene.info.rows, facts.crop_row);
     panel.axis_unit = "px";
-    std::vector<Panel> panels(3, panel);
+    std::vector<Panel> panels(2, panel);
     panels[0].title = "frame 0";
     panels[1].title = "reconstruction";
-    panels[2].title = "residual over its sigma";
-    panels[0].values = original;
+    panels[0].values = cropped(frame, scene, facts);
     panels[1].values = again;
-    panels[2].values = residual;
-    panels[0].scale = panels[1].scale = logarithmic(highest(original));
+    panels[0].scale = panels[1].scale = logarithmic(highest(panels[0].values));
     panels[1].value_unit = unit_of(scene.info);
-    panels[2].scale = {Palette::difference, -4, 4, false};
-    panels[2].value_unit = "sigma of the pixel";
-    page.add(panel_figure(
-        "reconstruction",
-        "The first frame, what the network makes of its one number, and the difference in units of the "
-        "noise: rms " +
-            fixed(std::sqrt(square), 3) + ", where noise alone has 1. Of this frame MMSE " + scientific(mmse, 4) +
-            ", noise alone " + scientific(floor, 4) + ", 1 &minus; MSSIM " + scientific(1 - mssim, 2) + ".",
-        panels));
+    std::string caption = "The first frame and what the network makes of its one number", alone;
+    if (has_photon_noise(scene)) {
+        panels.push_back(
+            residual_panel(panel, panels[0].values, again, cropped(variance_of(scene), scene, facts), caption));
+        alone = ", noise alone " + scientific(floor, 4);
+    }
+    page.add(panel_figure("reconstruction",
+                          caption + ". Of this frame MMSE " + scientific(mmse, 4) + alone + ", 1 &minus; MSSIM " +
+                              scientific(1 - mssim, 2) + ".",
+                          panels));
 }
 
 } // namespace

@@ -41,7 +41,7 @@ void add_facts(const ResultFile &result, Page &page) {
     const double amplitude = result.number("amplitude_px");
     std::string text = printed("%.0f frames, seed %s, libtoliman %s. ", result.number("frames"),
                                result.digits("seed").c_str(), escaped(result.text("version")).c_str());
-    if (amplitude != 0)
+    if (has_signal(result))
         text += "The signal: " + scientific(amplitude) + " px (" + scientific(result.number("amplitude_uas")) +
                 " microarcsec) with a period of " + printed("%g", result.number("true_period_days")) + " days. ";
     const double fap = result.number("log10_fap");
@@ -61,19 +61,21 @@ void add_figures_table(const ResultFile &result, Page &page) {
     const double network = result.number("latent_sigma_px"), reference = result.number("template.sigma_px");
     const double untrained = result.number("untrained.sigma_px");
     const double efficiency = result.number("efficiency");
+    const bool defined = std::isfinite(efficiency);
     page.add_table(
-        printed(
-            "A number for each frame, by who makes it (see Words). sigma: its scatter over %.0f frames without signal; "
-            "efficiency: the bound over sigma, here known to &plusmn; ",
-            result.number("no_signal.frames")) +
-            fixed(result.number("efficiency_error"), 3) + ", so that it may exceed 1 by chance.",
+        printed("A number for each frame, by who makes it (see Words). sigma: its scatter over %.0f frames without "
+                "signal; efficiency: the bound over sigma, ",
+                result.number("no_signal.frames")) +
+            (defined ? "here known to &plusmn; " + fixed(result.number("efficiency_error"), 3) +
+                           ", so that it may exceed 1 by chance."
+                     : "not given as the bound counts photon noise, which these frames do not have."),
         {"", "sigma, px", "efficiency", "period, days", "log<sub>10</sub> FAP"},
         {{"Cram&eacute;r-Rao bound", exponential(crb), "1", "", ""},
          {"network", exponential(network), fixed(efficiency, 3), period_text(result, result.number("period_days")),
           fixed(result.number("log10_fap"), 1)},
-         {"template", exponential(reference), std::isfinite(efficiency) ? over(reference) : fixed(NAN, 3),
+         {"template", exponential(reference), defined ? over(reference) : fixed(NAN, 3),
           period_text(result, result.number("template.period_days")), fixed(result.number("template.log10_fap"), 1)},
-         {"untrained network", exponential(untrained), std::isfinite(efficiency) ? over(untrained) : fixed(NAN, 3), "",
+         {"untrained network", exponential(untrained), defined ? over(untrained) : fixed(NAN, 3), "",
           fixed(result.number("untrained.log10_fap"), 1)},
          {"network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)}});
     page.add_table(
@@ -84,36 +86,42 @@ void add_figures_table(const ResultFile &result, Page &page) {
          {"cosine of encoder and ideal, the efficiency to expect", fixed(result.number("cosine"), 4)},
          {"decoder: cosine, gain",
           fixed(result.number("decoder.cosine"), 4) + ", " + fixed(result.number("decoder.gain"), 4)},
-         {"MMSE; noise alone",
-          scientific(result.number("mmse"), 4) + "; " + scientific(result.number("photon_floor"), 4)},
+         {defined ? "MMSE; noise alone" : "MMSE",
+          scientific(result.number("mmse"), 4) + (defined ? "; " + scientific(result.number("photon_floor"), 4) : "")},
          {"1 &minus; MSSIM", scientific(1 - result.number("mssim"), 2)},
          {"fitted amplitude, px", scientific(result.number("fitted_amplitude_px"))},
-         {"seconds in all: set-up, training, frames, encoding, period",
+         {"seconds in all: set-up, training, frames, encoding, period, controls",
           fixed(result.number("timings.total_s"), 1) + ": " + fixed(result.number("timings.setup_s"), 1) + ", " +
               fixed(result.number("timings.train_s"), 1) + ", " + fixed(result.number("timings.simulate_s"), 1) + ", " +
-              fixed(result.number("timings.encode_s"), 1) + ", " + fixed(result.number("timings.period_s"), 1)}});
+              fixed(result.number("timings.encode_s"), 1) + ", " + fixed(result.number("timings.period_s"), 1) + ", " +
+              fixed(result.number("timings.controls_s"), 1)}});
 }
 
 // Table 1 of the chapter, periods in units of the time span.
 void add_table_1(const ResultFile &result, Page &page) {
     const double span = 1.5 / result.number("grid.f0");
-    const auto row = [&](const std::string &name, double period, double half_width, double fap,
-                         const std::string &chapter) {
-        return std::vector<std::string>{name, with_error(period / span, half_width / span, 4), fixed(fap, 1),
-                                        power_of_ten(fap), chapter};
-    };
+    const bool comparable = has_signal(result); // the chapter's has
     std::vector<std::vector<std::string>> rows;
+    const auto add_row = [&](const std::string &name, double period, double half_width, double fap,
+                             const std::string &chapter) {
+        rows.push_back({name, with_error(period / span, half_width / span, 4), fixed(fap, 1), power_of_ten(fap)});
+        if (comparable)
+            rows.back().push_back(chapter);
+    };
     if (result.has("true_series"))
-        rows.push_back(row("signal", result.number("true_series.period_days"),
-                           result.number("true_series.period_half_width_days"), result.number("true_series.log10_fap"),
-                           "0.33 &plusmn; 0.05, 0"));
-    rows.push_back(row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
-                       result.number("log10_fap"), "0.33 &plusmn; 0.06, 7.2 &times; 10<sup>&minus;68</sup>"));
-    page.add_table(
-        "Table 1 as the chapter has it: the period in units of the time span of " + printed("%g", span) +
-            " days, with half the width of the peak at half its height, and the false alarm probability. The "
-            "chapter's column is for three cycles and 10<sup>&minus;6</sup> px.",
-        {"", "period", "log<sub>10</sub> FAP", "FAP", "the chapter"}, rows);
+        add_row("signal", result.number("true_series.period_days"), result.number("true_series.period_half_width_days"),
+                result.number("true_series.log10_fap"), "0.33 &plusmn; 0.05, 0");
+    add_row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
+            result.number("log10_fap"), "0.33 &plusmn; 0.06, 7.2 &times; 10<sup>&minus;68</sup>");
+    std::vector<std::string> heads = {"", "period", "log<sub>10</sub> FAP", "FAP"};
+    std::string caption = "Table 1 as the chapter has it: the period in units of the time span of " +
+                          printed("%g", span) +
+                          " days, with half the width of the peak at half its height, and the false alarm probability.";
+    if (comparable) {
+        heads.push_back("the chapter");
+        caption += " The chapter's column is for three cycles and 10<sup>&minus;6</sup> px.";
+    }
+    page.add_table(caption, heads, rows);
 }
 
 // Images need what older versions did not leave, and files that the scene names.

@@ -63,28 +63,26 @@ Means sinusoid(const toliman_period_peak &fit, const TimeAxis &axis, double star
 void add_series(const Samples &samples, const toliman_period_peak &fit, const std::string &unit, Page &page) {
     const TimeAxis axis = time_axis(samples.t, fit.log10_fap <= kSignificant ? fit.period : INFINITY, 0);
     const Numbers x = thinned(axis.x, kMostDots), y = thinned(samples.y, kMostDots);
-    const int exponent = thousands_of(y);
+    const ShortUnit px = short_unit(y, "px");
     Figure figure = {"series", "The value of each frame that is in the periodogram", 380, "", {}};
     figure.script = data_block("dots", {&x, &y}) + stacked(0, 1, figure) + "set key horizontal top right\nset xlabel " +
                     gnuplot_text(axis.folded ? "phase, " + unit + " of the best period" : "time, " + unit) +
-                    printed("\nset ylabel 'separation, 10^{%d} px'\nset offsets 0, 0, graph 0.12, 0\n", exponent) +
+                    "\nset ylabel " + gnuplot_text("separation, " + px.name) + "\nset offsets 0, 0, graph 0.12, 0\n" +
                     (axis.folded ? printed("set xrange [0:%.10g]\n", axis.last) : "") +
-                    printed("plot $dots using 1:($2*1e%d) with points", -exponent) +
+                    printed("plot $dots using 1:($2*%g) with points", px.factor) +
                     " pt 7 ps 0.3 lc rgb '#7fa3c7' title 'frames'";
-    if (std::isfinite(fit.period)) {
+    if (std::isfinite(fit.period) && std::isfinite(fit.amplitude_error)) {
         const Means curve = sinusoid(fit, axis, *std::min_element(samples.t.begin(), samples.t.end()));
         figure.script = data_block("best", {&curve.x, &curve.y}) + figure.script +
-                        printed(", $best using 1:($2*1e%d) with lines lw 2 lc rgb '%s' title 'best sinusoid'",
-                                -exponent, line_colour(1));
+                        printed(", $best using 1:($2*%g) with lines lw 2 lc rgb '%s' title 'best sinusoid'", px.factor,
+                                line_colour(1));
         figure.caption += ", and the sinusoid that fits all best: amplitude " + scientific(fit.amplitude) +
                           " &plusmn; " + scientific(fit.amplitude_error, 2) + " px, period " +
                           with_error(fit.period, fit.period_error) + " " + unit;
         if (axis.folded)
             figure.caption += ", into one of which all are folded";
     }
-    figure.caption += samples.t.size() > kMostDots ? printed("; of %zu frames every %zuth is drawn.", samples.t.size(),
-                                                             (samples.t.size() + kMostDots - 1) / kMostDots)
-                                                   : ".";
+    figure.caption += "." + thinning_remark(samples.t.size(), kMostDots);
     figure.script += "\n";
     page.add(std::move(figure));
 }
@@ -112,11 +110,11 @@ void add_periodogram(const toliman::tracker &tracker, const toliman_track_option
     curve.level = level_of(sums);
     const std::string period_text = fixed(peak.period, decimals_of(facts.fit().period_error)) + " " + unit;
     curve.peak_label = period_text;
-    page.add(power_figure("periodogram",
-                          "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
-                              ". The dashed line is for one look; for who looks after every frame the sequential FAP "
-                              "holds.",
-                          unit == "days" ? "1/day" : "1/unit of time", {curve}));
+    add_power_figure("periodogram",
+                     "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
+                         ". The dashed line is for one look; for who looks after every frame the sequential FAP "
+                         "holds.",
+                     unit == "days" ? "1/day" : "1/unit of time", {curve}, page);
 }
 
 std::string facts_text(const PeriodFacts &facts, const std::string &unit) {

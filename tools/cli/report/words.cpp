@@ -19,6 +19,35 @@ std::string with_exponent(double mantissa, long exponent, int digits) {
                    std::labs(exponent));
 }
 
+// Bytes of the character that starts there; 0 where that is no UTF-8.
+size_t bytes_of_character(const std::string &text, size_t at) {
+    const auto byte = [&](size_t i) { return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u; };
+    const unsigned first = byte(0);
+    if (first < 0x80)
+        return 1;
+    const size_t size = first >= 0xc2 && first < 0xe0   ? 2
+                        : first >= 0xe0 && first < 0xf0 ? 3
+                        : first >= 0xf0 && first < 0xf5 ? 4
+                                                        : 0;
+    for (size_t i = 1; i < size; i++)
+        if (byte(i) >> 6 != 2)
+            return 0;
+    const bool too_long = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xf0 && byte(1) < 0x90);
+    const bool no_character = (first == 0xed && byte(1) > 0x9f) || (first == 0xf4 && byte(1) > 0x8f);
+    return too_long || no_character ? 0 : size;
+}
+
+// With U+FFFD in place of bytes that are no UTF-8, as names of files may have.
+std::string readable(const std::string &text) {
+    std::string clean;
+    for (size_t at = 0; at < text.size();) {
+        const size_t size = bytes_of_character(text, at);
+        clean += size > 0 ? text.substr(at, size) : "\xef\xbf\xbd";
+        at += std::max<size_t>(size, 1);
+    }
+    return clean;
+}
+
 } // namespace
 
 std::string printed(const char *format, ...) {
@@ -53,7 +82,7 @@ std::string scientific(double value, int digits) {
 
 std::string with_error(double value, double error, int least_decimals) {
     const int decimals = decimals_of(error, least_decimals);
-    return fixed(value, decimals) + (std::isfinite(error) ? " &plusmn; " + fixed(error, decimals) : "");
+    return fixed(value, decimals) + " &plusmn; " + fixed(error, decimals);
 }
 
 std::string fixed(double value, int decimals) {
@@ -77,17 +106,18 @@ std::string power_of_ten(double log10) {
     return with_exponent(mantissa, std::lround(exponent), 2);
 }
 
-int thousands_of(const std::vector<double> &numbers) {
+ShortUnit short_unit(const std::vector<double> &numbers, const std::string &unit) {
     double most = 0;
     for (const double number : numbers)
         if (std::isfinite(number))
             most = std::max(most, std::fabs(number));
-    return most > 0 ? 3 * static_cast<int>(std::floor(std::log10(most) / 3)) : 0;
+    const int exponent = most > 0 ? 3 * static_cast<int>(std::floor(std::log10(most) / 3)) : 0;
+    return {std::pow(10, -exponent), exponent != 0 ? printed("10^{%d} ", exponent) + unit : unit};
 }
 
 std::string escaped(const std::string &text) {
     std::string safe;
-    for (const char letter : text)
+    for (const char letter : readable(text))
         switch (letter) {
         case '&':
             safe += "&amp;";
@@ -125,7 +155,7 @@ std::string base64(const std::string &bytes) {
 
 std::string gnuplot_text(const std::string &text) {
     std::string safe = "'";
-    for (const char letter : text) {
+    for (const char letter : readable(text)) {
         if (letter == '\'')
             safe += '\'';
         safe += letter >= 0 && letter < ' ' ? ' ' : letter;

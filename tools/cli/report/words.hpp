@@ -15,8 +15,12 @@ std::string with_error(double value, double error, int least_decimals = 2); // 3
 // 10^log10 likewise, though it be far below the least double; 1 for 0.
 std::string power_of_ten(double log10);
 
-// A multiple of 3, so that the largest of the numbers has up to three digits over 10^it; of what is finite.
-int thousands_of(const std::vector<double> &numbers);
+// A unit of a power of 1000, in which the largest of the numbers has up to three digits before its point.
+struct ShortUnit {
+    double factor; // numbers times it are in the unit
+    std::string name;
+};
+ShortUnit short_unit(const std::vector<double> &numbers, const std::string &unit);
 
 // Text between tags and in attributes of HTML.
 std::string escaped(const std::string &text);

@@ -18,9 +18,10 @@ Examples:
   toliman report mission                            a state folder of track, also while it is written
 
 Writes report.html, which needs no other file and no network, and each figure as figures/NAME.svg and figures/NAME.png
-into a folder, then prints the path of the page. What a folder is it is told by: result.json (run), experiment.json
-(experiment), ledger.tlml (track), *.json of schema toliman-bench/1 (make bench). Images are computed anew from the scene and
-the weights that `toliman run` leaves; frames are those of the run. Figures are drawn by gnuplot (Debian: gnuplot-nox).)";
+into a folder, in place of the page and the figures that another report left there, then prints the path of the page. What
+a folder is it is told by: result.json (run), experiment.json (experiment), ledger.tlml (track), *.json of schema
+toliman-bench/1 (make bench). Images are computed anew from the scene and the weights that `toliman run` leaves; frames are
+those of the run. Figures are drawn by gnuplot (Debian: gnuplot-nox).)";
 
 struct Options {
     std::vector<std::string> folders;
