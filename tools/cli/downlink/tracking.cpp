@@ -73,7 +73,7 @@ std::string shape(int64_t rows, int64_t cols) {
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
     : tracker_(std::move(tracker)), options_(options), progress_(progress),
       batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_),
-      clock_(clock_of(tracker_)) {}
+      sigma_(info_of(tracker_).sigma), clock_(clock_of(tracker_)) {}
 
 void Tracking::take() {
     filled_++;
@@ -131,13 +131,12 @@ void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
 
 // A strong signal takes most values so far from 0, damage few.
 void Tracking::remark_far(const std::string &where, double value) {
-    const double sigma = info_of(tracker_).sigma;
-    if (std::fabs(value) <= kFar * sigma)
+    if (std::fabs(value) <= kFar * sigma_)
         return;
     far_++;
     if (10 * far_ <= good_ + 10)
         progress_.warn(where + ": accepted, but its value of " + number(value, 4) + " px is " +
-                       number(std::fabs(value) / sigma, 3) +
+                       number(std::fabs(value) / sigma_, 3) +
                        " sigma: a strong signal, or damage that hides the period; a new folder with --value-limit "
                        "keeps such frames out");
 }

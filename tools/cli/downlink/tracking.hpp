@@ -68,6 +68,7 @@ class Tracking : public Receiver {
     std::chrono::steady_clock::time_point oldest_; // of them
     size_t since_update_ = 0;                      // frames accepted
     int64_t lines_ = 0, saved_ = 0;                // of the ledger: all, up to the checkpoint
+    double sigma_;                                 // px, of a value
     std::vector<int64_t> clock_;                   // as clock_of
     int64_t good_ = 0, refused_ = 0;               // new frames of this run: accepted; rejected or outliers
     int64_t beyond_clock_ = 0;                     // and such as no pair of the clock's table is on either side of
