@@ -1,14 +1,17 @@
 """Manners of the Python package: what it covers, how it says things, how it stops, and that it refuses what does not fit."""
 import ctypes
 import dataclasses
+import fcntl
 import inspect
 import io
 import os
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import threading
 import time
 import typing
@@ -23,6 +26,7 @@ PACKAGE = ROOT / "bindings" / "python"
 sys.path.insert(0, str(PACKAGE))
 import toliman  # noqa: E402
 from toliman import _arguments, _library, _raw  # noqa: E402
+from toliman._progress import Bar  # noqa: E402
 from toliman._words import words  # noqa: E402
 
 # What Python has in another way.
@@ -133,6 +137,21 @@ class Stopping(unittest.TestCase):
         with redirect_stderr(shown):
             self.simulator.frames(0, 3, progress=True)
         self.assertEqual(shown.getvalue().rstrip().split("\r")[-1], "100 % frames")
+
+    def test_bar_never_wraps(self):
+        try:
+            controller, terminal = os.openpty()
+        except OSError as error:
+            self.skipTest(f"no pseudo terminal here: {error}")
+        for columns, width in ((50, 49), (20, 19), (0, 79)):
+            fcntl.ioctl(controller, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+            with open(os.dup(terminal), "w") as stream, redirect_stderr(stream):
+                bar = Bar()
+                bar("train: " + 20 * "step ", 0.5)
+                bar.close(False)
+            self.assertEqual(len(os.read(controller, 1000).decode().strip("\r\n")), width)
+        os.close(controller)
+        os.close(terminal)
 
     def test_bar_in_a_notebook(self):
         """With a stand-in for IPython, which the tests do not ask for."""

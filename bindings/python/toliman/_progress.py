@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import html
+import os
 import signal
 import sys
 import threading
@@ -13,6 +14,14 @@ from ._library import Cancelled, check
 
 # Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; a true answer stops.
 Progress = typing.Callable[[str, float], typing.Any]
+
+
+def _columns() -> int:
+    """Columns of the terminal on stderr now, 80 where it does not know."""
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80
 
 
 class Bar:
@@ -45,6 +54,7 @@ class Bar:
                 print(text, file=sys.stderr, flush=True)
                 self._told = stage
             return
+        text = text[:_columns() - 1]  # a line that wraps could not be drawn over
         print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
         self._shown = text
 

@@ -1,8 +1,13 @@
 #include "common/terminal.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <sys/ioctl.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -18,6 +23,34 @@ void take_note(int signal) {
 
 void ring(int) {
     rang = 1;
+}
+
+// Columns of the terminal on stderr now; COLUMNS where it does not know, else 80.
+size_t columns_now() {
+    winsize size = {};
+    if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
+        return size.ws_col;
+    const char *text = std::getenv("COLUMNS");
+    size_t columns = 0;
+    if (text && std::from_chars(text, text + std::strlen(text), columns).ec == std::errc() && columns > 0)
+        return columns;
+    return 80;
+}
+
+// A bar of 32 characters, or of what `room` leaves for it with its brackets and a space; none below 8.
+std::string bar(double fraction, size_t room) {
+    constexpr size_t most = 32, least = 8, frame = 3;
+    if (room < least + frame)
+        return "";
+    const size_t width = std::min(room - frame, most);
+    const auto full = static_cast<size_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width)));
+    return "[" + std::string(full, '#') + std::string(width - full, '.') + "] ";
+}
+
+std::string padded(const char *stage) {
+    std::string text = stage;
+    text.resize(std::max<size_t>(text.size(), 10), ' ');
+    return text + " ";
 }
 
 } // namespace
@@ -86,21 +119,21 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     }
     last_ = now;
     const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
-    const double left = fraction > 0.02 ? elapsed * (1 - fraction) / fraction : 0;
+    // The time left is not known from the first percents or the first half second.
+    const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed >= 0.5);
+    const double left = estimated ? elapsed * (1 - fraction) / fraction : 0;
+    char text[64];
     if (style_ == Style::json) {
-        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%.1f%s}\n", stage, fraction, left,
+        std::snprintf(text, sizeof text, estimated ? "%.1f" : "null", left);
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%s%s}\n", stage, fraction, text,
                      note.empty() ? "" : (",\"note\":\"" + note + "\"").c_str());
         return;
     }
-    constexpr int width = 32;
-    char bar[width + 1];
-    for (int i = 0; i < width; i++)
-        bar[i] = i < std::lround(fraction * width) ? '#' : '.';
-    bar[width] = '\0';
-    std::fprintf(stderr, "\r\033[K%-10s [%s] %3.0f %%  %.0f s left%s%s", stage, bar, 100 * fraction, left,
-                 note.empty() ? "" : "  ", note.c_str());
-    std::fflush(stderr);
-    drawn_ = true;
+    std::snprintf(text, sizeof text, estimated ? "%3.0f %%  %.0f s left" : "%3.0f %%  estimating", 100 * fraction,
+                  left);
+    const std::string head = padded(stage), tail = text + (note.empty() ? "" : "  " + note);
+    const size_t columns = columns_now(), taken = head.size() + tail.size() + 1;
+    draw(head + bar(fraction, columns > taken ? columns - taken : 0) + tail, columns);
 }
 
 void Progress::note(const char *stage, const std::string &text) {
@@ -108,19 +141,27 @@ void Progress::note(const char *stage, const std::string &text) {
     if (style_ == Style::none || now - last_ < std::chrono::milliseconds(100))
         return;
     last_ = now;
-    if (style_ == Style::json) {
+    if (style_ == Style::json)
         std::fprintf(stderr, "{\"progress\":\"%s\",\"note\":\"%s\"}\n", stage, text.c_str());
-        return;
-    }
-    std::fprintf(stderr, "\r\033[K%-10s %s", stage, text.c_str());
-    std::fflush(stderr);
-    drawn_ = true;
+    else
+        draw(padded(stage) + text, columns_now());
 }
 
 void Progress::close(const char *stage, const std::string &text) {
     if (drawn_)
-        std::fprintf(stderr, "\r\033[K%-10s %s\n", stage, text.c_str());
+        std::fprintf(stderr, "\r\033[K%s%s\n", padded(stage).c_str(), text.c_str());
     drawn_ = false;
+}
+
+// One column stays free: at the last one some terminals begin a new line.
+void Progress::draw(std::string line, size_t columns) {
+    if (line.size() >= columns) {
+        line.resize(columns - 1);
+        std::fill(line.begin() + std::max<ptrdiff_t>(0, static_cast<ptrdiff_t>(columns) - 4), line.end(), '.');
+    }
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    std::fflush(stderr);
+    drawn_ = true;
 }
 
 void Progress::clear() {

@@ -20,7 +20,8 @@ void stop_if_asked();
 void set_alarm();
 bool alarm_rang() noexcept;
 
-// A bar on a terminal, a JSON line a step with --progress=json, else nothing. Drawn at most ten times a second.
+// A line with a bar on a terminal, a JSON line per step with --progress=json, else nothing. Drawn at most ten times per
+// second. The line is never wider than the terminal is at that moment: the bar is shortened first, then the end is cut.
 class Progress {
   public:
     enum class Style { automatic, json, none };
@@ -30,7 +31,7 @@ class Progress {
     void show(const char *stage, double fraction, const std::string &note = "");
     // The same for a work without a known end: words alone.
     void note(const char *stage, const std::string &text);
-    // Leaves a note of the whole work standing, where notes were shown on a terminal.
+    // Leaves a note of the whole work standing, where notes were shown on a terminal. It is not redrawn, so never cut.
     void close(const char *stage, const std::string &text);
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();
@@ -42,6 +43,8 @@ class Progress {
     static void log(int32_t level, const char *text, void *user_data);
 
   private:
+    void draw(std::string line, size_t columns);
+
     Style style_;
     bool drawn_ = false;
     std::string stage_;

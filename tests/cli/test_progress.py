@@ -1,0 +1,175 @@
+"""Progress on a terminal of any width: a line that never wraps, and no time left that is not known."""
+import fcntl
+import json
+import os
+import pathlib
+import re
+import select
+import shutil
+import signal
+import struct
+import subprocess
+import tempfile
+import termios
+import unittest
+
+from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
+
+WIDTHS = (120, 80, 50, 20)
+TRAIN = ("train", "large.json", "--steps", 4, "--out", "w.tlmw")
+ENCODE = ("encode", "--weights", "w.tlmw")
+TRACK = ("track", "--template", "small.json", "--state", "s", "--mission-days", 12, "--dtype", "u32le", "pair")
+
+
+class Terminal:
+    """A pseudo terminal, and what a program writes to it."""
+
+    def __init__(self, test, columns):
+        try:
+            self.controller, self.end = os.openpty()
+        except OSError as error:
+            test.skipTest(f"no pseudo terminal here: {error}")
+        test.addCleanup(os.close, self.controller)
+        self.folder = test.folder
+        self.resize(columns)
+
+    def resize(self, columns):
+        fcntl.ioctl(self.controller, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+
+    def run(self, *arguments, given=b"", until=None, **variables):
+        """Exit code and text on stderr. given: bytes on standard input, which stays open if until = (pattern, what to do
+        with the child once the text has it)."""
+        environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
+        with subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.DEVNULL,
+                              stdin=subprocess.PIPE, stderr=self.end, env={**environment, **variables}) as child:
+            os.close(self.end)
+            child.stdin.write(given)
+            child.stdin.flush()
+            if not until:
+                child.stdin.close()
+            text = ""
+            while select.select([self.controller], [], [], PATIENCE)[0]:
+                try:
+                    text += os.read(self.controller, 65536).decode()
+                except OSError:  # the child has ended
+                    break
+                if until and re.search(until[0], text):
+                    until[1](child)
+                    until = None
+            return child.wait(PATIENCE), text
+
+
+def drawn(text):
+    """The lines of progress, each as it was drawn; messages and results, which begin like them, end with a newline."""
+    return re.findall(r"\r\x1b\[K([^\r\n]+)(?!\r\n)(?=\r|$)", text)
+
+
+class Progress(ProgramTest):
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.inputs = pathlib.Path(kept.name)
+        scene = one_wavelength()
+        scene["telescope"]["pupil_samples"] = 72
+        scene["cadence"]["frames"] = 12
+        (cls.inputs / "large.json").write_text(json.dumps(scene))
+        scene["detector"]["shape"] = [64, 64]
+        scene["binary"]["separation_arcsec"] = 4
+        (cls.inputs / "small.json").write_text(json.dumps(scene))
+        (cls.inputs / "series.csv").write_text("".join(f"{k},{k * k % 7}\n" for k in range(50)))
+        for arguments in (TRAIN, ("simulate", "large.json", "--out", "f.npy"),
+                          ("simulate", "large.json", "--out", ".", "--session", "large", "--dtype", "u32le"),
+                          ("simulate", "small.json", "--out", "pair", "--session", "day", "--dtype", "u32le")):
+            subprocess.run([PROGRAM, *map(str, arguments)], cwd=cls.inputs, check=True, capture_output=True)
+
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(self.inputs, self.folder, dirs_exist_ok=True)
+
+    def on(self, columns, *arguments, code=0, **options):
+        found, text = Terminal(self, columns).run(*arguments, **options)
+        self.assertEqual(found, code, text)
+        return drawn(text)
+
+    def test_every_command_at_every_width(self):
+        commands = (
+            (TRAIN, "train"),
+            (("simulate", "large.json", "--out", "g.npy"), "simulate"),
+            ((*ENCODE, "f.npy"), "encode"),
+            (("convert", "f.npy", "f.fits"), "convert"),
+            (("period", "series.csv"), "period"),
+            (("psf", "large.json", "--out", "p.npy"), "propagate"),
+            (("pupil", "small.json", "--count", 20, "--out", "b.json"), "polish"),
+            (("experiment", "small.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-2", "--seeds", 1,
+              "--blind", 0, "--out", "e"), "experiment"),
+            (("report", "e"), "report"),
+            (TRACK, "propagate"),
+        )
+        for columns in WIDTHS:
+            for folder in ("e", "s"):
+                shutil.rmtree(self.folder / folder, ignore_errors=True)
+            for command, stage in commands:
+                with self.subTest(columns=columns, command=command[0]):
+                    lines = self.on(columns, *command)
+                    self.assertTrue([line for line in lines if line.startswith(stage[:columns - 4])], lines)
+                    self.assertLess(max(map(len, lines)), columns)
+
+    def test_run(self):
+        lines = self.on(20, "run", "large.json", "--out", "r", code=130,
+                        until=("\x1b\\[Ktrain", lambda child: child.send_signal(signal.SIGINT)))
+        self.assertIn("train", [line.split()[0] for line in lines])
+        self.assertLess(max(map(len, lines)), 20)
+
+    def test_the_bar_gives_way_first_then_the_note(self):
+        wide, middle, narrow = (self.on(columns, *TRAIN)[-1] for columns in (120, 80, 36))
+        note = r"step 4 of 4, loss \d\.\d+, cosine \d\.\d+"
+        self.assertRegex(wide, rf"^train      \[#{{20,32}}\] 100 %  0 s left  {note}$")
+        self.assertRegex(middle, rf"^train      (\[#+\] )?100 %  0 s left  {note}$")
+        self.assertEqual(narrow, "train      100 %  0 s left  step...")
+
+    def test_notes_without_a_bar(self):
+        frames = (self.folder / "large_frames.bin").read_bytes()
+        for columns, note in ((80, "encode     1 frames"), (16, "encode     1..."), (3, "..")):
+            with self.subTest(columns=columns):
+                lines = self.on(columns, *ENCODE, "--dtype", "u32le", "--shape", "256x256", "-", given=frames)
+                self.assertEqual(lines[0], note)
+
+    def test_the_result_that_stays_is_whole(self):
+        _, text = Terminal(self, 20).run(*TRACK)
+        self.assertRegex(text, r"\x1b\[Ktrack      12 frames, [^\r]*log10 FAP [-0-9.]+[^\r]*\r\n$")
+
+    def test_resized_while_it_runs(self):
+        frames = (self.folder / "f.npy").read_bytes()
+        half = len(frames) // 2
+        terminal = Terminal(self, 120)
+
+        def resize(child):
+            terminal.resize(40)
+            child.stdin.write(frames[half:])
+            child.stdin.close()
+        code, text = terminal.run(*ENCODE, "-", given=frames[:half], until=(" s left|estimating", resize))
+        self.assertEqual(code, 0, text)
+        lines = drawn(text)
+        self.assertRegex(lines[0], r"^encode     \[#{3}\.{29}\]   8 %  estimating$")
+        self.assertRegex(lines[-1], r"^encode     \[#{10}\] 100 %  0 s left$")
+        self.assertEqual(len(lines[-1]), 39)
+
+    def test_terminals_that_do_not_know_their_width(self):
+        pupil = ("pupil", "small.json", "--count", 20, "--out", "b.json")
+        for variables, columns in (({"COLUMNS": "50"}, 50), ({}, 80), ({"COLUMNS": "wide"}, 80), ({"COLUMNS": "0"}, 80)):
+            with self.subTest(variables):
+                self.assertEqual(max(map(len, self.on(0, *pupil, **variables))), columns - 1)
+
+    def test_time_left_is_told_once_it_is_known(self):
+        convert = ("convert", "f.npy", "f.fits")
+        lines = self.on(120, *convert)
+        self.assertTrue(lines[0].endswith("]   8 %  estimating"), lines)
+        self.assertTrue(lines[-1].endswith("] 100 %  0 s left"), lines)
+        lines = [json.loads(line) for line in self.run_program("--progress=json", *convert).stderr.splitlines()]
+        self.assertEqual([(line["progress"], line["fraction"], line["seconds_left"]) for line in (lines[0], lines[-1])],
+                         [("convert", 0.0833, None), ("convert", 1, 0)])
+
+
+if __name__ == "__main__":
+    unittest.main()
