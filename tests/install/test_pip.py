@@ -1,6 +1,7 @@
 """pip takes the Python package from its folder, without network. TOLIMAN_LIBRARY is the library."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -17,11 +18,11 @@ class Pip(unittest.TestCase):
         folder = pathlib.Path(kept.name)
         shutil.copytree(SOURCE, folder / "python", ignore=shutil.ignore_patterns("__pycache__"))  # pip builds in it
 
-        def run(*command):
-            environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        def run(*command, code=0, without="PYTHONPATH"):
+            environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", without)}
             done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            return done.stdout
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+            return done.stderr if code else done.stdout
         run(sys.executable, "-m", "venv", "--system-site-packages", "venv")
         run("venv/bin/pip", "install", "--no-index", "--no-build-isolation", "./python")
         told = run("venv/bin/python", "-c", "import importlib.metadata, math, toliman\n"
@@ -33,6 +34,14 @@ class Pip(unittest.TestCase):
         self.assertEqual(told, f"1.000000000000 {folder.resolve()}/venv/lib/python{sys.version_info[0]}."
                                f"{sys.version_info[1]}/site-packages/toliman/__init__.py\nTrue\n")
         self.assertTrue(next(folder.glob("venv/lib/python*/site-packages/toliman/py.typed")).exists())
+
+        # Of a version that is nowhere: each place that was tried is told once.
+        raw = next(folder.glob("venv/lib/python*/site-packages/toliman/_raw.py"))
+        raw.write_text(re.sub("(?m)^TOLIMAN_VERSION_MINOR = .*", "TOLIMAN_VERSION_MINOR = 99", raw.read_text()))
+        told = run("venv/bin/python", "-c", "import toliman", code=1, without="TOLIMAN_LIBRARY")
+        tried = [line.split(":")[0].strip() for line in told.partition("Tried:\n")[2].splitlines()]
+        self.assertIn(f"{folder.resolve()}/venv/lib/libtoliman.so.0.99", tried)
+        self.assertEqual(tried, list(dict.fromkeys(tried)))
 
 
 if __name__ == "__main__":

@@ -89,13 +89,13 @@ def _candidates() -> typing.Iterator[str]:
     yield str(above(0) / SONAME)
     yield str(above(3) / SONAME)  # installed: lib/python3/dist-packages/toliman
     yield str(above(3) / "build" / "lib" / SONAME)  # the source tree
-    yield str(pathlib.Path(sys.prefix) / "lib" / SONAME)
+    yield str(pathlib.Path(sys.prefix).resolve() / "lib" / SONAME)
     yield SONAME
 
 
 def _load() -> ctypes.CDLL:
     tried = []
-    for path in _candidates():
+    for path in dict.fromkeys(_candidates()):
         try:
             return ctypes.CDLL(path)
         except OSError as error:
