@@ -22,7 +22,12 @@ class Install(unittest.TestCase):
         for tool in ("sh", "env", "sed", "tr", "dirname", "cat"):
             os.symlink(shutil.which(tool), os.path.join(self.top, tool))
         self.stand_in("id", "echo 0")
-        self.stand_in("apt-get", 'echo "$DEBIAN_FRONTEND apt-get $*" >>"%s/calls"' % self.top)
+        self.apt_get("main_Packages")
+
+    def apt_get(self, lists):
+        """apt-get with these package lists."""
+        self.stand_in("apt-get", 'case $1 in indextargets) echo "%s" ;; *) echo "$DEBIAN_FRONTEND apt-get $*" >>"%s/calls" ;; esac'
+                      % (lists, self.top))
 
     def stand_in(self, name, command):
         path = os.path.join(self.top, name)
@@ -97,6 +102,15 @@ class Install(unittest.TestCase):
         self.installed(packages("build")[1:])
         self.stand_in("apt-get", "exit 100")
         self.assertEqual(self.run_install()[0], 100)
+
+    def test_without_package_lists_the_network_is_named(self):
+        self.installed(packages("build")[2:])
+        self.apt_get("")
+        code, output, calls = self.run_install()
+        self.assertEqual((code, [call.strip() for call in calls]), (1, ["apt-get update"]))
+        self.assertIn("There are no package lists: is the network up, and do apt's sources name a mirror of Debian 12?", output)
+        self.assertIn("apt-get update && apt-get install -y --no-install-recommends %s\n" % " ".join(packages("build")[:2]),
+                      output)
 
     def test_systems_without_dpkg_are_told_and_go_on(self):
         code, output, calls = self.run_install("check")
