@@ -1,7 +1,7 @@
 """Measures everything and sets the error and a peer beside each time: make bench.
 
 Usage: bench.py BIN OUT [NAME ...]; BIN holds the programs, NAME is sim, cae, period, weights, run or size: all of them
-without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of README.md."""
+without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of lib/MEASURED.md."""
 import datetime
 import importlib
 import json
@@ -51,7 +51,7 @@ def error(row):
 
 
 def print_table(rows):
-    print("| what | time | +- | error | beside | times as long | of the least |\n|---|---|---|---|---|---|---|")
+    print("| what | time | +- | error | reference | speed-up | x lower bound |\n|---|---|---|---|---|---|---|")
     for r in rows:
         print(f"| {r['what']} | {seconds(r['seconds'])} | {spread(r)} | {error(r)} | {r.get('peer', '')} | "
               f"{number(r.get('ratio_peer'), ',.3g')} | {number(r.get('ratio_roofline'), '.2f')} |")

@@ -1,10 +1,7 @@
-"""The Python periodogram: README's example as it stands there, states, edges and false alarms."""
-import contextlib
-import io
+"""The Python periodogram: sigmas, arguments, states, edges and false alarms."""
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -23,14 +20,11 @@ sigma = numpy.where(t % 2 == 0, 1e-3, 2e-3)
 GRID = {"f0": 0.01, "df": 0.001, "nf": 400}
 
 
-class Readme(unittest.TestCase):
-    def test_example_with_small_sigmas(self):
-        text = (ROOT / "README.md").read_text()
-        code = re.search(r"```python\n(.*?)```", text, re.S)[1]
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            exec(code, {**GRID, "t": t, "y": y, "sigma": sigma})
-        self.assertRegex(said.getvalue(), r"(?m)^period +(16\.9999|17$|17\.0000)")
+class SmallSigmas(unittest.TestCase):
+    def test_bounds_from_the_sigmas(self):
+        with Periodogram(*suited_grid(t), sigma_floor=min(sigma), sigma_ceiling=max(sigma)) as periodogram:
+            periodogram.push_many(t, y, sigma)
+            self.assertRegex(str(periodogram.fit(t, y, sigma)), r"(?m)^period +(16\.9999|17$|17\.0000)")
 
 
 class Arguments(unittest.TestCase):

@@ -1,11 +1,15 @@
-"""README's lines of C and Fortran, and its way from a clone to a first number in each language, as they are printed there,
-but for `make`, which was, and `make install`, which CMake does. TOLIMAN_BUILD is the build folder."""
+"""README's lines of C, Fortran, Python and the shell, and its way from a clone to a first number in each language, as they
+are printed there, with no more packages than `make` installs. Not run are `make`, which was, `make install`, which CMake does,
+and apt-get, whose packages are then let in. TOLIMAN_BUILD is the build folder."""
+import json
 import os
 import pathlib
 import re
 import subprocess
 import tempfile
 import unittest
+
+from debian import System, installed_by_make
 
 BUILD = pathlib.Path(os.environ["TOLIMAN_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -44,14 +48,25 @@ def lines_of(language):
     return re.search(rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
 
 
-def commands():
-    """Pairs of a command and the number that its remark tells, if any."""
+def lines_after(words):
+    """Pairs of a command of the first block of shell lines after these words, and its remark."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    block = re.search(r"From a fresh clone to a first number.*?```sh\n(.*?)```", text, re.DOTALL)[1]
+    block = re.search(rf"{re.escape(words)}.*?```sh\n(.*?)```", text, re.DOTALL)[1]
     for line in block.replace("\\\n", " ").splitlines():
         command, _, remark = line.partition(" #")
-        number = re.search(r": (\d+\.\d+)$", remark)
-        yield command.strip(), float(number[1]) if number else None
+        yield command.strip(), remark
+
+
+def small_scene(folder, name):
+    """A shipped scene with one wavelength and few frames in the folder, where its name is looked for first."""
+    scene = json.loads((ROOT / "examples" / "scenes" / name).read_text())
+    scene["band"] = {"wavelength_nm": 580}
+    scene["telescope"]["pupil_samples"] = 128
+    scene["cadence"]["frames"] = 30
+    for star in scene["stars"].values():
+        star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+    scene["signal"] = {"kind": "sinusoid", "star": "A", "amplitude_px": 1e-4, "period_days": 10}
+    (folder / name).write_text(json.dumps(scene))
 
 
 class Readme(unittest.TestCase):
@@ -73,31 +88,68 @@ class Readme(unittest.TestCase):
             done = subprocess.run(["./a.out"], cwd=home, capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (0, "17.0\n"), done.stderr)
 
-    def test_first_numbers(self):
+    def setUp(self):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
-        home = pathlib.Path(kept.name)
-        (home / "build").mkdir()
-        (home / "build" / "bin").symlink_to(BUILD / "bin")
-        for folder in ("examples", "bindings"):
-            (home / folder).symlink_to(ROOT / folder)
-        subprocess.run(["cmake", "--install", BUILD, "--prefix", home / "toliman"], check=True, stdout=subprocess.DEVNULL)
+        self.home = pathlib.Path(kept.name) / "home"
+        self.home.mkdir()
+        (self.home / "build").mkdir()
+        (self.home / "build" / "bin").symlink_to(BUILD / "bin")
+        (self.home / "bindings").symlink_to(ROOT / "bindings")
+        self.settings = ""
+        try:
+            self.system = System(pathlib.Path(kept.name), installed_by_make())
+        except OSError as error:
+            self.skipTest(f"not on this system: {error}")
+
+    def run_line(self, command):
+        """Its standard output, after the exports before it and in the folder that they are given in."""
+        if command.startswith("export"):
+            self.settings += command + "\n"
+            return ""
+        self.assertTrue(self.system.has(command), f"{command}: no package before this line has it")
         environment = {name: value for name, value in os.environ.items() if not name.startswith("TOLIMAN")}
-        environment.update(HOME=str(home))
-        setting, numbers = "", 0
-        for command, number in commands():
-            if command.startswith("make"):
-                continue
-            if command.startswith("export"):
-                setting += command + "\n"
-                continue
-            done = subprocess.run(["sh", "-ec", setting + command], cwd=home, env=environment,
-                                  capture_output=True, text=True)
-            self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}{done.stderr}")
-            if number is not None:  # a little else on another processor
-                found = [float(text) for text in re.findall(r"(?:period\D*|found )(\d+\.\d+)", done.stdout)]
-                self.assertTrue(any(abs(value - number) < 1 for value in found), f"{command}: {number}, not\n{done.stdout}")
-                numbers += 1
+        environment.update(self.system.environment(), HOME=str(self.home))
+        done = subprocess.run(["/bin/sh", "-ec", self.settings + command], cwd=self.home, env=environment,
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def test_lines_of_python(self):
+        small_scene(self.home, "chapter.json")
+        (self.home / "program.py").write_text(lines_of("python"))
+        command = re.search(r"\*\*Python\.\*\*.*?In the clone:\s`(.*?)`", (ROOT / "README.md").read_text(), re.DOTALL)[1]
+        self.system.add(["python3-numpy"])
+        self.assertRegex(self.run_line(command), r"(?m)^period +(9\.9|10\.0)")
+
+    def test_lines_of_the_shell(self):
+        for name in ("chapter.json", "mission.json"):
+            small_scene(self.home, name)
+        count = 0
+        for command, _ in [*lines_after("**Shell.**"), *lines_after("## Track")]:
+            self.run_line(command)
+            count += 1
+        self.assertGreater(count, 10)
+        self.assertTrue((self.home / "chapter.run/report/report.html").is_file())
+
+    def test_first_numbers(self):
+        (self.home / "examples").symlink_to(ROOT / "examples")
+        numbers = 0
+        for command, remark in lines_after("From a fresh clone to a first number"):
+            if command.startswith("apt-get install"):
+                self.system.add([word for word in command.split()[2:] if not word.startswith("-")])
+            elif command.startswith("make install"):
+                prefix = re.search(r"PREFIX=\$HOME/(\S+)", command)[1]
+                self.assertNotEqual(prefix, "toliman")  # where a clone may be
+                subprocess.run(["cmake", "--install", BUILD, "--prefix", self.home / prefix], check=True,
+                               stdout=subprocess.DEVNULL)
+            elif command != "make":
+                out = self.run_line(command)
+                number = re.search(r": (\d+\.\d+)$", remark)
+                if number:  # a little else on another processor
+                    found = [float(text) for text in re.findall(r"(?:period\D*|found )(\d+\.\d+)", out)]
+                    self.assertTrue(any(abs(value - float(number[1])) < 1 for value in found), f"{command}: {number}, not\n{out}")
+                    numbers += 1
         self.assertEqual(numbers, 6)
 
 
