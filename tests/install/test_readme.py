@@ -62,7 +62,7 @@ def small_scene(folder, name):
     scene = json.loads((ROOT / "examples" / "scenes" / name).read_text())
     scene["band"] = {"wavelength_nm": 580}
     scene["telescope"]["pupil_samples"] = 128
-    scene["cadence"]["frames"] = 30
+    scene["cadence"]["frames"] = 25
     for star in scene["stars"].values():
         star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
     scene["signal"] = {"kind": "sinusoid", "star": "A", "amplitude_px": 1e-4, "period_days": 10}
