@@ -1,4 +1,5 @@
 // toliman doctor: what this machine offers, and whether that will do.
+#include <CLI/Version.hpp>
 #include <cerrno>
 #include <chrono>
 #include <cmath>

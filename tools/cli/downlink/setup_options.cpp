@@ -1,5 +1,6 @@
 #include "downlink/setup_options.hpp"
 
+#include <CLI/App.hpp>
 #include <cmath>
 #include <cstdio>
 

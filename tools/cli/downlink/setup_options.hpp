@@ -1,6 +1,5 @@
 // Grid and clock of a tracker's folder, as `track` and `rebuild` are asked for them.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +7,10 @@
 #include <toliman/track.h>
 
 #include "common/terminal.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace cli {
 

@@ -1,6 +1,6 @@
 // The subcommands: each adds itself with its options and leaves what it will do in `action`.
 #pragma once
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp> // alone: what CLI/CLI.hpp adds is compiled once, in commands.cpp
 #include <functional>
 
 #include "common/terminal.hpp"

@@ -1,6 +1,6 @@
 // --seed of every command: a whole number of 64 bits.
 #pragma once
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <charconv>
 #include <cstdint>
 

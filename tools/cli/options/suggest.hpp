@@ -1,8 +1,12 @@
 // "Did you mean" for mistyped commands, options and values.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+class ParseError;
+} // namespace CLI
 
 namespace cli {
 

@@ -1,6 +1,5 @@
 // False alarm probability of a peak by the method that --fap names.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -10,6 +9,10 @@
 
 #include "common/terminal.hpp"
 #include "series/series.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace cli {
 
