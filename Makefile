@@ -40,7 +40,7 @@ install: all ## install below PREFIX, by default /usr/local; DESTDIR stands befo
 package: all check-deps ## make Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
 format: check-deps ## lay out the sources as .clang-format says
-	@git ls-files '*.c' '*.h' '*.cpp' '*.hpp' | xargs clang-format -i
+	@tools/check/format --write
 lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
 	@tools/check/lint $(BUILD) $(JOBS)
 clean: ## remove what was built

@@ -1,10 +1,12 @@
-"""Feeds bad trees to the checks of layers, words, format and headers; each must complain of the right line."""
+"""Feeds bad trees to the checks of layers, words, format and headers; each must complain of the right line. And the
+files that they look at, with and without git."""
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 CHECKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/check")
 
@@ -35,6 +37,76 @@ class Tree(unittest.TestCase):
         self.assertEqual(code, 1, output)
         self.assertIn(place, output)
         os.remove(os.path.join(self.top, name))
+
+
+class Files(Tree):
+    """Of a tree with a build folder and with files that .gitignore names."""
+
+    def setUp(self):
+        super().setUp()
+        self.write(".gitignore", "/build/\n*.run/\n__pycache__/\n*.log\n")
+        self.good = [".gitignore", "docs/build/a.md", "docs/x.run", "lib/base/a.cpp", "lib/\u00e4 b.cpp"]
+        for name in self.good[1:]:
+            self.write(name, "good\n")
+        for name in ("build/a.md", "a.run/a.md", "lib/__pycache__/a.md", "lib/a.log", "out/a.md", "other/a.md"):
+            self.write(name, "/" + "root/a\n")
+        self.write("out/CMakeCache.txt", "")
+        self.git("init", "--quiet", "other")
+        os.symlink("nowhere", os.path.join(self.top, "lib/dangling"))
+
+    def git(self, *arguments):
+        subprocess.run(["git", "-C", self.top, *arguments], check=True)
+
+    def expect_good(self, **environment):
+        run = subprocess.run([sys.executable, os.path.join(CHECKS, "tree.py"), self.top], stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, encoding="utf-8", env={**os.environ, **environment})
+        self.assertEqual((run.returncode, run.stdout.splitlines()), (0, self.good))
+        self.assertEqual(self.run_check("words", **environment), (0, ""))
+
+    def test_without_git(self):
+        self.expect_good()
+
+    def test_repository(self):
+        self.git("init", "--quiet")
+        self.git("add", "lib")
+        self.expect_good()
+        self.write(".git/info/exclude", "lib/base\n")
+        self.write("lib/base/b.cpp", "/" + "root/a\n")
+        self.expect_good()
+
+    def test_repository_that_git_cannot_read(self):
+        self.write(".git", "gitdir: nowhere\n")
+        self.expect_good()
+
+    def test_repository_of_another_user(self):
+        self.git("init", "--quiet")
+        self.expect_good(GIT_TEST_ASSUME_DIFFERENT_OWNER="1")
+
+    def test_git_is_not_installed(self):
+        self.git("init", "--quiet")
+        tools = os.path.join(self.top, "build")
+        for tool in ("python3", "env"):
+            os.symlink(shutil.which(tool), os.path.join(tools, tool))
+        self.expect_good(PATH=tools)
+
+    def test_this_tree_is_the_same_without_git(self):
+        top = os.path.join(CHECKS, "../..")
+        if not os.path.exists(os.path.join(top, ".git")):
+            self.skipTest("no repository")
+        sys.path.append(CHECKS)
+        import tree
+        with_git = tree.files(top)
+        with unittest.mock.patch.object(tree, "known_to_git", lambda top: None):
+            self.assertEqual(tree.files(top), with_git)
+
+    def test_what_cannot_be_read_is_a_complaint(self):
+        for check, *before in (["layers"], ["words"], ["format"], ["bindings"], ["headers", "."], ["exports", "."]):
+            run = subprocess.run([os.path.join(CHECKS, check), *before, "/nowhere"], stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, universal_newlines=True)
+            self.assertEqual((run.returncode, run.stdout), (1, f"/nowhere: not a folder\n{check}: 1 complaint\n"))
+        for check in ("bindings", "exports"):  # a tree without headers
+            code, output = self.run_check(check, *["."] * (check == "exports"))
+            self.assertEqual((code, "Traceback" in output), (1, False), output)
 
 
 class Layers(Tree):

@@ -1,4 +1,6 @@
-"""What the checks share: the files of the tree and the way to complain."""
+"""What the checks share: the files of the tree and the way to complain. As a program it lists the files. Usage: tree.py [tree]"""
+import errno
+import fnmatch
 import os
 import re
 import shutil
@@ -6,25 +8,59 @@ import subprocess
 import sys
 
 CODE = (".c", ".cpp", ".h", ".hpp")
+# Their folders are no part of the tree: build trees and other repositories.
+APART = ("CMakeCache.txt", "build.ninja", ".git")
 
 
 def root(arguments):
     """The tree to check: the argument, or the one this script stands in."""
     if arguments:
+        if not os.path.isdir(arguments[0]):
+            raise NotADirectoryError(errno.ENOTDIR, "not a folder", arguments[0])
         return os.path.abspath(arguments[0])
     return os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
+def known_to_git(top):
+    """The files that git tracks or would add; None outside a repository and where git cannot read it."""
+    if not os.path.exists(os.path.join(top, ".git")):
+        return None
+    # Only listed, nothing of the tree is run: it may belong to another user.
+    command = ["git", "-c", "safe.directory=*", "-c", "core.fsmonitor=false", "-C", top]
+    try:
+        run = subprocess.run([*command, "ls-files", "-coz", "--exclude-standard"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    except OSError:
+        return None
+    return {os.fsdecode(name) for name in run.stdout.split(b"\0")} if run.returncode == 0 else None
+
+
+def ignore_rules(top):
+    """The lines of .gitignore."""
+    path = os.path.join(top, ".gitignore")
+    return [rule for rule in lines(top, ".gitignore") if rule and rule[0] != "#"] if os.path.exists(path) else []
+
+
+def ignored(name, is_folder, rules):
+    """Whether a rule of .gitignore leaves out the path. Negations and ** are not supported."""
+    for rule in rules:
+        path = name if "/" in rule.rstrip("/") else os.path.basename(name)
+        if fnmatch.fnmatchcase(path, rule.strip("/")) and (is_folder or not rule.endswith("/")):
+            return True
+    return False
+
+
 def files(top):
-    """Paths relative to top: those git knows or would add, or, outside a repository, all."""
-    if os.path.exists(os.path.join(top, ".git")):
-        listed = subprocess.run(["git", "-C", top, "ls-files", "-co", "--exclude-standard"], check=True,
-                                stdout=subprocess.PIPE, universal_newlines=True).stdout.split("\n")
-        return sorted(name for name in listed if name and os.path.isfile(os.path.join(top, name)))
-    found = []
-    for folder, _, names in os.walk(top):
-        found += [os.path.relpath(os.path.join(folder, name), top) for name in names]
-    return sorted(found)
+    """Paths relative to top of the project's files, without build trees and what git ignores."""
+    rules, found = ignore_rules(top), set()
+    for folder, folders, names in os.walk(top):
+        inside = os.path.relpath(folder, top)
+        path = {name: os.path.normpath(os.path.join(inside, name)) for name in folders + names}
+        folders[:] = [name for name in folders if name != ".git" and not ignored(path[name], True, rules)
+                      and not any(os.path.exists(os.path.join(folder, name, mark)) for mark in APART)]
+        found.update(path[name] for name in names if name != ".git" and not ignored(path[name], False, rules)
+                     and os.path.isfile(os.path.join(folder, name)))
+    known = known_to_git(top)
+    return sorted(found if known is None else found & known)
 
 
 def lines(top, name):
@@ -50,8 +86,26 @@ def need(check, *programs):
 
 def finish(check, complaints):
     """Prints the complaints and ends with 1 if there were any."""
+    sys.stdout.reconfigure(errors="backslashreplace")  # names of files are any bytes
     for complaint in complaints:
         print(complaint)
     if complaints:
         print("%s: %d complaint%s" % (check, len(complaints), "s" if len(complaints) > 1 else ""))
     sys.exit(1 if complaints else 0)
+
+
+def run(main):
+    """Runs a check. What it cannot read or run is a complaint."""
+    try:
+        main()
+    except OSError as error:
+        why = "%s: %s" % (error.filename, error.strerror)
+    except subprocess.CalledProcessError as error:
+        why = str(error)
+    else:
+        return
+    finish(os.path.basename(sys.argv[0]), [why])
+
+
+if __name__ == "__main__":
+    run(lambda: print("\n".join(files(root(sys.argv[1:])))))
