@@ -4,9 +4,9 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
 CAMPAIGNS = soak same faults fuzz races asan tsan coverage
-.PHONY: all deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package format lint clean help
+.PHONY: all own deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package format lint clean help
 
-all: deps $(BUILD)/build.ninja ## build the library and the program (default)
+all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
 demo: all ## build everything, find a planet in 1095 simulated frames, and draw a page of figures
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
@@ -41,18 +41,17 @@ package: all check-deps ## make Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
 format: check-deps ## lay out the sources as .clang-format says
 	@tools/check/format --write
-lint: check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
+lint: own check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
 	@tools/check/lint $(BUILD) $(JOBS)
 clean: ## remove what was built
 	rm -rf $(BUILD)
 help: ## say what can be made
 	@grep -hE '^[a-z% -]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
-deps:
-	@tools/deps/install build
-check-deps:
-	@tools/deps/install check
-everything: check-deps
+own: ; @tools/cmake/own $(BUILD)
+deps: ; @tools/deps/install build
+check-deps: ; @tools/deps/install check
+everything: own check-deps
 	@cmake -S . -B $(BUILD) -G Ninja -DTOLIMAN_TESTS=ON >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
 $(BUILD)/build.ninja:

@@ -33,6 +33,7 @@ add_test(NAME header/docs COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/header/
 add_test(NAME abi/exports COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_exports.py)
 add_test(NAME abi/interface COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_interface.py)
 add_test(NAME install/deps COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_deps.py)
+add_test(NAME install/copied_tree COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_copied_tree.py)
 add_test(NAME install/installed COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_installed.py)
 set_tests_properties(install/installed PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 add_test(NAME install/pip COMMAND ${DEBIAN_PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_pip.py)
