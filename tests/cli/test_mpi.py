@@ -44,16 +44,21 @@ class Mpi(ProgramTest):
         plain = {key: value for key, value in os.environ.items() if key != "LD_PRELOAD"}  # a sanitizer's, for Python
         return subprocess.run(command, cwd=self.folder, env=plain, capture_output=True, text=True, timeout=PATIENCE)
 
+    @staticmethod
+    def told(stderr):
+        """The program's own lines: MPI may add others, of the machine."""
+        return [line for line in stderr.splitlines() if line.startswith("toliman")]
+
     def output(self, count, *arguments):
         done = self.ranks(count, *arguments)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual((done.returncode, self.told(done.stderr)), (0, []), done.stderr)
         schemas.check(done.stdout)
         return done.stdout
 
     def end(self, code, text, count, *arguments, more=()):
         done = self.ranks(count, *arguments, more=more)
         self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
-        told = [line for line in done.stderr.splitlines() if line.startswith("toliman")]
+        told = self.told(done.stderr)
         self.assertEqual(len(told), 1, done.stderr)
         self.assertTrue(told[0].startswith("toliman-mpi: " + text), told[0])
 
@@ -110,6 +115,22 @@ class Mpi(ProgramTest):
         for part in (f"{found['period_days']:.2f} days", f"log10 FAP {found['log10_fap']:.1f}", found["digest"]):
             self.assertIn(part, text)
         self.assertEqual(self.output(2, "--help").count("Examples:"), 1)
+
+    def alone(self, *arguments):
+        """In an environment in which MPI_Init fails."""
+        environment = {**os.environ, "OMPI_MCA_pml": "none_of_these"}
+        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, env=environment, capture_output=True, text=True)
+
+    def test_help_and_refusals_need_no_mpi(self):
+        self.assertNotEqual(self.alone("s.json").returncode, 0)
+        done = self.alone("--help")
+        self.assertEqual((done.returncode, done.stdout.count("Examples:"), done.stderr), (0, 1, ""))
+        done = self.alone("--version")
+        self.assertRegex(done.stdout, r"\Atoliman-mpi \d+\.\d+\.\d+\n\Z")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        done = self.alone("s.json", "--sede", "1")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertEqual(done.stderr, "toliman-mpi: unknown option --sede (did you mean --seed?)\n")
 
     def test_what_fails_everywhere_is_told_once(self):
         self.end(2, "unknown option --sede (did you mean --seed", 2, "s.json", "--sede", 1)

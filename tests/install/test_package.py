@@ -59,6 +59,8 @@ class Packages(unittest.TestCase):
         for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "libc6", "libstdc++6"):
             self.assertIn(library, self.field(RUNTIME, "Depends"))
         self.assertIn("libcfitsio10", self.field("toliman", "Depends"))
+        if "toliman-mpi" in self.files:  # starts its ranks, and one process alone
+            self.assertIn("openmpi-bin", self.field("toliman-mpi", "Depends"))
         for package in set(self.files) - {RUNTIME}:
             self.assertIn(f"{RUNTIME} (= {VERSION})", self.field(package, "Depends"))
         for package in self.files:

@@ -40,7 +40,7 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS gnuplot-nox) # for `toliman report`
 if(TARGET toliman_mpi)
-  toliman_package(mpi toliman-mpi science "${same}" "frames of the TOLIMAN space telescope on many machines")
+  toliman_package(mpi toliman-mpi science "${same}, openmpi-bin" "frames of the TOLIMAN space telescope on many machines")
   set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
 endif()
 include(CPack)

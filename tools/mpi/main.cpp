@@ -1,7 +1,8 @@
 // toliman-mpi: frames of a scene over the ranks of a job, and one exact periodogram of them all.
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <cstdio>
 #include <optional>
+#include <sstream>
 
 #include "common/fast_blas.hpp"
 #include "common/json.hpp"
@@ -37,8 +38,8 @@ struct Options {
     bool seed_given = false, as_json = false;
 };
 
-// False where the command line only asked for help, which the first rank gives.
-bool parse(int argc, char **argv, bool first, Options &options) {
+// The text where the command line asks for --help or --version, and empty otherwise.
+std::string parse(int argc, char **argv, Options &options) {
     CLI::App app(kDescription, "toliman-mpi");
     app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
     add_scene(app, options.scene);
@@ -50,15 +51,15 @@ bool parse(int argc, char **argv, bool first, Options &options) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success &success) {
-        if (first)
-            app.exit(success);
-        return false;
+        std::ostringstream text;
+        app.exit(success, text);
+        return text.str();
     } catch (const CLI::ParseError &error) {
         throw Failure(kExitUsage, complaint(error, app, argc, argv));
     }
     options.seed_given = seed->count() > 0;
     options.as_json = options.as_json || campaign->count() > 0;
-    return true;
+    return "";
 }
 
 // One thread a rank; one rank alone speaks.
@@ -184,8 +185,11 @@ void run(const mpi::Ranks &ranks, int argc, char **argv) {
     Options options;
     std::optional<Job> job;
     ranks.together([&] {
-        if (parse(argc, argv, ranks.first(), options))
+        const std::string text = parse(argc, argv, options);
+        if (text.empty())
             job.emplace(options, ranks.first());
+        else if (ranks.first())
+            print_stdout(text);
     });
     if (!job)
         return;
@@ -204,18 +208,29 @@ void run(const mpi::Ranks &ranks, int argc, char **argv) {
     }
 }
 
+// A process without a launcher has no other ranks to agree with: help and a refused command line need no MPI.
+bool answered_alone(int argc, char **argv) {
+    Options options;
+    const std::string text = mpi::launched() ? "" : parse(argc, argv, options);
+    print_stdout(text);
+    return !text.empty();
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
     try {
-        cli::restart_with_fast_blas(argv);
-        const mpi::Ranks ranks;
-        run(ranks, argc, argv);
-        return kExitOk;
+        const Ending ending = ending_of([&] { // what the ranks do together ends in Ended
+            restart_with_fast_blas(argv);
+            if (answered_alone(argc, argv))
+                return;
+            const mpi::Ranks ranks;
+            run(ranks, argc, argv);
+        });
+        if (ending.code != kExitOk)
+            std::fprintf(stderr, "toliman-mpi: %s\n", ending.why.c_str());
+        return ending.code;
     } catch (const mpi::Ended &ended) {
         return ended.code;
-    } catch (const std::exception &error) { // before the ranks know of each other
-        std::fprintf(stderr, "toliman-mpi: %s\n", error.what());
-        return kExitInternal;
     }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <mpi.h>
 
 #include "series/periodogram.hpp"
@@ -35,6 +36,11 @@ void add_states(void *more, void *sums, int *count, MPI_Datatype *type) {
 }
 
 } // namespace
+
+bool launched() {
+    const auto names = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"};
+    return std::any_of(names.begin(), names.end(), [](const char *name) { return std::getenv(name) != nullptr; });
+}
 
 Ranks::Ranks() {
     MPI_Init(nullptr, nullptr);

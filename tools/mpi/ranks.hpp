@@ -14,6 +14,9 @@ struct Ended {
     cli::ExitCode code;
 };
 
+// Whether mpirun, srun or the like started this process: each sets a variable with its rank. Needs no MPI.
+bool launched();
+
 class Ranks {
   public:
     Ranks();
