@@ -12,7 +12,7 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kLargestWhole = 9007199254740992.0; // 2^53: JSON numbers are doubles
+constexpr double kLargestWhole = 9007199254740991.0; // JSON numbers are doubles: 2^53 + 1 would become 2^53
 
 std::string read_name(const Reader &scene) {
     if (!scene.has("name"))

@@ -41,7 +41,7 @@ void read_sinusoid(const Reader &reader, const Scene &known, Signal &signal) {
         const Range range = within(0, kFarthestDisplacement * microarcsec_per_px, "uas");
         signal.amplitude_px = reader.number("amplitude_uas", range) / microarcsec_per_px;
     }
-    signal.period_days = reader.number("period_days", above(0, 1e9, "days"));
+    signal.period_days = reader.number("period_days", within(1e-6, 1e9, "days"));
 }
 
 } // namespace
