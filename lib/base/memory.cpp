@@ -1,7 +1,8 @@
 #include "base/memory.hpp"
 
 #include <cstdlib>
-#include <new>
+
+#include "base/error.hpp"
 
 namespace toliman {
 
@@ -14,7 +15,7 @@ thread_local Memory current;
 void *Memory::take(size_t size, size_t alignment) const {
     void *memory = allocate != nullptr ? allocate(size, alignment, user_data) : std::aligned_alloc(alignment, size);
     if (memory == nullptr)
-        throw std::bad_alloc();
+        fail(Status::memory, "out of memory: %zu bytes more were asked for", size);
     return memory;
 }
 

@@ -10,7 +10,7 @@ struct Memory {
     void (*release)(void *memory, size_t size, void *user_data) = nullptr;
     void *user_data = nullptr;
 
-    void *take(size_t size, size_t alignment) const; // std::bad_alloc if there is none
+    void *take(size_t size, size_t alignment) const; // Status::memory if there is none
     void give_back(void *memory, size_t size) const noexcept;
     bool operator==(const Memory &other) const noexcept {
         return allocate == other.allocate && release == other.release && user_data == other.user_data;
