@@ -144,14 +144,14 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     const toliman_sim_info &info = scene.info;
     const toliman_period_peak &peak = pipeline.latent.peak;
     const bool found = peak.log10_fap <= kSignificant;
-    const int decimals = decimals_of(peak.period_error);
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
                 static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
-    std::printf("%s  %.*f +- %.*f days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak", decimals,
-                peak.period, decimals, peak.period_error, peak.log10_fap, found ? "" : ": no significant period");
+    std::printf("%s  %s days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak",
+                text_with_error(peak.period, peak.period_error).c_str(), peak.log10_fap,
+                found ? "" : ": no significant period");
     std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", pipeline.latent.sigma_px,
                 info.crb_projected_px);
     std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);

@@ -14,9 +14,32 @@ int exponent_of(double value, int digits) {
     return std::atoi(std::strchr(text, 'e') + 1);
 }
 
+namespace {
+
+bool known(double error) noexcept {
+    return std::isfinite(error) && error > 0;
+}
+
+} // namespace
+
 int decimals_of(double error, int least) {
-    constexpr int most = 15;
-    return std::isfinite(error) && error > 0 ? std::clamp(1 - exponent_of(error, 2), least, most) : least;
+    constexpr int most = 15, unknown = 2;
+    return known(error) ? std::clamp(1 - exponent_of(error, 2), least, most) : std::max(least, unknown);
+}
+
+std::string text_with_error(double value, double error) {
+    constexpr int plain = 5, most = 15; // digits before and behind the point
+    char text[80];
+    if (std::isnan(error) || !std::isfinite(value))
+        std::snprintf(text, sizeof text, "%.6g", value);
+    else if (!known(error))
+        std::snprintf(text, sizeof text, "%.6g +- %.2g", value, error);
+    else if (const int first = exponent_of(std::max(std::fabs(value), error), 2); first < -plain || first > most)
+        std::snprintf(text, sizeof text, "%.*e +- %.1e",
+                      std::clamp(exponent_of(value, 2) - exponent_of(error, 2) + 1, 0, most), value, error);
+    else
+        std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals_of(error), value, decimals_of(error), error);
+    return text;
 }
 
 } // namespace cli

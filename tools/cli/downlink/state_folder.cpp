@@ -6,6 +6,7 @@
 #include <cstring>
 #include <sys/stat.h>
 
+#include "common/decimals.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "series/fap.hpp"
@@ -162,16 +163,14 @@ void PeriodFacts::add_to(Json &json) const {
 }
 
 std::string PeriodFacts::text() const {
-    char text[200];
     if (!std::isfinite(peak_.log10_fap))
         return "no period yet";
     const toliman_period_peak &best = std::isfinite(fit_.period) ? fit_ : peak_;
-    size_t size = static_cast<size_t>(std::snprintf(text, sizeof text, "period %.6g ", best.period));
-    if (std::isfinite(best.period_error))
-        size += static_cast<size_t>(std::snprintf(text + size, sizeof text - size, "+- %.2g ", best.period_error));
-    std::snprintf(text + size, sizeof text - size, "%s, log10 FAP %.2f, sequential %.2f%s", unit_.c_str(),
-                  best.log10_fap, sequential_, sequential_ > kSignificant ? ": no significant period" : "");
-    return text;
+    char fap[160];
+    std::snprintf(fap, sizeof fap, ", log10 FAP %.2f, sequential %.2f%s%s", best.log10_fap, sequential_,
+                  sequential_ > kSignificant ? ": no significant period" : "",
+                  (peak_.flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
+    return "period " + text_with_error(best.period, best.period_error) + " " + unit_ + fap;
 }
 
 void add_counts(const toliman_track_info &info, Json &json) {

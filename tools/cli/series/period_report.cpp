@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/decimals.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
 
@@ -44,13 +45,12 @@ JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fa
 
 void PeriodReport::print() const {
     const toliman_period_peak &peak = periodogram.peak;
-    if (std::isnan(peak.frequency_error)) // from the sums alone
-        std::printf("period      %.6g, half width %.3g, FWHM %.3g\n", peak.period, peak.half_width_error,
-                    peak.fwhm_error);
-    else
-        std::printf("period      %.6g +- %.2g (least squares), half width %.3g, FWHM %.3g\n", peak.period,
-                    peak.period_error, peak.half_width_error, peak.fwhm_error);
-    std::printf("amplitude   %.6g +- %.2g, offset %.6g\n", peak.amplitude, peak.amplitude_error, peak.offset);
+    const bool fitted = !std::isnan(peak.frequency_error); // else from the sums alone
+    std::printf("period      %s%s, half width %.3g, FWHM %.3g\n",
+                text_with_error(peak.period, peak.period_error).c_str(), fitted ? " (least squares)" : "",
+                peak.half_width_error, peak.fwhm_error);
+    std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
+                peak.offset);
     std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
     std::printf("log10 FAP   %s (%s)\n", fap.text(fap.judged(peak)).c_str(), fap.how(fap.judged(peak)).c_str());
