@@ -48,6 +48,28 @@ class Words(ProgramTest):
         ):
             self.refuse(2, *texts, arguments=words)
 
+    def test_values_of_another_form(self):
+        for words, text in (
+            (("period", "x", "--f0", "abc"), "--f0 abc: must be a number"),
+            (("period", "x", "--nf", "1.5"), "--nf 1.5: must be a whole number"),
+            (("period", "x", "--peaks", "0"), "--peaks 0: must be in [1, 64]"),
+            (("period", "x", "--peaks=-1"), "--peaks -1: must be in [1, 64]"),
+            (("track", "--mission-days", "2", "x"), "--mission-days 2: must be in [4, 1000000]"),
+            (("period", "x", "--f0"), "--f0: needs a value"),
+            (("period", "x", "--f0=1", "--f0=2"), "--f0: must be given once"),
+        ):
+            self.refuse(2, f"toliman: {text}\n", arguments=words)
+
+    def test_arguments_too_many(self):
+        for words, text in (
+            (("period", "a.csv", "b.csv"), "unexpected argument b.csv: toliman period takes one FILE"),
+            (("run", CHAPTER, "b.json", "c"), "unexpected argument b.json: toliman run takes one SCENE"),
+            (("convert", "a", "b", "c d"), "unexpected argument c d: toliman convert takes one "),
+            (("doctor", "a", "b"), "unexpected argument b: toliman doctor takes one "),
+            (("period", "a.csv", "-q"), "unknown option -q\n"),
+        ):
+            self.refuse(2, f"toliman: {text}", arguments=words)
+
     def test_odd_values(self):
         self.refuse(2, "--sync frrr", "must be one of frame", arguments=("track", "--sync", "f" + 30000 * "r", "x"))
         self.refuse(2, "--sync fr?am: must be one of frame", "did you mean frame?", arguments=("track", "--sync", "fr\nam", "x"))

@@ -1,6 +1,8 @@
 #include "options/suggest.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <sstream>
 #include <vector>
 
@@ -56,6 +58,74 @@ std::string unknown_value(const std::string &message) {
     return message.substr(0, option) + " " + value + ": must be one of " + list + meant(value, names);
 }
 
+// CLI11 calls kinds of values FLOAT, UINT or INT.
+const char *allowed(const CLI::App &command, const std::string &name) {
+    const CLI::Option *option = command.get_option_no_throw(name);
+    const std::string type = option != nullptr ? option->get_type_name() : "";
+    return type.rfind("FLOAT", 0) == 0  ? "must be a number"
+           : type.rfind("UINT", 0) == 0 ? "must be a whole number from 0 on"
+           : type.rfind("INT", 0) == 0  ? "must be a whole number"
+                                        : "has another form";
+}
+
+// "Could not convert: --f0 = abc"
+std::string unreadable_value(const std::string &message, const CLI::App &command) {
+    const size_t name = message.find(": "), value = message.find(" = ");
+    if (name == std::string::npos || value == std::string::npos)
+        return message;
+    const std::string option = message.substr(name + 2, value - name - 2);
+    return option + " " + message.substr(value + 3) + ": " + allowed(command, option);
+}
+
+// "--peaks: Value 0 not in range 1 to 64"
+std::string value_out_of_range(const std::string &message) {
+    const std::string before = ": Value ", between = " not in range ", to = " to ";
+    const size_t name = message.find(before), range = message.rfind(between), end = message.rfind(to);
+    if (name == std::string::npos || range == std::string::npos || end == std::string::npos || end < range)
+        return unknown_value(message);
+    const auto number = [](const std::string &text) { // as short as it can be: 4.000000
+        char shorter[40];
+        std::snprintf(shorter, sizeof shorter, "%.10g", std::strtod(text.c_str(), nullptr));
+        return std::string(shorter);
+    };
+    const size_t value = name + before.size(), low = range + between.size();
+    return message.substr(0, name) + " " + message.substr(value, range - value) + ": must be in [" +
+           number(message.substr(low, end - low)) + ", " + number(message.substr(end + to.size())) + "]";
+}
+
+// "The following arguments were not expected: b a", the last one first.
+std::string unexpected_word(const std::string &message, const CLI::App &command) {
+    const bool several = message.find(" arguments were ") != std::string::npos;
+    const std::string word = message.substr(several ? message.find_last_of(' ') + 1 : message.find(": ") + 2);
+    if (word.rfind('-', 0) == 0)
+        return "unknown option " + word;
+    std::string takes;
+    for (const CLI::Option *option : options_of(command))
+        if (option->get_positional())
+            takes += (takes.empty() ? "one " : " and one ") + option->get_single_name();
+    const std::string program = command.get_parent() != nullptr ? "toliman " : "";
+    return "unexpected argument " + word + ": " + program + command.get_name() + " takes " +
+           (takes.empty() ? "options only" : takes);
+}
+
+// What CLI11 says, as the rest of the program says it.
+std::string in_our_words(const CLI::ParseError &error, const CLI::App &command) {
+    const std::string message = error.what();
+    switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
+    case CLI::ExitCodes::ConversionError:
+        return unreadable_value(message, command);
+    case CLI::ExitCodes::ValidationError:
+        return value_out_of_range(message);
+    case CLI::ExitCodes::ExtrasError:
+        return unexpected_word(message, command);
+    case CLI::ExitCodes::ArgumentMismatch:
+        return message.substr(0, message.find(": ")) +
+               (message.find("missing") != std::string::npos ? ": needs a value" : ": must be given once");
+    default:
+        return message;
+    }
+}
+
 // What to say of the first word of the command line that is no command or no option of the command:
 // "unknown option --frame (did you mean --frames?)"; "" if all are known.
 std::string unknown_word(const CLI::App &app, int argc, char **argv) {
@@ -103,7 +173,10 @@ std::string complaint(const CLI::ParseError &error, const CLI::App &app, int arg
     if (!unknown.empty())
         return unknown;
     const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
-    return needs_command ? "needs a command: toliman --help lists them" : unknown_value(error.what());
+    if (needs_command)
+        return "needs a command: toliman --help lists them";
+    const std::vector<CLI::App *> chosen = app.get_subcommands();
+    return in_our_words(error, chosen.empty() ? app : *chosen.back());
 }
 
 } // namespace cli
