@@ -502,9 +502,16 @@ module toliman
     ! (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
     integer(c_int32_t), parameter, public :: TOLIMAN_POWER_PSD = 3
 
+    ! Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
+    ! 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
+    ! every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
+    ! series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
+    ! leave out frequencies far below one cycle in the time span.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 8
+
     ! The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
     type, bind(C), public :: toliman_period_model
-        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_period_model)
+        integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_period_model)
         ! 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none
         integer(c_int32_t) :: rank = 0
         real(c_double) :: frequency = 0.0_c_double ! f0 + k df
@@ -516,6 +523,8 @@ module toliman
         real(c_double) :: amplitude_error = 0.0_c_double
         real(c_double) :: phase_error = 0.0_c_double
         real(c_double) :: offset_error = 0.0_c_double
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_INACCURATE
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.
@@ -528,7 +537,7 @@ module toliman
     ! A peak and what it means. Since 0.1.
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, TOLIMAN_PERIOD_ALIAS (of query_peaks only)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE
         ! between grid points, where the power is greatest; never outside the grid
         real(c_double) :: frequency = 0.0_c_double
         real(c_double) :: period = 0.0_c_double ! 1/frequency
@@ -592,7 +601,7 @@ module toliman
     ! What the samples' times are worth, and whether the grid suits them. Since 0.1.
     type, bind(C), public :: toliman_period_sampling
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_NARROW
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE
         real(c_double) :: baseline = 0.0_c_double ! T: time span and one step
         real(c_double) :: coarsest_df = 0.0_c_double ! 1/(5 T); +infinity while all times are one
         real(c_double) :: ceiling = 0.0_c_double ! 1/(2 step); the same
@@ -1472,7 +1481,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Power at frequencies first ... first + count - 1.
+        ! Power at frequencies first ... first + count - 1. toliman_period_query_sampling has
+        ! TOLIMAN_PERIOD_INACCURATE where some power of the grid may be wrong by more than 1e-3.
         function toliman_period_query_power(period, normalisation, first, count, power) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3043,7 +3053,8 @@ contains
         call conclude(toliman_period_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Power at frequencies first ... first + count - 1. power(count).
+    ! Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE
+    ! where some power of the grid may be wrong by more than 1e-3. power(count).
     subroutine periodogram_query_power(self, normalisation, first, power, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: normalisation

@@ -26,14 +26,18 @@
  *              For N samples that span T, the step s between them included: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s) miss
  *              no peak.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE 1e-13 + 1e-28 (1 + m) N/(W l):
- *              N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean is away from
- *              value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance of cos and sin 2 pi f t. It
- *              is near 1/2 for ordinary times and sigmas, so that the power has 14 digits; it is small, (f T)^4 or
- *              so, below half a cycle in the time span T, and likewise where f leaves samples of short nights, or even
- *              ones near an alias, to a small part of a cycle. toliman_period_query_sampling says whether it is too
- *              small for narrow sums. Queries refuse values that scatter too little for value_bound and the sigmas to
- *              have 12 digits (TOLIMAN_E_RANGE).
+ * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE within 1e-13 + 6e-16/sqrt(l) +
+ *              1e-28 (1 + m) N/(W l): N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by
+ *              which the mean is away from value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance
+ *              of cos and sin 2 pi f t. It is near 1/2 for ordinary times and sigmas, so that the power has 14 digits;
+ *              it is small, (f T)^4 or so, below half a cycle in the time span T, and likewise where f leaves samples
+ *              of short nights, or even ones near an alias, to a small part of a cycle.
+ *              toliman_period_query_sampling says whether it is too small for narrow sums.
+ *              Cosine and sine count as coincident, and only one of them is fitted, where l is below 1e-25 (narrow
+ *              sums: 1e-17) of the sum of both eigenvalues or below 2e-30 N/W + 4e-31 (narrow sums: 5e-16 N/W + 4e-16).
+ *              Where the bound exceeds 1e-3, as it does there, results have the flag TOLIMAN_PERIOD_INACCURATE.
+ *              Queries refuse values that scatter too little for value_bound and the sigmas to have 12 digits
+ *              (TOLIMAN_E_RANGE).
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -168,7 +172,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 #define TOLIMAN_POWER_LOG 2      /* -ln(R/R0) */
 #define TOLIMAN_POWER_PSD 3      /* (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1 */
 
-/* Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
+/* Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
+ * 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
+ * every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
+ * series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
+ * leave out frequencies far below one cycle in the time span. */
+#define TOLIMAN_PERIOD_INACCURATE 8u
+
+/* Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
+ * some power of the grid may be wrong by more than 1e-3. Never NaN: fewer than two distinct values give 0, as many free
  * parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
  * Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
  * varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
@@ -188,6 +200,9 @@ typedef struct toliman_period_model {
     double offset;
     double amplitude_error, phase_error, offset_error; /* standard errors, scaled by the residual; +infinity where the
                                                           samples cannot tell, 0 of a fixed offset */
+    /* TOLIMAN_PERIOD_INACCURATE */
+    uint32_t flags;
+    uint32_t reserved;
 } toliman_period_model;
 
 /* Least squares at frequency k of the grid, from the sums. TOLIMAN_E_RANGE for k outside the grid and as query_power,
@@ -205,7 +220,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
-    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, TOLIMAN_PERIOD_ALIAS (of query_peaks only) */
+    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE */
     double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */
     double power;          /* in [0, 1] */
@@ -242,7 +257,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
 /* The highest peak refined against the samples themselves, which must be those pushed (their number is checked; sigma
  * may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the
  * residuals and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine
- * coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted. Since 0.1. */
+ * coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted; here they
+ * coincide below 1e-17 of the sum of both eigenvalues. TOLIMAN_PERIOD_INACCURATE tells of the grid point from which the
+ * fit started. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
@@ -309,7 +326,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_NARROW */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE */
     double baseline;      /* T: time span and one step */
     double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
     double ceiling;       /* 1/(2 step); the same */
@@ -318,8 +335,8 @@ typedef struct toliman_period_sampling {
 
 /* Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
  * the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
- * samples and makes the ceiling of samples in groups too low. Of narrow sums it
- * looks at every frequency, some 100 ns each. Since 0.1. */
+ * samples and makes the ceiling of samples in groups too low. Looks at every frequency, as toliman_period_query_power
+ * does. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
     const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 

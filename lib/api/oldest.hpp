@@ -13,5 +13,6 @@ template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toli
 template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
 template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
 template <> inline constexpr size_t kOldest<toliman_cae_train_options> = offsetof(toliman_cae_train_options, losses);
+template <> inline constexpr size_t kOldest<toliman_period_model> = offsetof(toliman_period_model, flags);
 
 } // namespace toliman::api

@@ -10,7 +10,8 @@ namespace toliman::api {
 
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     toliman_period_peak out = {};
-    out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u);
+    out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u) |
+                (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;

@@ -272,6 +272,7 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
         const period::Model model = query.model(k);
         toliman_period_model result = {};
         result.rank = static_cast<uint32_t>(model.rank);
+        result.flags = model.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0;
         result.frequency = stream.grid().f0 + stream.grid().df * static_cast<double>(k);
         result.power = model.power;
         result.amplitude = model.amplitude;
@@ -382,9 +383,12 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.coarsest_df = 1 / (5 * cadence.span);
         sampling.ceiling = 1 / (2 * cadence.step);
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
+        const period::PowerQuery query(stream);
+        const double nyquist = t != nullptr ? sampling.ceiling : 1 / (2 * period::even_step(stream));
         sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
                          (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0) |
-                         (period::PowerQuery(stream).needs_wide() ? TOLIMAN_PERIOD_NARROW : 0);
+                         (query.needs_wide() ? TOLIMAN_PERIOD_NARROW : 0) |
+                         (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
         deliver(sampling, out, "out");
     });
 }

@@ -159,7 +159,7 @@ double Batch::direct_power(const double *high, const double *low) const noexcept
     };
     const bool fixed_mean = job_.grid.fixed_mean;
     const long double u = sum(kU), v = sum(kV), uu = sum(kUU), uv = sum(kUV), vv = sum(kVV);
-    Moments m = {uu - u * u, u * v - uv, vv - v * v, -sum(kXU), sum(kXV), 0};
+    Moments<long double> m = {uu - u * u, u * v - uv, vv - v * v, -sum(kXU), sum(kXV), 0};
     if (fixed_mean) {
         m.cc = 1 - 2 * u + uu;
         m.cs = v - uv;
@@ -223,7 +223,7 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
 }
 
 double Batch::exact_power(const Stream &stream, size_t k) const {
-    const PowerQuery query(stream);
+    const PowerQuery query(stream, kCoincident); // as direct sums
     query.check();
     return query.at(static_cast<int64_t>(k));
 }

@@ -168,7 +168,7 @@ Wave Sinusoid::centre() const {
 }
 
 void Sinusoid::improve(Fit &fit, const Wave &middle) const {
-    Moments m = {};
+    Moments<Real> m = {};
     Real mean = 0;
     fit.residual = 0;
     for (size_t i = 0; i < points_.size(); i++) {

@@ -50,6 +50,7 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
         if (bend < 0) // good for the place: its height may exceed a clean sine's
             shift = std::clamp(0.5 * (left - right) / bend, -0.5, 0.5);
     }
+    peak.inaccurate = query.inaccurate(top);
     peak.grid_frequency = grid.f0 + grid.df * static_cast<double>(top);
     peak.frequency = grid.f0 + grid.df * (static_cast<double>(top) + shift);
     peak.log10_residual = std::log10(std::max(kLeastResidual, 1 - peak.power));
@@ -62,11 +63,15 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
 }
 
 void check_meaningful(const PowerQuery &query, const Stream &stream) {
+    const auto count = static_cast<long long>(stream.totals().count);
+    if (!query.meaningful() && count < 5)
+        fail(Status::state, "a peak needs at least five samples that are not all equal; %lld were pushed", count);
     if (!query.meaningful())
-        fail(Status::state,
-             "a peak needs at least five samples that are not all equal, as far as value_bound resolves; %lld were "
-             "pushed",
-             static_cast<long long>(stream.totals().count));
+        fail(
+            Status::state,
+            "a peak needs samples that are not all equal: the values of the %lld that were pushed are equal, or differ "
+            "by less than value_bound = %g resolves (it is at least 1e-100: scale values below that)",
+            count, stream.grid().value_bound);
     query.check();
 }
 

@@ -9,6 +9,7 @@ struct Peak {
     double grid_frequency; // of the highest grid point
     bool at_edge;          // at the grid's first or last frequency: beyond, the power may be greater
     bool alias;            // of find_peaks: the sampling could make it of a higher one
+    bool inaccurate;       // the grid point's power, by the sums
     double fwhm;           // +infinity when the peak has no half-power point on one of its sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
 };

@@ -8,25 +8,52 @@
 
 namespace toliman::period {
 
+namespace {
+
+long double root(long double x) noexcept {
+    return std::sqrt(x);
+}
+
+// One step of Newton's from the root in long double: all 113 bits.
+Wide root(Wide x) noexcept {
+    const Wide near = std::sqrt(static_cast<long double>(x));
+    return near > 0 ? (near + x / near) / 2 : near;
+}
+
+template <class Real> long double smaller_eigenvalue(const Moments<Real> &m) noexcept {
+    const auto cc = static_cast<long double>(m.cc), ss = static_cast<long double>(m.ss);
+    const long double half_gap = (cc - ss) / 2, cs = static_cast<long double>(m.cs);
+    return static_cast<long double>(m.determinant) / ((cc + ss) / 2 + std::sqrt(half_gap * half_gap + cs * cs));
+}
+
+} // namespace
+
 // b^T M^+ b in the eigenvectors of M = (cc, cs; cs, ss), so that a small eigenvalue cannot blur the large one's share.
-Solved solve(const Moments &m, long double noise) noexcept {
-    const long double half_gap = (m.cc - m.ss) / 2, radius = std::sqrt(half_gap * half_gap + m.cs * m.cs);
-    const long double large = (m.cc + m.ss) / 2 + radius;
+// What the eigenvectors are rounded by is over the root of that eigenvalue in the result.
+template <class Real> Solved solve(const Moments<Real> &m, long double noise) noexcept {
+    const Real half_gap = (m.cc - m.ss) / 2, radius = root(half_gap * half_gap + m.cs * m.cs);
+    const Real large = (m.cc + m.ss) / 2 + radius;
     if (!(large > noise))
         return {0, 0, 0, 0};
     // The eigenvector of the large eigenvalue, from the row that does not cancel.
-    long double u = half_gap >= 0 ? half_gap + radius : m.cs, v = half_gap >= 0 ? m.cs : radius - half_gap;
+    Real u = half_gap >= 0 ? half_gap + radius : m.cs, v = half_gap >= 0 ? m.cs : radius - half_gap;
     if (radius == 0)
         u = 1;
-    const long double square = u * u + v * v, along = u * m.yc + v * m.ys, most = along / (square * large);
-    Solved solved = {u * most, v * most, along * most, 1};
-    const long double small = m.determinant / large;
-    if (small > noise) {
-        const long double across = u * m.ys - v * m.yc, rest = across / (square * small);
-        solved = {solved.cosine - v * rest, solved.sine + u * rest, solved.explained + across * rest, 2};
+    const Real square = u * u + v * v, along = u * m.yc + v * m.ys, most = along / (square * large);
+    Real cosine = u * most, sine = v * most, explained = along * most;
+    const Real small = m.determinant / large;
+    const int rank = small > noise ? 2 : 1;
+    if (rank == 2) {
+        const Real across = u * m.ys - v * m.yc, rest = across / (square * small);
+        cosine -= v * rest;
+        sine += u * rest;
+        explained += across * rest;
     }
-    return solved;
+    return {static_cast<long double>(cosine), static_cast<long double>(sine), static_cast<long double>(explained),
+            rank};
 }
+template Solved solve(const Moments<long double> &, long double) noexcept;
+template Solved solve(const Moments<Wide> &, long double) noexcept;
 
 double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept {
     if (solved.rank > 0 && solved.rank + (fixed_mean ? 0 : 1) >= samples)
@@ -35,7 +62,10 @@ double explained_share(const Solved &solved, long double spread, bool fixed_mean
 }
 
 PowerQuery::PowerQuery(const Stream &stream) noexcept
-    : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0) {
+    : PowerQuery(stream, stream.grid().wide() ? kCoincidentWide : kCoincident) {}
+
+PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
+    : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0), error_(0), coincident_(coincident) {
     const Wide weight = stream.weight();
     if (!(weight > 0))
         return;
@@ -45,6 +75,9 @@ PowerQuery::PowerQuery(const Stream &stream) noexcept
     share_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(part_);
     // Quantisation of each term, and sine and cosine: in wide sums both belong to one phase, and errors come squared.
     noise_ = stream.grid().wide() ? share_ * 0x1p-99L + 4e-31L : share_ * 0x1p-51L + 4e-16L;
+    if (spread_ > 0)
+        error_ = (stream.grid().wide() ? 1e-28L : 4e-15L) * share_ *
+                 (1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_));
 }
 
 bool PowerQuery::meaningful() const noexcept {
@@ -72,24 +105,7 @@ void PowerQuery::check() const {
              static_cast<double>(least_scatter() * grid.value_bound));
 }
 
-bool PowerQuery::needs_wide() const noexcept {
-    constexpr long double kNarrowError = 4e-15L, kTolerated = 1e-9L;
-    if (!meaningful() || stream_.grid().wide())
-        return false;
-    const long double away = 1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_);
-    const long double error = kNarrowError * away * share_; // over the smaller eigenvalue
-    const Grid &grid = stream_.grid();
-    for (int64_t k = grid.f0 > 0 ? 0 : 1; k < grid.nf; k++) {
-        const Moments m = moments<long double>(k);
-        const long double half_gap = (m.cc - m.ss) / 2, radius = std::sqrt(half_gap * half_gap + m.cs * m.cs);
-        const long double large = (m.cc + m.ss) / 2 + radius, small = m.determinant / large;
-        if (!(error < kTolerated * small))
-            return true;
-    }
-    return false;
-}
-
-template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
+template <class Real> Moments<Real> PowerQuery::moments(int64_t k) const noexcept {
     const SumsAt<Real> sums = stream_.sums<Real>(k);
     const Real part = static_cast<Real>(part_), half = part / 2, mean = static_cast<Real>(mean_);
     const Real c = sums.c1 * part, s = sums.s1 * part, one_half = static_cast<Real>(0.5);
@@ -100,22 +116,66 @@ template <class Real> Moments PowerQuery::moments(int64_t k) const noexcept {
         cs -= c * s;
     }
     const Real yc = sums.yc * part - mean * c, ys = sums.ys * part - mean * s;
-    return {static_cast<long double>(cc), static_cast<long double>(cs), static_cast<long double>(ss),
-            static_cast<long double>(yc), static_cast<long double>(ys), static_cast<long double>(cc * ss - cs * cs)};
+    return {cc, cs, ss, yc, ys, cc * ss - cs * cs};
 }
 
-Moments PowerQuery::moments_at(int64_t k) const noexcept {
+template <class Use> auto PowerQuery::with_moments(int64_t k, Use use) const noexcept {
     // So large a determinant, and a mean so near, cost three digits of the long double's 19.
     constexpr long double kRoom = 1e-3L, kNear = 1e3L;
     const auto mean = static_cast<long double>(mean_);
-    const Moments quick = moments<long double>(k);
+    const Moments<long double> quick = moments<long double>(k);
     const bool more = quick.determinant < kRoom || mean * mean > kNear * kNear * spread_;
-    return stream_.grid().wide() && more ? moments<Wide>(k) : quick;
+    return stream_.grid().wide() && more ? use(moments<Wide>(k)) : use(quick);
+}
+
+template <class Real> bool PowerQuery::worse(const Moments<Real> &m, long double tolerance) const noexcept {
+    // Of a sample's phase, to which its cosine and sine of wide sums belong; those of narrow sums have larger errors.
+    constexpr long double kPhaseError = 6e-16L;
+    const long double small = smaller_eigenvalue(m);
+    return !(small > 0 && error_ / small + kPhaseError / std::sqrt(small) < tolerance);
+}
+
+bool PowerQuery::inaccurate(int64_t k) const noexcept {
+    return frequency(k) > 0 && with_moments(k, [&](const auto &m) { return worse(m, kInaccurate); });
+}
+
+// Vectors leave the frequencies of small determinants, which are no larger than the smaller eigenvalues.
+template <class Counts> bool PowerQuery::any_worse(long double tolerance, Counts counts) const noexcept {
+    constexpr int64_t kAtOnce = 512;
+    double power[kAtOnce];
+    const Grid &grid = stream_.grid();
+    const bool quick = vectors() && error_ < tolerance * kernels::kLeastDeterminant;
+    for (int64_t first = grid.f0 > 0 ? 0 : 1; first < grid.nf; first += kAtOnce) {
+        const int64_t count = std::min(kAtOnce, grid.nf - first);
+        if (quick)
+            by_vectors(first, static_cast<size_t>(count), power);
+        for (int64_t i = 0; i < count; i++)
+            if ((!quick || power[i] == kernels::kNeedsMore) && counts(first + i) &&
+                with_moments(first + i, [&](const auto &m) { return worse(m, tolerance); }))
+                return true;
+    }
+    return false;
+}
+
+bool PowerQuery::needs_wide() const noexcept {
+    constexpr long double kTolerated = 1e-9L;
+    return meaningful() && !stream_.grid().wide() && any_worse(kTolerated, [](int64_t) { return true; });
+}
+
+bool PowerQuery::any_inaccurate(double nyquist) const noexcept {
+    constexpr double kRounding = 1e-9;
+    return meaningful() && any_worse(kInaccurate, [&](int64_t k) {
+               const double part = frequency(k) / nyquist;
+               return !(std::fabs(part - std::nearbyint(part)) <= kRounding * part);
+           });
+}
+
+template <class Real> Solved PowerQuery::solved(const Moments<Real> &m) const noexcept {
+    return solve(m, noise_ + coincident_ * static_cast<long double>(m.cc + m.ss));
 }
 
 Solved PowerQuery::solved(int64_t k) const noexcept {
-    const Moments m = moments_at(k);
-    return solve(m, noise_ + kCoincident * (m.cc + m.ss));
+    return with_moments(k, [&](const auto &m) { return solved(m); });
 }
 
 double PowerQuery::at(int64_t k) const noexcept {
@@ -125,9 +185,12 @@ double PowerQuery::at(int64_t k) const noexcept {
 }
 
 Model PowerQuery::model(int64_t k) const noexcept {
+    return with_moments(k, [&](const auto &m) { return model(k, m); });
+}
+
+template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m) const noexcept {
     const Grid &grid = stream_.grid();
-    const Moments m = moments_at(k);
-    const Solved best = solve(m, noise_ + kCoincident * (m.cc + m.ss));
+    const Solved best = solved(m);
     const auto part = static_cast<long double>(part_), bound = static_cast<long double>(grid.value_bound);
     const SumsAt<Wide> sums = stream_.sums<Wide>(k);
     const bool moving = !grid.fixed_mean;
@@ -137,6 +200,7 @@ Model PowerQuery::model(int64_t k) const noexcept {
 
     Model model = {};
     model.rank = best.rank;
+    model.inaccurate = frequency(k) > 0 && worse(m, kInaccurate);
     model.power = static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
     const long double amplitude = std::hypot(best.cosine, best.sine);
     const long double offset = static_cast<long double>(mean_) - best.cosine * c - best.sine * s;
@@ -144,11 +208,12 @@ Model PowerQuery::model(int64_t k) const noexcept {
     const long double residual = std::fmax(0.0L, spread_ - best.explained);
     // Variances are this times the inverse of the moments; a direction without moments is unknown.
     const long double scale = freedom > 0 ? residual / freedom : infinity;
-    const auto variance = [&](long double u, long double v) { // of u cosine + v sine
-        return best.rank == 2 ? scale * (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant : infinity;
+    const auto variance = [&](Real u, Real v) { // of u cosine + v sine
+        const Real per_scale = (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant;
+        return best.rank == 2 ? scale * static_cast<long double>(per_scale) : infinity;
     };
     const long double a = amplitude > 0 ? best.cosine / amplitude : 1, b = amplitude > 0 ? best.sine / amplitude : 0;
-    const long double single = scale / (a * a * m.cc + 2 * a * b * m.cs + b * b * m.ss);
+    const long double single = scale / static_cast<long double>(a * a * m.cc + 2 * a * b * m.cs + b * b * m.ss);
     const auto error = [&](long double square) { return static_cast<double>(bound * std::sqrt(square)); };
     model.amplitude = static_cast<double>(bound * amplitude);
     model.amplitude_error = error(best.rank == 1 ? single : variance(a, b));
@@ -166,32 +231,40 @@ double PowerQuery::half_chi_square() const noexcept {
     return static_cast<double>(spread_ / static_cast<long double>(part_) / 2 * unit * unit);
 }
 
-void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
-    const Grid &grid = stream_.grid();
+// Whether the frequencies that vectors do not leave have the powers they should.
+bool PowerQuery::vectors() const noexcept {
     const int64_t samples = stream_.totals().count;
     const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
     // Of wide sums vectors leave out the lowest limbs: nothing beside values that scatter by so much more.
-    const bool lowest = grid.wide() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
-    const bool vectors = spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
-    if (vectors) {
-        const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
-        for (size_t sum = 0; sum < grid.sums(); sum++) {
-            lo[sum] = stream_.low(sum, first);
-            hi[sum] = stream_.high(sum, first);
-        }
-        kernels::PowerShared shared = {};
-        shared.weight = static_cast<double>(stream_.weight());
-        shared.samples = samples;
-        shared.mean_high = static_cast<double>(mean_);
-        shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
-        shared.spread = static_cast<double>(spread_);
-        shared.fixed_mean = grid.fixed_mean;
-        const kernels::PowerKernels &known = kernels::power_kernels();
-        if ((grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power) == 0)
-            return;
+    const bool lowest = stream_.grid().wide() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
+    return spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
+}
+
+// kNeedsMore for the powers that vectors leave.
+void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const noexcept {
+    const Grid &grid = stream_.grid();
+    const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
+    for (size_t sum = 0; sum < grid.sums(); sum++) {
+        lo[sum] = stream_.low(sum, first);
+        hi[sum] = stream_.high(sum, first);
     }
+    kernels::PowerShared shared = {};
+    shared.weight = static_cast<double>(stream_.weight());
+    shared.samples = stream_.totals().count;
+    shared.mean_high = static_cast<double>(mean_);
+    shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
+    shared.spread = static_cast<double>(spread_);
+    shared.fixed_mean = grid.fixed_mean;
+    const kernels::PowerKernels &known = kernels::power_kernels();
+    (grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power);
+}
+
+void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
+    const bool quick = vectors();
+    if (quick)
+        by_vectors(first, count, power);
     for (size_t i = 0; i < count; i++)
-        if (!vectors || power[i] == kernels::kNeedsMore)
+        if (!quick || power[i] == kernels::kNeedsMore)
             power[i] = at(first + static_cast<int64_t>(i));
 }
 

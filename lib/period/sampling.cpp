@@ -21,6 +21,11 @@ Cadence cadence_of(const Stream &stream) noexcept {
     return {span, span / static_cast<double>(sampling.count)};
 }
 
+double even_step(const Stream &stream) noexcept {
+    const auto n = static_cast<long double>(stream.totals().count);
+    return n > 1 ? static_cast<double>(std::sqrt(12 * stream.time_variance() / (n * n - 1))) : 0;
+}
+
 Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
     if (static_cast<int64_t>(count) != stream.totals().count)
         fail(Status::argument, "n = %zu times, but %lld samples were pushed", count,

@@ -16,6 +16,8 @@ struct Cadence {
 
 // From the sums alone, as if the samples were evenly spread: span by the variance of the times, step = span/N.
 Cadence cadence_of(const Stream &stream) noexcept;
+// The step of an even series of equal sigmas, exactly.
+double even_step(const Stream &stream) noexcept;
 // From the times that were pushed: the median step between distinct ones. Fails if they are not as many.
 Cadence cadence_of(const Stream &stream, const double *t, size_t count);
 

@@ -6,13 +6,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 
 import numpy
 from astropy.timeseries import LombScargle
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
-from toliman import Error, Periodogram, suited_grid  # noqa: E402
+from toliman import AccuracyWarning, Error, Periodogram, suited_grid  # noqa: E402
 
 t = numpy.arange(200.0)
 y = 1e-3 * numpy.sin(2 * numpy.pi * t / 17)
@@ -55,6 +56,29 @@ class Arguments(unittest.TestCase):
                 periodogram.push_many(t, y, errors)
                 powers.append(periodogram.power())
         self.assertTrue((powers[0] == powers[1]).all())
+
+    def test_inaccurate_powers_are_warned_of(self):
+        """A thousandth of a cycle in one night, and less."""
+        night = 2460000.3 + 0.35 * t / t.size
+        grid = {"f0": 1e-4, "df": 1e-4, "nf": 30, "time_offset": night[0]}
+        values = numpy.sin(5 * t / t.size) + 0.1 * numpy.cos(31 * t)
+        with Periodogram(**grid) as narrow, Periodogram(**grid, wide=True) as wide, \
+             Periodogram(*suited_grid(t)) as even, warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            for periodogram, times in ((narrow, night), (wide, night), (even, t)):
+                periodogram.push_many(times, values)
+                queries = (periodogram.power, periodogram.peak, periodogram.peaks, lambda: periodogram.model(0),
+                           lambda: periodogram.fit(times, values))
+                for query in queries:
+                    found.clear()
+                    query()
+                    if periodogram is narrow:
+                        self.assertEqual([(one.category, one.filename) for one in found], [(AccuracyWarning, __file__)])
+                        self.assertIn("wide=True", str(found[0].message))
+                    else:
+                        self.assertEqual(found, [])
+            self.assertTrue(narrow.peak().inaccurate and narrow.sampling().inaccurate and narrow.model(0).inaccurate)
+            self.assertFalse(even.sampling().inaccurate or wide.sampling().inaccurate)
 
     def test_wide_sums_keep_their_digits(self):
         """A hundredth of a cycle in all, against a parabola: beyond it the sinusoid has nothing to tell."""

@@ -43,8 +43,10 @@ WORDS = {
 # Members that are yes or no; bits of `flags` by struct.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
 FLAGS = {
-    "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS"),
-    "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING", "TOLIMAN_PERIOD_NARROW"),
+    "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE"),
+    "toliman_period_model": ("TOLIMAN_PERIOD_INACCURATE",),
+    "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING", "TOLIMAN_PERIOD_NARROW",
+                                "TOLIMAN_PERIOD_INACCURATE"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_WIDE"),
 }
 

@@ -27,14 +27,14 @@ from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, Netwo
 from .cae import CAE, Reconstruction
 from .linear import Components, Template
 from .machine import blas_speed, machine
-from .period import Grid, Peak, Periodogram, batch, suited_grid
+from .period import AccuracyWarning, Grid, Peak, Periodogram, batch, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
 from .track import REASONS, VERDICTS, Frame, Tracker
 
 __version__ = version()
 __all__ = [
-    "CAE", "Cancelled", "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Frame", "Grid", "InputError",
-    "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Peak", "Periodogram",
+    "AccuracyWarning", "CAE", "Cancelled", "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Frame", "Grid",
+    "InputError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Peak", "Periodogram",
     "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "Stream",
     "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch",
     "blas_speed", "library_path", "machine", "plan", "shipped_scenes", "suited_grid", "version",

@@ -645,6 +645,13 @@ TOLIMAN_POWER_MODEL = 1  # R0/R - 1
 TOLIMAN_POWER_LOG = 2  # -ln(R/R0)
 TOLIMAN_POWER_PSD = 3  # (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
 
+# Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
+# 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
+# every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
+# series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
+# leave out frequencies far below one cycle in the time span.
+TOLIMAN_PERIOD_INACCURATE = 8
+
 
 class toliman_period_model(Sized):
     """The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
@@ -658,7 +665,8 @@ class toliman_period_model(Sized):
     phase_error: standard errors, scaled by the residual; +infinity where the
         samples cannot tell, 0 of a fixed offset
     offset_error: standard errors, scaled by the residual; +infinity where the
-        samples cannot tell, 0 of a fixed offset"""
+        samples cannot tell, 0 of a fixed offset
+    flags: TOLIMAN_PERIOD_INACCURATE"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -671,6 +679,8 @@ class toliman_period_model(Sized):
         ("amplitude_error", c_double),
         ("phase_error", c_double),
         ("offset_error", c_double),
+        ("flags", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -685,7 +695,7 @@ TOLIMAN_PERIOD_ALIAS = 2
 class toliman_period_peak(Sized):
     """A peak and what it means. Since 0.1.
     struct_size: in: sizeof(toliman_period_peak)
-    flags: TOLIMAN_PERIOD_AT_EDGE, TOLIMAN_PERIOD_ALIAS (of query_peaks only)
+    flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE
     frequency: between grid points, where the power is greatest; never outside the grid
     period: 1/frequency
     power: in [0, 1]
@@ -765,7 +775,7 @@ TOLIMAN_PERIOD_NARROW = 4
 class toliman_period_sampling(Sized):
     """What the samples' times are worth, and whether the grid suits them. Since 0.1.
     struct_size: in: sizeof(toliman_period_sampling)
-    flags: TOLIMAN_PERIOD_COARSE, TOLIMAN_PERIOD_PAST_CEILING, TOLIMAN_PERIOD_NARROW
+    flags: TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE
     baseline: T: time span and one step
     coarsest_df: 1/(5 T); +infinity while all times are one
     ceiling: 1/(2 step); the same
@@ -1684,7 +1694,8 @@ TOLIMAN_E_ARGUMENT for other = period. Since 0.1.""",
             ("count", c_size_t),
             ("power", POINTER(c_double)),
         ),
-        """Power at frequencies first ... first + count - 1. Never NaN: fewer than two distinct values give 0, as many free
+        """Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
+some power of the grid may be wrong by more than 1e-3. Never NaN: fewer than two distinct values give 0, as many free
 parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
 Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
 varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
@@ -1729,7 +1740,9 @@ one: power and FAP of lower ones still hold the higher ones' scatter. Errors as 
         """The highest peak refined against the samples themselves, which must be those pushed (their number is checked; sigma
 may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the
 residuals and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine
-coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted. Since 0.1.""",
+coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted; here they
+coincide below 1e-17 of the sum of both eigenvalues. TOLIMAN_PERIOD_INACCURATE tells of the grid point from which the
+fit started. Since 0.1.""",
     ),
     "toliman_period_query_fap": (
         c_int32, (
@@ -1784,8 +1797,8 @@ Since 0.1.""",
         ),
         """Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
 the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
-samples and makes the ceiling of samples in groups too low. Of narrow sums it
-looks at every frequency, some 100 ns each. Since 0.1.""",
+samples and makes the ceiling of samples in groups too low. Looks at every frequency, as toliman_period_query_power
+does. Since 0.1.""",
     ),
     "toliman_period_save": (
         c_int32, (

@@ -6,6 +6,7 @@ import functools
 import math
 import os
 import typing
+import warnings
 
 import numpy
 from numpy.typing import ArrayLike
@@ -40,6 +41,21 @@ def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Double
     if len(shapes) != 1 or times.ndim != 1:
         raise ValueError(f"t, y and sigma must be one-dimensional and of equal length, not {sorted(shapes)}")
     return times, values, sigmas
+
+
+class AccuracyWarning(RuntimeWarning):
+    """Powers that may be wrong by more than 1e-3."""
+
+
+AccuracyWarning.__module__ = "toliman"
+
+
+def warn_if_inaccurate(inaccurate: bool) -> None:
+    """Of a result that the caller's caller asked for."""
+    if inaccurate:
+        warnings.warn("the power may be wrong by more than 1e-3 where the samples cover too small a part of a cycle: "
+                      "wide=True keeps more digits; frequencies far below 1/T are best left out", AccuracyWarning,
+                      stacklevel=3)
 
 
 class Grid(typing.NamedTuple):
@@ -100,28 +116,34 @@ class View(Handle):
 
     def power(self, normalisation: str = "standard", *, first: int = 0, count: int | None = None) -> Doubles:
         """Power at every frequency, or at `count` of them from number `first` on: standard, model, log or psd, as
-        astropy names them. Never NaN."""
+        astropy names them. Never NaN. Warns (AccuracyWarning) if some power of the grid may be wrong by more than 1e-3."""
         first = whole("first", first)
         power = numpy.empty(whole("count", max(self.info.nf - first, 0) if count is None else count))
         kind = number("normalisation", normalisation, "TOLIMAN_POWER_STANDARD")
         check(library.toliman_period_query_power(self._c, kind, first, len(power), pointer(power)))
+        warn_if_inaccurate(self.sampling().inaccurate)
         return power
 
     def peak(self) -> Peak:
         """Highest peak: frequency refined by a parabola, power and FAP of the highest grid point."""
-        return self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
+        peak = self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
+        warn_if_inaccurate(peak.inaccurate)
+        return peak
 
     def peaks(self, most: int = 10) -> list[Peak]:
         """The highest peaks, at most 64, highest first; `alias` tells of those that the sampling could make of higher
         ones. Each is judged as if it were the only one."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
-        return [Peak._of(peak) for peak in found[:count.value]]
+        peaks = [Peak._of(peak) for peak in found[:count.value]]
+        warn_if_inaccurate(any(peak.inaccurate for peak in peaks))
+        return peaks
 
     def model(self, k: int) -> Model:
         """Least squares at frequency f0 + k df, from the sums: amplitude, phase and offset with their errors."""
         found = _raw.toliman_period_model()
         check(library.toliman_period_query_model(self._c, whole("k", k), ctypes.byref(found)))
+        warn_if_inaccurate(found.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
         return Model._of(found)
 
     def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> Peak:
@@ -130,6 +152,7 @@ class View(Handle):
         peak = _raw.toliman_period_peak()
         check(library.toliman_period_query_fit(self._c, pointer(times), pointer(values), pointer(sigmas), len(times),
                                                ctypes.byref(peak)))
+        warn_if_inaccurate(peak.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
         return Peak._of(peak)
 
     def log10_fap(self, log10_residual: float, method: str = "baluev") -> float:

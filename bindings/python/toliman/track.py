@@ -19,7 +19,7 @@ from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
 from .cae import CAE
 from .linear import Template
-from .period import Peak, View
+from .period import Peak, View, warn_if_inaccurate
 
 # What makes a number of an image [row][column]: a network, a template, or a function.
 Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
@@ -180,7 +180,9 @@ class Tracker(Handle):
 
     def fit(self) -> Peak:
         """The highest peak refined by least squares on the values in the periodogram."""
-        return self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
+        peak = self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
+        warn_if_inaccurate(peak.inaccurate)
+        return peak
 
     def lines(self, first: int = 0, count: int | None = None) -> NDArray:
         """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line;

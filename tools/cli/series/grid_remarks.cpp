@@ -22,14 +22,26 @@ void remark_coarse(const toliman::periodogram &periodogram, const toliman_period
     progress.warn(text);
 }
 
+void remark_inaccurate(const toliman::periodogram &periodogram, Progress &progress) {
+    const bool wide = (info_of(periodogram).flags & TOLIMAN_PERIOD_WIDE) != 0;
+    progress.warn(std::string("at some frequencies, where the samples cover too small a part of a cycle, the power may "
+                              "be wrong by more than 0.001: ") +
+                  (wide ? "--f0 gives another first frequency" : "the state's sums lack TOLIMAN_PERIOD_WIDE"));
+}
+
 } // namespace
 
-bool remark_if_coarse(const toliman::periodogram &periodogram, Progress &progress) {
+void remark_while_following(const toliman::periodogram &periodogram, uint32_t &told, Progress &progress) {
+    constexpr uint32_t all = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_INACCURATE;
+    if ((told & all) == all)
+        return;
     const toliman_period_sampling sampling = sampling_of(periodogram, nullptr);
-    if ((sampling.flags & TOLIMAN_PERIOD_COARSE) == 0)
-        return false;
-    remark_coarse(periodogram, sampling, progress);
-    return true;
+    const uint32_t news = sampling.flags & all & ~told;
+    if ((news & TOLIMAN_PERIOD_COARSE) != 0)
+        remark_coarse(periodogram, sampling, progress);
+    if ((news & TOLIMAN_PERIOD_INACCURATE) != 0)
+        remark_inaccurate(periodogram, progress);
+    told |= news;
 }
 
 void remark(const Periodogram &periodogram, const Series *series, Progress &progress) {
@@ -38,6 +50,8 @@ void remark(const Periodogram &periodogram, const Series *series, Progress &prog
     const toliman_period_sampling sampling = sampling_of(periodogram.handle, series);
     if ((sampling.flags & TOLIMAN_PERIOD_COARSE) != 0)
         remark_coarse(periodogram.handle, sampling, progress);
+    if (((sampling.flags | periodogram.peak.flags) & TOLIMAN_PERIOD_INACCURATE) != 0)
+        remark_inaccurate(periodogram.handle, progress);
     if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_PAST_CEILING) != 0) {
         char text[200];
         std::snprintf(text, sizeof text,
