@@ -2,6 +2,8 @@
 import json
 import math
 import os
+import re
+import resource
 import signal
 import subprocess
 import time
@@ -334,7 +336,16 @@ class BadSeries(ProgramTest):
             ("t,y,sigma\n1,2,1\n2,3,0\n", "bad.csv:3: sigma = \"0\"", "above 0"),
             ("t,y,sigma\n1,2,1\n2,3,-1\n", "bad.csv:3: sigma = \"-1\"", "above 0"),
             ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "have 3"),
-            ("1,2,3,4\n", "bad.csv:1: has 4 columns", "t,y or t,y,sigma"),
+            ("1,2,3,4\n", "bad.csv:1: has 4 columns, separated by commas", "t,y or t,y,sigma"),
+            ("1 2 3 4\n", "bad.csv:1: has 4 columns, separated by white space", "t,y or t,y,sigma"),
+            ("t y\n1 2\n2 3 4\n", "bad.csv:3: has 3 columns", "have 2"),
+            ("1 2\n2,3\n", "bad.csv:2: has columns separated by commas: the lines before have white space"),
+            ("1;2\n2 3\n", "bad.csv:2: has columns separated by white space: the lines before have semicolons"),
+            ("t,y\n1;2\n", "bad.csv:2: has columns separated by semicolons: the lines before have commas"),
+            ("1 2 3\n2, 3, 4\n", 'bad.csv:2: t = "2,"', "columns are separated by white space"),
+            ("1.5;2\n2,5;3\n", 'bad.csv:2: t = "2,5"', "a decimal point, not a decimal comma"),
+            ("t;y\n1;2,25\n", 'bad.csv:2: y = "2,25"', "a decimal point, not a decimal comma"),
+            ("1,5 2,5 3\n", 'bad.csv:1: y = "5 2"', "columns are separated by commas"),
             ("1,1e999\n", "bad.csv:1: y", "finite number"),
             ("0,1\n1,2\n2,1 5\n", 'bad.csv:3: y = "1 5"', "finite number"),
             ("0,1\n1,2\n2 ,1\t5\n", "bad.csv:3: y", "finite number"),
@@ -362,6 +373,73 @@ class BadSeries(ProgramTest):
         spaced = "".join(" " + row.replace(",", "\t, ") + " \r\n" for row in rows)
         (self.folder / "spaced.csv").write_bytes((" t , y\r\n  # a comment\r\n \r\n" + spaced).encode())
         self.assertEqual(self.succeed("period", "plain.csv"), self.succeed("period", "spaced.csv"))
+
+    def test_separators(self):
+        """White space, tabs, semicolons or commas, told by the first line that is no comment."""
+        rows = [(k, k % 3 + 0.25 * (k % 2), 1 + k % 4) for k in range(12)]
+        expected = None
+        for between in (",", ";", " ", "\t", "  \t ", ", ", " ; "):
+            for names in ("", "t{0}y{0}sigma\n"):
+                text = "# a b; c, d\n\n" + names.format(between) + "".join(
+                    f"{t}{between}{y}{between}{sigma}\n" for t, y, sigma in rows)
+                with self.subTest(between=between, names=names):
+                    (self.folder / "s.txt").write_text(text)
+                    told = self.succeed("period", "s.txt", "--json")
+                    expected = expected or told
+                    self.assertEqual(told, expected)
+                    self.assertEqual(self.run_program("period", "-", "--json", input=text).stdout, expected)
+        (self.folder / "named.txt").write_text("  BJD  quality  RV\n" + "".join(f" {t}  ok  {y} \n" for t, y, _ in rows))
+        (self.folder / "plain.txt").write_text("".join(f"{t}\t{y}\n" for t, y, _ in rows))
+        self.assertEqual(self.succeed("period", "named.txt", "--columns", "BJD,RV"), self.succeed("period", "plain.txt"))
+
+    def test_last_line_without_its_end(self):
+        rows = "".join(f"{k},{k % 3 + 0.5}\n" for k in range(9))
+        (self.folder / "s.csv").write_text(rows)
+        whole = self.run_program("period", "s.csv", "--save-state", "s.tlmp")
+        self.assertEqual((whole.returncode, whole.stderr), (0, ""))
+        (self.folder / "s.csv").write_text(rows[:-1])
+        cut = self.run_program("period", "s.csv")
+        self.assertEqual((cut.returncode, cut.stdout), (0, whole.stdout))
+        self.assertEqual(cut.stderr, "toliman: warning: s.csv:9: has no line end, so that the last number may be cut\n")
+        more = self.run_program("period", "-", "--from-state", "s.tlmp", input="9,0.5\n10,1.25")
+        self.assertEqual(more.returncode, 0, more.stderr)
+        self.assertIn("warning: standard input:2: has no line end", more.stderr)
+        done = self.run_program("period", "-", input=rows + "# the end")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_values_that_are_too_small(self):
+        rows = "".join(f"{k},{k % 3}e-310\n" for k in range(150))
+        done = self.run_program("period", "-", input=rows)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("the 150 that were pushed are equal, or differ by less than value_bound = 1e-99 resolves", done.stderr)
+        self.assertIn("at least 1e-100: scale values below that", done.stderr)
+
+    def test_a_grid_that_needs_more_memory_than_there_is(self):
+        (self.folder / "s.csv").write_text("".join(f"{k},{k % 3}\n" for k in range(9)))
+        done = subprocess.run([PROGRAM, "period", "s.csv", "--f0", "0.1", "--df", "1e-9", "--nf", str(2**26)],
+                              capture_output=True, text=True, cwd=self.folder, timeout=PATIENCE,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31)))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"out of memory: [1-9]\d{9} bytes more were asked for")
+
+    def test_digits_follow_the_error(self):
+        t = numpy.arange(300) * 1.7
+        noise = numpy.random.default_rng(4).normal(size=t.size)
+        for amplitude, scatter in ((1, 0.3), (1e-6, 4e-8), (300, 1), (1, 5), (1e12, 1e11)):
+            y = amplitude * numpy.sin(t / 7) + scatter * noise
+            (self.folder / "s.csv").write_text("".join(f"{a},{b!r}\n" for a, b in zip(t, map(float, y))))
+            lines = self.succeed("period", "s.csv").split("\n")
+            peak = json.loads(self.succeed("period", "s.csv", "--json"))["peak"]
+            error = peak["frequency_error"] / peak["frequency"] ** 2
+            for line, value, sigma in ((lines[0], peak["period"], error),
+                                       (lines[1], peak["amplitude"], peak["amplitude_error"])):
+                number, told = re.match(r"\w+ +(\S+) \+- ([^\s,]+)[ ,]", line).groups()
+                with self.subTest(line=line):
+                    self.assertEqual(float(told), float(f"{sigma:.1e}") if sigma < 10 else round(sigma))
+                    self.assertLess(abs(float(number) - value), max(0.06 * sigma, 0.51 if sigma > 10 else 0))
+                    self.assertEqual("e" in number, abs(value) < 1e-5)
+                    if "e" not in number:
+                        self.assertEqual(len(number.partition(".")[2]), len(told.partition(".")[2]))
 
     def test_standard_input_that_is_no_series(self):
         done = self.run_program("period", "-", input="t,y\n1,2\n2,three\n")

@@ -8,6 +8,7 @@
 #include "common/npy.hpp"
 #include "common/output.hpp"
 #include "options/command.hpp"
+#include "series/columns.hpp"
 #include "series/fap.hpp"
 #include "series/grid_remarks.hpp"
 #include "series/period_report.hpp"
@@ -28,7 +29,7 @@ struct Options {
     bool as_json = false, follow = false, strict = false;
 };
 
-constexpr char kDescription[] = R"(Period of a series: CSV with columns t,y or t,y,sigma, JSON Lines, or a .npy table.
+constexpr char kDescription[] = R"(Period of a series: text with columns t,y or t,y,sigma, JSON Lines, or a .npy table.
 
 Examples:
   toliman period velocities.csv
@@ -38,13 +39,16 @@ Examples:
   receiver | toliman period - --follow --f0 1e-3 --df 1e-4 --nf 5000 --save-state now.tlmp
   toliman period tonight.csv --from-state now.tlmp
 
-A first line of names tells which columns are t, y and sigma; others are passed over. Without one they stand in this
-order. --columns takes columns of other names.
+Columns of text are separated by semicolons if the first line has one, else by commas if it has one, else by white space.
+Numbers have a decimal point. Empty lines and lines that begin with # are passed over. A first line of names tells which
+columns are t, y and sigma; others are passed over. Without one they stand in this order. --columns takes columns of other
+names.
 
 Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
 1/(2 median dt), with T the time span plus one median step; where these are more than 2e6 they must be given. The FAP
 depends on the grid, so it stands in the result. Remarks tell of a peak at the edge of the grid, beyond which the period
-may lie, of a grid coarser than 1/(5 T), and of one that goes beyond 1/(2 median dt).
+may lie, of a grid coarser than 1/(5 T), of one that goes beyond 1/(2 median dt), and of powers that may be wrong by more than
+0.001, at frequencies of which the samples cover too small a part of a cycle.
 
 --fap: baluev, the chance that noise peaks so high somewhere on the grid (an upper bound, nearly reached); naive, the same
 were there f T independent frequencies, too small by some 3 at 0.01; single, at a frequency known beforehand; bootstrap,
@@ -173,6 +177,8 @@ void period(const Options &options, Progress &progress) {
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
     const Series series = read_series(options.file, columns_of(options));
+    if (!series.remark.empty())
+        progress.warn(series.remark);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
@@ -187,7 +193,7 @@ void add_period(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("period", kDescription);
     auto options = std::make_shared<Options>();
     CLI::Option *file =
-        command->add_option("FILE", options->file, "CSV, JSON Lines or .npy: t, y[, sigma]; - reads standard input");
+        command->add_option("FILE", options->file, "text, JSON Lines or .npy: t, y[, sigma]; - reads standard input");
     command->add_option("--columns", options->columns, "names of the columns: T,Y or T,Y,SIGMA, default t,y,sigma");
     command->add_option("--f0", options->f0, "first frequency, cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step, likewise, default 1/(10 T)");

@@ -6,7 +6,7 @@
 
 #include "common/failure.hpp"
 #include "common/lines.hpp"
-#include "series/series.hpp"
+#include "series/columns.hpp"
 
 namespace cli {
 

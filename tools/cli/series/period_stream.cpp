@@ -74,7 +74,7 @@ class Stream {
     std::string name_;                 // of the input
     int64_t skipped_ = 0, saved_ = -1; // lines, samples
     bool printed_ = false;             // a line
-    bool coarse_ = false;              // the remark was made
+    uint32_t remarked_ = 0;            // flags of the grid, each once
 };
 
 // References from the first sample, bounds from the options.
@@ -122,8 +122,7 @@ void Stream::push(const Sample &sample, const SampleReader &reader) {
 void Stream::report(double t) {
     if (count() >= kFewest && print_update(periodogram_, t))
         printed_ = true;
-    if (!coarse_)
-        coarse_ = remark_if_coarse(periodogram_, progress_);
+    remark_while_following(periodogram_, remarked_, progress_);
 }
 
 // False at the end.
@@ -156,6 +155,8 @@ void Stream::read() {
     while (step(reader)) {
     }
     progress_.clear();
+    if (reader.cut())
+        progress_.warn(reader.where() + kCutRemark);
     if (!periodogram_)
         malformed(name_, reader.empty() ? "is empty" : "holds no samples");
 }

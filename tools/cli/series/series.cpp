@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sys/stat.h>
@@ -13,6 +12,7 @@
 #include "common/lines.hpp"
 #include "common/npy.hpp"
 #include "common/terminal.hpp"
+#include "series/columns.hpp"
 
 namespace cli {
 
@@ -21,24 +21,6 @@ namespace {
 constexpr size_t kFewest = 2, kMost = 3; // columns that are read
 constexpr const char *kNames[kMost] = {"t", "y", "sigma"};
 constexpr double kLargest = 1e98, kLeastSigma = 1e-98; // squares and differences of these keep within double
-
-// Without the white space around it and the quotes around that; what is inside stays and makes no number.
-std::string trimmed(const std::string &text) {
-    constexpr char space[] = " \t\r\v\f";
-    const size_t first = text.find_first_not_of(space);
-    if (first == std::string::npos)
-        return "";
-    const std::string word = text.substr(first, text.find_last_not_of(space) - first + 1);
-    const bool quoted = word.size() >= 2 && word.front() == '"' && word.back() == '"';
-    return quoted ? word.substr(1, word.size() - 2) : word;
-}
-
-// All of the field is a number, NUL bytes included.
-bool number_of(const std::string &field, double &value) {
-    char *end = nullptr;
-    value = std::strtod(field.c_str(), &end);
-    return !field.empty() && end == field.c_str() + field.size();
-}
 
 // What is wrong with a value in one of the columns; nullptr: nothing.
 constexpr const char *kNoNumber = "must be a finite number";
@@ -54,13 +36,6 @@ const char *flaw_of(double value, size_t column) noexcept {
 bool heading(const std::string &field) {
     double number;
     return field.empty() || (std::strchr("0123456789+-.", field[0]) == nullptr && !number_of(field, number));
-}
-
-std::string joined(const std::vector<std::string> &names) {
-    std::string list;
-    for (const std::string &name : names)
-        list += (list.empty() ? "" : ",") + name;
-    return list;
 }
 
 } // namespace
@@ -86,10 +61,16 @@ class SampleReader::Lines {
                 take_object(line, sample);
                 return true;
             }
-            const std::vector<std::string> fields = names_of(line);
+            if (!settled_)
+                separator_ = separator_of(line);
+            const std::vector<std::string> fields = split(line, separator_);
             const bool empty = fields.size() == 1 && fields[0].empty();
-            if (!empty && fields[0][0] != '#' && take(fields, sample))
+            if (empty || fields[0][0] == '#')
+                continue;
+            if (take(fields, line, sample)) {
+                cut_ = !in_.whole();
                 return true;
+            }
         }
         return false;
     }
@@ -98,6 +79,7 @@ class SampleReader::Lines {
     std::string where() const { return in_.name() + ":" + std::to_string(number_); }
     bool weighted() const noexcept { return at_.size() == kMost; }
     bool empty() const noexcept { return number_ == 0; }
+    bool cut() const noexcept { return cut_; }
 
   private:
     // This line is no sample.
@@ -116,7 +98,7 @@ class SampleReader::Lines {
     }
 
     // False for a line of names.
-    bool take(const std::vector<std::string> &fields, Sample &sample) {
+    bool take(const std::vector<std::string> &fields, const std::string &line, Sample &sample) {
         if (objects_)
             bad("is no JSON object, as the lines before");
         if (!settled_ && fields.size() >= kFewest && heading(fields[0]) && heading(fields[1])) {
@@ -125,6 +107,9 @@ class SampleReader::Lines {
         }
         if (!settled_)
             take_positions(fields.size());
+        if (fields.size() != width_ && separator_of(line) != separator_)
+            bad("has columns separated by " + std::string(name_of(separator_of(line))) + ": the lines before have " +
+                name_of(separator_));
         if (fields.size() != width_)
             bad("has " + std::to_string(fields.size()) + " columns: the lines before have " + std::to_string(width_));
         double values[kMost] = {0, 0, 1};
@@ -183,7 +168,8 @@ class SampleReader::Lines {
         if (!wanted_.empty())
             hopeless("names no columns: --columns " + joined(wanted_) + " needs a first line that does");
         if (columns < kFewest || columns > kMost)
-            bad("has " + std::to_string(columns) + " columns: without a line of names t,y or t,y,sigma are read");
+            bad("has " + std::to_string(columns) + (columns == 1 ? " column" : " columns") + ", separated by " +
+                name_of(separator_) + ": without a line of names t,y or t,y,sigma are read");
         at_.clear();
         for (size_t i = 0; i < columns; i++)
             at_.push_back(i);
@@ -192,10 +178,16 @@ class SampleReader::Lines {
 
     double value_of(const std::string &field, size_t column) const {
         double value;
-        const char *flaw = number_of(field, value) ? flaw_of(value, column) : kNoNumber;
-        if (flaw != nullptr)
-            bad(kNames[column] + (" = \"" + field + "\": ") + flaw);
-        return value;
+        const bool number = number_of(field, value);
+        const char *flaw = number ? flaw_of(value, column) : kNoNumber;
+        if (flaw == nullptr)
+            return value;
+        std::string why = kNames[column] + (" = \"" + field + "\": ") + flaw;
+        if (decimal_comma(field))
+            why += " with a decimal point, not a decimal comma";
+        else if (!number && field.find_first_of(separator_ == Separator::space ? ",;" : ",; \t") != std::string::npos)
+            why += std::string("; columns are separated by ") + name_of(separator_);
+        bad(why);
     }
 
     LineSource in_;
@@ -206,6 +198,8 @@ class SampleReader::Lines {
     size_t number_ = 0;      // of the line
     bool settled_ = false;   // a line of names or a sample has told what lines are like
     bool objects_ = false;   // JSON Lines
+    bool cut_ = false;       // the last sample's line has no line end
+    Separator separator_ = Separator::comma;
 };
 
 SampleReader::SampleReader(const std::string &path, const std::vector<std::string> &columns)
@@ -233,18 +227,12 @@ bool SampleReader::empty() const noexcept {
     return lines_->empty();
 }
 
-bool SampleReader::weighted() const noexcept {
-    return lines_->weighted();
+bool SampleReader::cut() const noexcept {
+    return lines_->cut();
 }
 
-std::vector<std::string> names_of(const std::string &list) {
-    std::vector<std::string> names;
-    names.reserve(kMost);
-    size_t start = 0;
-    for (size_t comma; (comma = list.find(',', start)) != std::string::npos; start = comma + 1)
-        names.push_back(trimmed(list.substr(start, comma - start)));
-    names.push_back(trimmed(list.substr(start)));
-    return names;
+bool SampleReader::weighted() const noexcept {
+    return lines_->weighted();
 }
 
 namespace {
@@ -301,6 +289,8 @@ Series read_series(const std::string &name, const std::vector<std::string> &colu
         if (reader.weighted())
             series.sigma.push_back(sample.sigma);
     }
+    if (reader.cut())
+        series.remark = reader.where() + kCutRemark;
     if (series.t.empty())
         malformed(series.name, reader.empty() ? "is empty" : "holds no samples");
     return series;

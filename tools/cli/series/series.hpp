@@ -1,4 +1,4 @@
-// Series of samples: CSV with comments and a line of names or none, JSON Lines, or a .npy table.
+// Series of samples: text with comments and a line of names or none, JSON Lines, or a .npy table.
 #pragma once
 #include <functional>
 #include <memory>
@@ -18,6 +18,8 @@ class BadLine : public Failure {
   public:
     explicit BadLine(const std::string &text) : Failure(kExitInput, text) {}
 };
+
+constexpr char kCutRemark[] = ": has no line end, so that the last number may be cut";
 
 // Samples line by line, as they come. Columns are t,y or t,y,sigma. With a line of names they stand anywhere among
 // others, and `columns` may be other names for them: {"t", "latent"}; keys of JSON objects likewise. Every malformed
@@ -39,6 +41,7 @@ class SampleReader {
     std::string where() const;                // the last line, "rv.csv:7"
     bool weighted() const noexcept;           // samples have a sigma
     bool empty() const noexcept;              // no line was read
+    bool cut() const noexcept;                // the last line of columns has no line end
 
   private:
     class Lines;
@@ -48,12 +51,10 @@ class SampleReader {
 struct Series {
     std::string name;                // as messages call the file
     std::vector<double> t, y, sigma; // sigma empty when the file has none
+    std::string remark = {};         // a warning, "" for none
 };
 
 // All samples of a file, at least one; .npy files too: float64 [samples][2 or 3].
 Series read_series(const std::string &name, const std::vector<std::string> &columns = {});
-
-// The names in "t,latent".
-std::vector<std::string> names_of(const std::string &list);
 
 } // namespace cli
