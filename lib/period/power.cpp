@@ -165,8 +165,8 @@ bool PowerQuery::needs_wide() const noexcept {
 bool PowerQuery::any_inaccurate(double nyquist) const noexcept {
     constexpr double kRounding = 1e-9;
     return meaningful() && any_worse(kInaccurate, [&](int64_t k) {
-               const double part = frequency(k) / nyquist;
-               return !(std::fabs(part - std::nearbyint(part)) <= kRounding * part);
+               const double part = frequency(k) / nyquist, multiple = std::nearbyint(part);
+               return !(multiple > 0 && std::fabs(part - multiple) <= kRounding * part);
            });
 }
 

@@ -119,7 +119,7 @@ class Small(ProgramTest):
         self.scene(stars={"A": {"spectrum": {"kind": "blackbdy", "temperature_k": 5790}}})
         self.psf_refused(2, 's.json: stars.A.spectrum.kind = "blackbdy": must be one of ', 'did you mean "blackbody"?')
         self.scene(noise={"seed": 1e17})
-        self.psf_refused(2, "s.json: noise.seed = 1e+17: must be in [0, 9007199254740992]")
+        self.psf_refused(2, "s.json: noise.seed = 1e+17: must be in [0, 9007199254740991]")
         self.scene(detector={"shape": [2048, 2048], "pixel_scale_arcsec": 3})
         self.psf_refused(2, "s.json: telescope.pupil_samples = 32: must be at least ", "2048 at most",
                          "detector.shape or detector.pixel_scale_arcsec smaller")
