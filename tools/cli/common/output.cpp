@@ -1,14 +1,18 @@
 #include "common/output.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstdarg>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <memory>
+#include <poll.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/terminal.hpp"
@@ -18,6 +22,7 @@ namespace cli {
 namespace {
 
 constexpr int kMostTemporaries = 100;
+constexpr int kPatience = 1000; // ms, that a stopped program waits for the reader of its output
 
 bool is_link(const std::string &path) noexcept {
     struct stat facts = {};
@@ -27,6 +32,14 @@ bool is_link(const std::string &path) noexcept {
 // fchmod; true also on a file system that knows no permissions.
 bool set_mode(int descriptor, mode_t mode) noexcept {
     return ::fchmod(descriptor, mode) == 0 || errno == EPERM || errno == ENOTSUP || errno == ENOSYS;
+}
+
+// Bytes from `at` on that a pipe which is ready takes at once, and in whole lines if possible: only poll() waits for
+// the reader, a signal ends that, and leaves no line cut.
+size_t portion(const std::string &text, size_t at) {
+    const size_t most = std::min<size_t>(text.size() - at, PIPE_BUF);
+    const size_t newline = text.rfind('\n', at + most - 1);
+    return newline == std::string::npos || newline < at ? most : newline + 1 - at;
 }
 
 // A write to a full pipe also fails when a signal comes.
@@ -190,8 +203,22 @@ void check_output(const std::string &path) {
 }
 
 void print_stdout(const std::string &text) {
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    static std::string waiting; // with what a signal left unwritten
+    static size_t written = 0;
+    if (std::fflush(stdout) != 0)
         lost_stdout(errno);
+    waiting.erase(0, std::exchange(written, 0)) += text;
+    while (written < waiting.size()) {
+        pollfd out = {STDOUT_FILENO, POLLOUT, 0};
+        if (::poll(&out, 1, kPatience) <= 0) {
+            stop_if_asked();
+            continue;
+        }
+        const ssize_t count = ::write(STDOUT_FILENO, waiting.data() + written, portion(waiting, written));
+        if (count < 0 && errno != EINTR && errno != EAGAIN)
+            lost_stdout(errno);
+        written += static_cast<size_t>(std::max<ssize_t>(count, 0));
+    }
 }
 
 } // namespace cli

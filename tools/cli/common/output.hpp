@@ -57,7 +57,8 @@ class OutputFolder {
 // Fails now where an OutputFile would in the end; leaves nothing behind.
 void check_output(const std::string &path);
 
-// Data on stdout; a closed pipe or full disk is exit code 6.
+// Data on stdout; a closed pipe or full disk is exit code 6. A signal ends the waiting for a reader: what is not
+// written then goes before the next text.
 void print_stdout(const std::string &text);
 
 } // namespace cli

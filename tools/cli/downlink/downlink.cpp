@@ -242,8 +242,10 @@ std::vector<std::string> Downlink::sides_of(const std::string &input) {
 }
 
 void Downlink::look_at(const std::string &side) {
-    if (!exists(side) || !exists(binary_of(side))) // yet
+    if (!exists(side) || !exists(binary_of(side))) { // yet
+        halves_[side]++;
         return;
+    }
     const PairFormat format = {options_.dtype == "u32le", options_.rows, options_.cols};
     Pair &pair = growing_.try_emplace(side, side, format).first->second;
     try {
@@ -273,9 +275,9 @@ void Downlink::end() {
             name_half(side);
 }
 
-// A pair of which only one file ever came.
+// A pair of which only one file ever came. What one look found may be on its way.
 void Downlink::name_half(const std::string &side) {
-    if (growing_.count(side) > 0)
+    if (growing_.count(side) > 0 || halves_[side] < 2)
         return;
     try {
         check_whole(side);

@@ -57,3 +57,4 @@ class Downlink {
 };
 
 } // namespace cli
+    std::map<std::string, int> halves_;   // looks that found one file of a pair alone

@@ -159,7 +159,9 @@ void Pair::give(Receiver &receiver) {
 // of before, and where its sizes are those of another dtype, which it may be growing through.
 void Pair::read(Receiver &receiver, bool growing) {
     const FileStamp side(side_), binary(binary_);
-    if (growing && !doubtful_ && side == side_stamp_ && binary == binary_stamp_)
+    growing_ = growing;
+    rests_ = side == side_stamp_ && binary == binary_stamp_;
+    if (growing && !doubtful_ && rests_)
         return;
     const bool replaced = was_replaced(side_stamp_, side) || was_replaced(binary_stamp_, binary);
     const bool looked_at = !growing || std::exchange(doubtful_, replaced);
@@ -183,7 +185,9 @@ void Pair::read(Receiver &receiver, bool growing) {
 }
 
 void Pair::end(Receiver &receiver) {
-    if (doubtful_ || (given_ == 0 && !other_dtype().empty()))
+    if (doubtful_ || given_ < places_.size() || (given_ == 0 && !other_dtype().empty()))
+        return;
+    if (growing_ && !(rests_ && is_unchanged()))
         return;
     const bool behind_odd =
         given_ < lines_.size() && (!lines_[given_].why.empty() || bytes(lines_[given_]) != bytes(lines_.front()));
@@ -200,6 +204,15 @@ void Pair::end(Receiver &receiver) {
     }
     if (binary_stamp_.size > used_ && places_.size() == lines_.size())
         receiver.remark(Remark::extra_bytes, binary_,
+// Files that are gone are not what they were.
+bool Pair::is_unchanged() const {
+    try {
+        return FileStamp(side_) == side_stamp_ && FileStamp(binary_) == binary_stamp_;
+    } catch (const Failure &) {
+        return false;
+    }
+}
+
                         std::to_string(binary_stamp_.size - used_) + " bytes more than the frames of " + side_);
 }
 

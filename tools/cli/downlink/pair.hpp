@@ -26,7 +26,8 @@ class Pair {
 
     // Gives the frames that were not there before.
     void read(Receiver &receiver, bool growing);
-    // Tells of those that never came, and of bytes that belong to none.
+    // Tells of those that never came, and of bytes that belong to none. Of a pair that grows, only where all its frames
+    // were given and the last two looks, and this one, find the same files: the others may go on.
     void end(Receiver &receiver);
 
   private:
@@ -36,6 +37,7 @@ class Pair {
     size_t usual_bytes() const noexcept;
     size_t bytes(const SideLine &line) const noexcept;
     std::string other_dtype() const;
+    bool is_unchanged() const;
     void place(size_t size);
     void give(Receiver &receiver);
     size_t good_before(size_t line) const noexcept;
@@ -46,8 +48,10 @@ class Pair {
 
     std::string side_, binary_;
     PairFormat format_;
-    FileStamp side_stamp_, binary_stamp_; // when last looked at
-    bool doubtful_ = false;               // it may be under way: whether it is what it seems is seen at the next look
+    FileStamp side_stamp_, binary_stamp_;  // when last looked at
+    bool doubtful_ = false;                // it may be under way: whether it is what it seems is seen at the next look
+    bool growing_ = false, rests_ = false; // rests_: the last look found nothing new
+    bool drift_told_ = false;
     std::vector<SideLine> lines_;
     std::vector<Place> places_; // of the first lines; the others have none
     size_t used_ = 0;           // bytes, up to the last place

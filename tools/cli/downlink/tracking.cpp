@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
 
@@ -80,6 +81,8 @@ void Tracking::take() {
     // No update is passed over: at most as many frames at once as are left to the next.
     if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_)))
         flush();
+        print_acknowledged();
+    }
     stop_if_asked();
 }
 
@@ -108,7 +111,6 @@ void Tracking::flush() {
         check(toliman_track_save(tracker_.get()));
         saved_ = lines_;
     }
-    print_acknowledged();
 }
 
 void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
@@ -298,7 +300,6 @@ void Tracking::rescue() {
         update(Fit::none);
         check(toliman_track_save(tracker_.get()));
         progress_.clear();
-        print_acknowledged();
         conclude();
         progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
@@ -307,4 +308,5 @@ void Tracking::rescue() {
     }
 }
 
+    ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
 } // namespace cli
