@@ -163,6 +163,25 @@ class Times(Fits):
         self.assertEqual(remarks[name]["text"], "time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing")
         self.assertIn("toliman: warning: x.fits: time by", self.errors)
 
+    def test_without_exposure(self):
+        """Taken as mid-exposure, whatever --cadence says; a rule that is complete goes before."""
+        cards = {"MJD-BEG": "60000", "DATE-OBS": "'2029-05-05'", "TIMESYS": "'TAI'"}
+        for k, (more, text, at) in enumerate((
+            ({}, "MJD-BEG, taken as mid-exposure as XPOSURE is missing, in TAI", ("60000", "mjd")),
+            ({"MJD-BEG": ""}, "DATE-OBS, taken as mid-exposure as EXPTIME is missing, in TAI", ("2029-05-05T00:00:00", "isot")),
+            ({"EXPTIME": "0"}, "DATE-OBS + EXPTIME/2 in TAI", ("2029-05-05T00:00:00", "isot")),
+        )):
+            for cadence in ((), ("--cadence", "60")):
+                name = self.write(f"x{k}.fits", {**cards, **more})
+                frames, remarks = self.read([name], *cadence, state=f"s{k}{len(cadence)}")
+                self.assertEqual(frames[f"x{k}"]["tai_ns"], tai_ns(at[0], "tai", at[1]))
+                self.assertEqual(remarks[name]["text"], "time by " + text)
+                self.assertEqual("toliman: warning: x" in self.errors, "mid-exposure" in text)
+        nights = [self.write(f"n{k}.fits", {"MJD-OBS": str(60000 + 30 * k)}) for k in range(12)]
+        frames, _ = self.read(nights, "--cadence", "60", state="nights")
+        self.assertEqual([frames[f"n{k}"]["tai_ns"] - frames["n0"]["tai_ns"] for k in range(12)],
+                         [30 * k * DAY for k in range(12)])
+
     def test_refused(self):
         good = {"TIMESYS": "'UTC'", "EXPTIME": "10", "XPOSURE": "10"}
         cases = [
@@ -183,7 +202,6 @@ class Times(Fits):
             ({"MJD-BEG": "60000", "XPOSURE": "NaN"}, "XPOSURE = NaN: must be from 0 to 1e9 s"),
             ({"MJD-BEG": "60000", "XPOSURE": "-1"}, "XPOSURE = -1"), ({"MJD-OBS": "60000", "EXPTIME": "1e10"}, "EXPTIME"),
             ({"MJD-AVG": "60000", "TIMESYS": "'TDB'"}, "TIMESYS = 'TDB"), ({"MJD-AVG": "60000", "TIMESYS": "5"}, "TIMESYS"),
-            ({"MJD-BEG": "60000", "XPOSURE": ""}, "tells no time (MJD-BEG without XPOSURE): needs --cadence"),
             ({}, "tells no time: needs --cadence"), ({"FRAME1": "1.5", "MJD-AVG": "60000"}, "FRAME1"),
             ({"FRAME1": "9223372036854775807", "MJD-AVG": "60000"}, "FRAME1"),
         ]
@@ -266,6 +284,40 @@ class Files(Fits):
         self.assertIn("from there on by its table FRAMES", self.errors)
         self.track("v", "few.fits", "--strict", code=4)
         self.assertIn("5 rows for 48 frames", self.errors)
+
+    def test_numbers_times_cadence(self):
+        """Without a time FRAME1 tells a file's place, by --session or names; the same files again are no overlap."""
+        cubes = [self.write(f"c{k}.fits", {"FRAME1": str(4 * k)} if k else {}, self.frames[4 * k:4 * k + 4]) for k in range(3)]
+        for session in ((), ("--session", "one")):
+            files = cubes[::-1] if not session else [*cubes[:0:-1], *cubes[1:]]  # of one session all need FRAME1
+            out = self.track(f"s{len(session)}", "-", "--cadence", "0.7", *session, stdin="\n".join(files))
+            frames = [line for line in out if line.get("verdict") == "accepted"]
+            self.assertEqual(sorted(line["frame_id"] for line in frames), list(range(4 if session else 0, 12)))
+            self.assertEqual([line["camera_ns"] for line in frames], [line["frame_id"] * 700000000 for line in frames])
+            self.assertNotIn("warning", self.errors)
+            self.assertIn("c2.fits: time by FRAME1 and --cadence, by the camera's clock", self.errors)
+        before = self.write("before.fits", {"FRAME1": "-3"}, self.frames[:2])
+        out = self.track("before", before, "--cadence", "2")
+        self.assertEqual([line["camera_ns"] for line in out if "value" in line], [-6 * 10**9, -4 * 10**9])
+        far = self.write("far.fits", {"FRAME1": str(2**62)})
+        self.track("far", far, "--cadence", "2", "--strict", code=4)
+        self.assertIn("is more than 4e9 s from frame 0", self.errors)
+
+    def test_same_times_by_cadence(self):
+        """Files of which nothing tells the time."""
+        for k in range(3):
+            numpy.save(self.folder / f"a{k}.npy", self.frames[4 * k:4 * k + 4])
+            self.write(f"b{k}.fits", {"FRAME1": str(3 * k)}, self.frames[4 * k:4 * k + 4])
+            self.write(f"t{k}.fits", {"MJD-AVG": str(60000 + 3 * k), "TIMESYS": "'TAI'"}, self.frames[4 * k:4 * k + 4])
+        for kind, names in (("a", ["a0.npy", "a1.npy", "a2.npy", "a0.npy"]), ("b", [f"b{k}.fits" for k in range(3)]),
+                            ("t", [f"t{k}.fits" for k in range(3)])):
+            out = self.track(kind, *names, "--cadence", "86400", "--strict")
+            told = {line["input"]: line["text"] for line in out if line.get("remark") == "same times"}
+            self.assertEqual(list(told), names[1:3])
+            self.assertIn(f"its times by --cadence overlap those of {names[0]}: FRAME1 or a time", told[names[1]])
+            self.assertEqual(self.errors.count("warning: "), 2, self.errors)
+        self.track("apart", "t0.fits", "t1.fits", "t2.fits", "--cadence", "3600")
+        self.assertNotIn("warning", self.errors)
 
     def test_cubes_of_simulate(self):
         """The table gives what the pair of files gives: numbers, camera's time, bits."""

@@ -82,7 +82,7 @@ class Header final : public cli::FrameFile {
 void read_times(const std::string &text) {
     static const cli::LeapSeconds leap_seconds("");
     Header header(text);
-    const cli::FrameTimes times(header, 86400.0, leap_seconds);
+    const cli::FrameTimes times(header, 7, 86400.0, leap_seconds);
     require(!times.rule().empty() && times.at(2) - times.at(0) < INT64_MAX / 2, "no time");
 }
 

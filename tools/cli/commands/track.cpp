@@ -51,10 +51,12 @@ the exit code is then 4. Where the sizes of a pair do not add up, only frames be
 
 FITS files tell their time, mid-exposure, by the first of MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2 and
 DATE-OBS + EXPTIME/2, in the scale TIMESYS: UTC (also if it is missing), TAI, TT or GPS. It becomes TAI in ns since
-1970-01-01T00:00:00 TAI, for folders without --clock. It is that of a cube's first frame; the others follow as the table
-FRAMES of `toliman simulate` says, or by --cadence. A file without these keywords has the times of that table or, from 0
-on, of --cadence. What a file says goes before --cadence; the rule is told for each file. FRAME1 is the number of a file's
-first frame, default 0: with it many files may have one --session.
+1970-01-01T00:00:00 TAI, for folders without --clock. Without XPOSURE or EXPTIME a time is taken as mid-exposure, with a
+warning. It is that of a cube's first frame; the others follow as the table FRAMES of `toliman simulate` says, or by
+--cadence. A file without these keywords has the times of that table, or those of its frames' numbers times --cadence.
+What a file says goes before --cadence; the rule is told for each file. FRAME1 is the number of a file's first frame,
+default 0: with it many files may have one --session. .npy files have no FRAME1: each begins at time 0. A warning tells
+where files have the same times by --cadence.
 
 A new folder needs --grid or --mission-days; one that exists remembers grid, clock, shape and limits.)";
 

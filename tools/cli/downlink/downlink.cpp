@@ -176,8 +176,8 @@ FrameFacts Downlink::facts_of(FrameFile &file) {
     return facts;
 }
 
-FrameTimes Downlink::times_of(FrameFile &file) {
-    FrameTimes times(file, options_.cadence, options_.leap_seconds);
+FrameTimes Downlink::times_of(FrameFile &file, const FrameFacts &first) {
+    FrameTimes times(file, first.id, options_.cadence, options_.leap_seconds);
     if (times.is_tai() && options_.clock)
         throw Failure(kExitUsage, file.path() + ": its time (" + times.rule() +
                                       ") becomes TAI by itself, and the folder has a clock: must be a folder without "
@@ -190,13 +190,37 @@ FrameTimes Downlink::times_of(FrameFile &file) {
                            " only: --leap-seconds FILE takes a newer leap-seconds.list of the IERS",
                        true);
     told_beyond_ = told_beyond_ || times.beyond();
+    if (times.by_cadence())
+        remark_overlap(file, first, times);
     return times;
+}
+
+// The same frames again have the same times.
+void Downlink::remark_overlap(const FrameFile &file, const FrameFacts &first, const FrameTimes &times) {
+    const size_t last = file.count() - 1;
+    const CadenceSpan span = {file.path(), first.session, first.id, first.id + static_cast<int64_t>(last),
+                              times.at(0), times.at(last)};
+    const auto has_frames = [&span](const CadenceSpan &other) {
+        return span.session == other.session && span.first_id <= other.last_id && other.first_id <= span.last_id;
+    };
+    const auto overlaps = [&span](const CadenceSpan &other) {
+        return span.first_ns <= other.last_ns && other.first_ns <= span.last_ns;
+    };
+    if (std::any_of(spans_.begin(), spans_.end(), has_frames))
+        return;
+    const auto other = std::find_if(spans_.begin(), spans_.end(), overlaps);
+    if (other != spans_.end())
+        receiver_.tell("same times", span.path,
+                       "its times by --cadence overlap those of " + other->path +
+                           ": FRAME1 or a time in the header of a FITS file sets it apart",
+                       true);
+    spans_.push_back(span);
 }
 
 void Downlink::read_cube(const std::string &path) {
     const auto file = open_frames(path);
     FrameFacts facts = facts_of(*file);
-    const FrameTimes times = times_of(*file);
+    const FrameTimes times = times_of(*file, facts);
     const size_t pixels = file->rows() * file->cols();
     for (size_t k = 0; k < file->count(); k++, facts.id++) {
         facts.camera_ns = times.at(k);

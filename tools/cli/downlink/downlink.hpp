@@ -33,6 +33,11 @@ class Downlink {
     void read();
 
   private:
+    // A file whose frames have their times by the cadence.
+    struct CadenceSpan {
+        std::string path, session;
+        int64_t first_id, last_id, first_ns, last_ns;
+    };
     void read_names();
     void read_input(const std::string &name);
     void read_folder(const std::string &folder);
@@ -42,7 +47,8 @@ class Downlink {
     std::vector<std::string> sides_of(const std::string &input);
     void look_at(const std::string &side);
     FrameFacts facts_of(FrameFile &file);
-    FrameTimes times_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file, const FrameFacts &first);
+    void remark_overlap(const FrameFile &file, const FrameFacts &first, const FrameTimes &times);
     void poll();
     void end();
     void name_half(const std::string &side);
@@ -53,7 +59,8 @@ class Downlink {
     std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
     std::set<std::string> gone_;          // inputs that are followed and cannot be opened
     std::string unnumbered_;              // the file without FRAME1 that had --session
-    bool told_beyond_ = false;            // that the table of leap seconds has expired
+    std::vector<CadenceSpan> spans_;
+    bool told_beyond_ = false; // that the table of leap seconds has expired
 };
 
 } // namespace cli

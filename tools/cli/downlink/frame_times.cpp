@@ -13,7 +13,8 @@ namespace {
 constexpr int64_t kSecond = 1000000000;
 constexpr int64_t kFirstDay = 36204, kEndDay = 88069, kDayOf1970 = 40587; // 1958-01-01, when TAI began, to 2100-01-01
 
-// Keywords of the time, and of the exposure (s) of which half is added; the first rule that is there holds.
+// Keywords of the time, and of the exposure (s) of which half is added; the first rule that is there holds, or else the
+// first of which the time is there.
 struct Rule {
     const char *time, *exposure;
 };
@@ -88,33 +89,53 @@ int64_t half_of(FrameFile &file, const char *key, const std::string &value) {
     return *half;
 }
 
+struct Keywords {
+    const Rule *rule;
+    std::string time;
+    std::optional<std::string> exposure;
+};
+
+std::optional<Keywords> find_keywords(FrameFile &file) {
+    std::optional<Keywords> without;
+    for (const Rule &rule : kRules) {
+        const std::optional<std::string> time = file.value_of(rule.time);
+        const std::optional<std::string> exposure =
+            rule.exposure != nullptr ? file.value_of(rule.exposure) : std::nullopt;
+        if (!time)
+            continue;
+        if (rule.exposure == nullptr || exposure)
+            return Keywords{&rule, *time, exposure};
+        if (!without)
+            without = Keywords{&rule, *time, std::nullopt};
+    }
+    return without;
+}
+
 } // namespace
 
 // False where there are none.
 bool FrameTimes::read_keywords(FrameFile &file, const LeapSeconds &leap_seconds) {
-    for (const Rule &rule : kRules) {
-        const std::optional<std::string> value = file.value_of(rule.time);
-        const std::optional<std::string> exposure =
-            rule.exposure != nullptr ? file.value_of(rule.exposure) : std::optional<std::string>("0");
-        if (value && !exposure)
-            left_out_ += std::string(left_out_.empty() ? "" : ", ") + rule.time + " without " + rule.exposure;
-        if (!value || !exposure)
-            continue;
-        const Scale &scale = scale_of(file, assumed_);
-        const LeapSeconds *utc = &scale == kScales ? &leap_seconds : nullptr;
-        const DayTime time = time_of(file, rule, *value, utc);
-        first_ = (time.day - kDayOf1970) * 86400 * kSecond + time.ns + scale.ahead_ns +
-                 (utc != nullptr ? *utc->ahead(time.day) * kSecond : 0) +
-                 (rule.exposure != nullptr ? half_of(file, rule.exposure, *exposure) : 0);
-        beyond_ = utc != nullptr && time.day >= utc->expires();
-        rule_ = rule.time + (rule.exposure != nullptr ? std::string(" + ") + rule.exposure + "/2" : "") + " in " +
-                scale.name + (assumed_ ? ", as TIMESYS is missing" : "");
-        return true;
-    }
-    return false;
+    const std::optional<Keywords> found = find_keywords(file);
+    if (!found)
+        return false;
+    const Rule &rule = *found->rule;
+    const Scale &scale = scale_of(file, assumed_);
+    const LeapSeconds *utc = &scale == kScales ? &leap_seconds : nullptr;
+    const DayTime time = time_of(file, rule, found->time, utc);
+    first_ = (time.day - kDayOf1970) * 86400 * kSecond + time.ns + scale.ahead_ns +
+             (utc != nullptr ? *utc->ahead(time.day) * kSecond : 0) +
+             (found->exposure ? half_of(file, rule.exposure, *found->exposure) : 0);
+    beyond_ = utc != nullptr && time.day >= utc->expires();
+    const bool halved = rule.exposure == nullptr || found->exposure;
+    rule_ = rule.time + (found->exposure ? std::string(" + ") + rule.exposure + "/2" : "") +
+            (halved ? "" : std::string(", taken as mid-exposure as ") + rule.exposure + " is missing,") + " in " +
+            scale.name + (assumed_ ? ", as TIMESYS is missing" : "");
+    assumed_ = assumed_ || !halved;
+    return true;
 }
 
-FrameTimes::FrameTimes(FrameFile &file, const std::optional<double> &cadence, const LeapSeconds &leap_seconds)
+FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
+                       const LeapSeconds &leap_seconds)
     : path_(file.path()), cadence_(cadence) {
     is_tai_ = read_keywords(file, leap_seconds);
     for (const double days : file.days()) {
@@ -132,11 +153,12 @@ FrameTimes::FrameTimes(FrameFile &file, const std::optional<double> &cadence, co
             step -= first;
     }
     if (!by_table && !cadence_ && !is_tai_)
-        malformed(path_,
-                  "tells no time" + (left_out_.empty() ? "" : " (" + left_out_ + ")") + ": needs --cadence SECONDS");
+        malformed(path_, "tells no time: needs --cadence SECONDS");
     if (!by_table && !cadence_ && file.count() > 1)
         malformed(path_, "tells the time of its first frame only: needs --cadence SECONDS");
-    const std::string step = by_table ? "its table FRAMES" : "--cadence";
+    by_cadence_ = !by_table && (!is_tai_ || file.count() > 1);
+    number_ = by_table || is_tai_ ? 0 : number;
+    const std::string step = by_table ? "its table FRAMES" : number_ != 0 ? "FRAME1 and --cadence" : "--cadence";
     if (!is_tai_)
         rule_ = step + ", by the camera's clock";
     else if (file.count() > 1)
@@ -145,13 +167,14 @@ FrameTimes::FrameTimes(FrameFile &file, const std::optional<double> &cadence, co
 
 int64_t FrameTimes::at(size_t frame) const {
     constexpr double kMost = 4e18; // ns, so that sums of times fit
-    if (frame == 0)
-        return first_;
     if (!steps_.empty())
         return first_ + steps_[frame];
-    const double step = static_cast<double>(frame) * *cadence_ * 1e9;
-    if (!(step < kMost))
-        malformed(path_, "frame " + std::to_string(frame) + " is more than 4e9 s behind the first");
+    const int64_t steps = number_ + static_cast<int64_t>(frame);
+    if (steps == 0)
+        return first_;
+    const double step = static_cast<double>(steps) * *cadence_ * 1e9;
+    if (!(std::fabs(step) < kMost))
+        malformed(path_, "frame " + std::to_string(steps) + " is more than 4e9 s from frame 0");
     return first_ + std::llround(step);
 }
 
