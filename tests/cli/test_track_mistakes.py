@@ -252,6 +252,23 @@ class Clocks(Mistakes):
         lines.append(self.side(17))  # two days on, where one is usual
         self.pair("in/x", lines, [*self.frames[:16], *self.frames[15:18]])
         out = self.track("s", "in")
+    def test_clocks_that_differ(self):
+        """The camera's against the host's: 1 s and 1 % of the time between are usual."""
+        day = 86400
+        for k, (host, told) in enumerate((
+            (lambda t: t + 1.9e9 + (t > 5 * day) * 0.9, None), (lambda t: 1.009 * t, None), (lambda t: 0.991 * t, None),
+            (lambda t: t + (t > 0) * 0.012 * day, 2), (lambda t: 1.02 * t, 2), (lambda t: t + (t > 5 * day) * 0.2 * day, 7),
+            (lambda t: t / 1000, 2), (lambda t: 7, 2),
+        )):
+            lines = [json.dumps({**json.loads(line), "host_time": host(i * day)}) for i, line in enumerate(self.lines)]
+            self.pair(f"in{k}/x", lines, self.frames)
+            out = self.track(f"s{k}", f"in{k}", "--strict")
+            remarks = [line for line in out if "remark" in line]
+            self.assertEqual([(line["remark"], line["input"]) for line in remarks],
+                             [("clocks differ", f"in{k}/x_meta.jsonl:{told}")] if told else [])
+            self.assertEqual(self.errors.count("warning"), len(remarks))
+        self.assertIn("since line 1 timestamp_ns goes on by 86400.000000 s, host_time by 0.000000 s", self.errors)
+
         jumps = {line["input"].split(":")[1]: line["text"] for line in out if line.get("remark") == "clock jump"}
         self.assertEqual(sorted(jumps), ["10", "5"])
         self.assertIn("goes back by 86400.0", jumps["5"])

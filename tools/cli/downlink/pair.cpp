@@ -15,7 +15,9 @@ namespace cli {
 namespace {
 
 constexpr const char kSide[] = "_meta.jsonl", kBinary[] = "_frames.bin";
-constexpr double kJump = 1000; // of the median gap
+constexpr double kJump = 1000;      // of the median gap
+constexpr double kMostDelay = 1;    // s, of a frame on its way to the host
+constexpr double kMostDrift = 0.01; // of one clock against the other
 
 std::string stem_of(const std::string &path) {
     for (const std::string suffix : {kSide, kBinary})
@@ -112,24 +114,36 @@ bool Pair::stands(size_t before, size_t line) const noexcept {
     return a.camera_ns == b.camera_ns && a.id != b.id && a.session == b.session && a.roi == b.roi;
 }
 
-void Pair::remark_jump(Receiver &receiver, size_t line, double usual) const {
-    if (!lines_[line].why.empty())
-        return;
+// Empty where the clock goes on.
+std::string Pair::jump_at(size_t line, double usual) const {
     const size_t before = good_before(line);
     if (before == line)
-        return;
+        return "";
     const double step = gap(lines_[before], lines_[line]);
     if (step < 0)
-        receiver.remark(Remark::clock_jump, where(line),
-                        "the clock goes back by " + std::to_string(-step / 1e9) + " s");
-    else if (stands(before, line) && !stands(good_before(before), before)) // once a standstill
-        receiver.remark(Remark::clock_jump, where(line),
-                        "the clock stands still: " + std::to_string(lines_[line].facts.camera_ns) +
-                            " ns, as of the frame before");
-    else if (usual > 0 && step > kJump * usual * static_cast<double>(line - before))
-        receiver.remark(Remark::clock_jump, where(line),
-                        "the clock jumps by " + std::to_string(step / 1e9) + " s, the median step is " +
-                            std::to_string(usual / 1e9) + " s");
+        return "the clock goes back by " + std::to_string(-step / 1e9) + " s";
+    if (stands(before, line) && !stands(good_before(before), before)) // once a standstill
+        return "the clock stands still: " + std::to_string(lines_[line].facts.camera_ns) +
+               " ns, as of the frame before";
+    if (usual > 0 && step > kJump * usual * static_cast<double>(line - before))
+        return "the clock jumps by " + std::to_string(step / 1e9) + " s, the median step is " +
+               std::to_string(usual / 1e9) + " s";
+    return "";
+}
+
+// The camera's clock against the host's, since the first good line; once a file.
+void Pair::remark_drift(Receiver &receiver, size_t line) {
+    if (drift_told_)
+        return;
+    const auto first = std::find_if(lines_.begin(), lines_.end(), [](const SideLine &one) { return one.why.empty(); });
+    const double camera = gap(*first, lines_[line]) / 1e9, host = lines_[line].host_s - first->host_s;
+    if (!(std::fabs(camera - host) > kMostDelay + kMostDrift * std::max(std::fabs(camera), std::fabs(host))))
+        return;
+    drift_told_ = true;
+    receiver.tell("clocks differ", where(line),
+                  "since line " + std::to_string(first - lines_.begin() + 1) + " timestamp_ns goes on by " +
+                      std::to_string(camera) + " s, host_time by " + std::to_string(host) + " s",
+                  true);
 }
 
 void Pair::give(Receiver &receiver) {
@@ -139,11 +153,15 @@ void Pair::give(Receiver &receiver) {
         const SideLine &line = lines_[given_];
         if (line.why.empty() && !receiver.wants(line.facts))
             continue;
-        remark_jump(receiver, given_, usual);
         if (!line.why.empty()) {
             receiver.reject(where(given_), line.named ? &line.facts : nullptr, "bad line", line.why);
             continue;
         }
+        const std::string jump = jump_at(given_, usual);
+        if (jump.empty())
+            remark_drift(receiver, given_);
+        else
+            receiver.remark(Remark::clock_jump, where(given_), jump);
         Arrival &arrival = receiver.next();
         arrival.pixels.resize(places_[given_].size);
         file.seek(places_[given_].offset);

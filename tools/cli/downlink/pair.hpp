@@ -42,7 +42,8 @@ class Pair {
     void give(Receiver &receiver);
     size_t good_before(size_t line) const noexcept;
     bool stands(size_t before, size_t line) const noexcept;
-    void remark_jump(Receiver &receiver, size_t line, double usual) const;
+    void remark_drift(Receiver &receiver, size_t line);
+    std::string jump_at(size_t line, double usual) const;
     double usual_gap() const;
     std::string where(size_t line) const { return side_ + ":" + std::to_string(line + 1); }
 

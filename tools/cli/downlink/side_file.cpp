@@ -108,8 +108,10 @@ void read_line(const std::string &line, SideLine &read) {
     facts.dropped = whole(object, line, "nframes_dropped", 0, kMostDropped);
     facts.rows = static_cast<size_t>(whole(object, line, "n_rows", 1, kLargestSide));
     facts.cols = static_cast<size_t>(whole(object, line, "n_cols", 1, kLargestSide));
-    if (cJSON_IsNumber(&member(object, "host_time")) == 0)
+    const cJSON &host = member(object, "host_time");
+    if (cJSON_IsNumber(&host) == 0)
         throw BadSideLine("host_time must be a number");
+    read.host_s = host.valuedouble;
     check_keys(object);
 }
 

@@ -9,6 +9,7 @@ namespace cli {
 
 struct SideLine {
     FrameFacts facts;
+    double host_s = 0;  // the host's clock
     std::string why;    // empty: the line is good
     bool named = false; // session, region and frame id can be read, whatever else is wrong
 };
