@@ -491,6 +491,7 @@ class Folders(Track):
         self.refuse(5, "needs --clock and --grid", arguments=("merge", "s", "--salvage", "--out", "again"))
         self.succeed("merge", "s", "--salvage", *GRID, "--clock", "camera", "--out", "again")
         self.assertEqual(self.sums("again"), self.sums("saved"))
+        (self.folder / "x.tlmp").write_text("")
         self.refuse(2, "--salvage, grid and clock are for state folders", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
 
     def test_files_with_a_header(self):

@@ -64,8 +64,8 @@ class Options(Mistakes):
                 (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
             ):
                 self.refuse(2, text, arguments=("track", *estimator, *words))
-        self.refuse_track(2, "needs either --weights or --template", arguments=("--weights", "w.tlmw", *PAIRS))
-        self.refuse(2, "needs either --weights or --template", arguments=("track", "--state", "s", *GRID, *PAIRS))
+        self.refuse_track(2, "needs either --weights or --template, both are given\n", arguments=("--weights", "w.tlmw", *PAIRS))
+        self.refuse(2, "needs either --weights or --template\n", arguments=("track", "--state", "s", *GRID, *PAIRS))
 
     def test_a_shape_without_its_crop(self):
         """Where the image lies in a larger frame is never guessed."""
@@ -84,6 +84,15 @@ class Options(Mistakes):
         pair = PAIRS[:2]
         for given, missing in (("x_frames.bin", "x_meta.jsonl"), ("y_meta.jsonl", "y_frames.bin")):
             self.refuse_track(3, f"toliman: {missing}: No such file", arguments=(*pair, given))
+
+    def test_a_folder_without_pairs(self):
+        (self.folder / "in").mkdir()
+        numpy.save(self.folder / "in/x.npy", self.frames)
+        out = self.track("s", "in/", "all", "--strict")
+        text = "holds neither X_frames.bin nor X_meta.jsonl; .npy and FITS files are given by their names"
+        self.assertEqual([(line["remark"], line["input"], line["text"]) for line in out if "remark" in line],
+                         [("empty folder", "in/", text)])
+        self.assertEqual(self.errors, f"toliman: warning: in/: {text}\n")
 
     def test_names_are_said_once(self):
         self.pair("in/x", self.lines[:1], self.frames[:1])
@@ -140,16 +149,18 @@ class Pixels(Mistakes):
     def test_when_nothing_is_good(self):
         odd = self.frames | numpy.uint32(1 << 31)
         self.pair("in/x", self.lines[:3], odd[:3])
-        check = "none of 3 new frames is good, all were rejected or are outliers: check the scene or weights, --dtype, " \
+        check = "none of the 3 frames of this run is good, all were rejected or are outliers: check the scene or weights, --dtype, " \
                 "--bit-depth and --shape\n"
         self.track("s", "in", "--bit-depth", "31")
         self.assertEqual(self.errors.count("none of"), 1)
         self.assertTrue(self.errors.endswith(check), self.errors)
         self.track("t", "all", "--value-limit", "1e-9")
-        self.assertIn(f"none of {FRAMES} new frames is good", self.errors)
+        self.assertIn(f"none of the {FRAMES} frames of this run is good", self.errors)
         self.pair("in/y", self.lines[3:4], self.frames[3:4])
-        self.track("s", "in", "--bit-depth", "31")
-        self.assertNotIn("none of", self.errors)
+        for _ in range(2):  # also when they are known
+            self.track("s", "in", "--bit-depth", "31")
+            self.assertEqual(self.errors.count("rejected"), 3)
+            self.assertNotIn("none of", self.errors)
 
     def test_values_that_noise_does_not_reach(self):
         """One pixel of one frame that is damaged within its bits."""
@@ -241,17 +252,6 @@ class Clocks(Mistakes):
         self.track("t", "all", "--clock", "c.csv")
         self.assertEqual(self.errors, "")
 
-    def test_jumps_behind_bad_lines_and_standstills(self):
-        times = [json.loads(line)["timestamp_ns"] for line in self.lines[:16]]
-        times[4:6] = [0, 1]                 # back, behind two bad lines
-        times[9] = times[10] = times[8]     # stands, and goes on
-        lines = [self.side(k, timestamp_ns=t) for k, t in enumerate(times)]
-        lines[2] = lines[3] = "{}"
-        lines.append(lines[15])  # the same frame again
-        lines.append(self.side(15, frame_id=99, roi_label="other"))  # two regions of one time
-        lines.append(self.side(17))  # two days on, where one is usual
-        self.pair("in/x", lines, [*self.frames[:16], *self.frames[15:18]])
-        out = self.track("s", "in")
     def test_clocks_that_differ(self):
         """The camera's against the host's: 1 s and 1 % of the time between are usual."""
         day = 86400
@@ -269,6 +269,17 @@ class Clocks(Mistakes):
             self.assertEqual(self.errors.count("warning"), len(remarks))
         self.assertIn("since line 1 timestamp_ns goes on by 86400.000000 s, host_time by 0.000000 s", self.errors)
 
+    def test_jumps_behind_bad_lines_and_standstills(self):
+        times = [json.loads(line)["timestamp_ns"] for line in self.lines[:16]]
+        times[4:6] = [0, 1]                 # back, behind two bad lines
+        times[9] = times[10] = times[8]     # stands, and goes on
+        lines = [self.side(k, timestamp_ns=t) for k, t in enumerate(times)]
+        lines[2] = lines[3] = "{}"
+        lines.append(lines[15])  # the same frame again
+        lines.append(self.side(15, frame_id=99, roi_label="other"))  # two regions of one time
+        lines.append(self.side(17))  # two days on, where one is usual
+        self.pair("in/x", lines, [*self.frames[:16], *self.frames[15:18]])
+        out = self.track("s", "in")
         jumps = {line["input"].split(":")[1]: line["text"] for line in out if line.get("remark") == "clock jump"}
         self.assertEqual(sorted(jumps), ["10", "5"])
         self.assertIn("goes back by 86400.0", jumps["5"])
@@ -395,6 +406,13 @@ class Folders(Mistakes):
 
     def test_merge(self):
         self.track("s", "all")
+        (self.folder / "rv.csv").write_text("t,y\n1,2\n")
+        for given, code, text in ((("none", "nor", "--out", "s"), 3, "none: No such file"), (("s", "--out", "no"), 2, "one state alone"),
+                                  (("rv.csv", "--out", "no"), 3, 'rv.csv: periodogram state: does not begin with "TLMP"'),
+                                  (("all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),
+                                  (("s", "all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),
+                                  (("none", "--salvage", "--out", "no"), 3, "none: No such file")):
+            self.refuse(code, text, arguments=("merge", *given))
         self.refuse(3, "toliman: nodir: No such file or directory", arguments=("merge", "s", "nodir", "--out", "no"))
         ledger = self.folder / "s/ledger.tlml"
         data = bytearray(ledger.read_bytes())

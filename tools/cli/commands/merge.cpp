@@ -11,6 +11,7 @@
 #include "common/input.hpp"
 #include "common/output.hpp"
 #include "downlink/merge_folders.hpp"
+#include "downlink/state_folder.hpp"
 #include "options/command.hpp"
 #include "series/periodogram.hpp"
 
@@ -66,16 +67,20 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
                             " sigma, those before have " + (more.weighted != 0 ? "none" : "one"));
 }
 
+[[noreturn]] void refuse_single(const std::string &file) {
+    is_folder(file) ? static_cast<void>(known_state(plain(file))) : static_cast<void>(load_state(file));
+    throw Failure(kExitUsage, "merge: one state alone: give two or more");
+}
+
 void merge(Options &options, Progress &progress) {
-    if (options.files.size() < 2 && !options.salvage)
-        throw Failure(kExitUsage, "merge: one state alone: give two or more");
+    for (const std::string &file : options.files)
+        if (!exists(file))
+            malformed(file, std::strerror(errno));
     const auto folders = std::count_if(options.files.begin(), options.files.end(), is_folder);
-    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size())) {
-        for (const std::string &file : options.files)
-            if (!exists(file))
-                malformed(file, std::strerror(errno));
+    if (folders > 0 && folders < static_cast<std::ptrdiff_t>(options.files.size()))
         throw Failure(kExitUsage, "merge: folders and files of sums together: give one kind");
-    }
+    if (options.files.size() < 2 && !options.salvage)
+        refuse_single(options.files.front());
     if (folders > 0)
         return merge_folders(options.files, options.out, options.salvage, options.setup, progress);
     if (options.salvage || options.setup.has_grid() || options.setup.has_clock())

@@ -204,7 +204,8 @@ void track(Options &options, Progress &progress) {
     DownlinkOptions &downlink = options.downlink;
     options.state = plain(options.state);
     if (options.weights.empty() == options.scene.empty())
-        throw Failure(kExitUsage, "needs either --weights or --template");
+        throw Failure(kExitUsage, std::string("needs either --weights or --template") +
+                                      (options.scene.empty() ? "" : ", both are given"));
     check_inputs(downlink);
     const FrameIds frames = frame_ids(options.frames);
     downlink.leap_seconds = LeapSeconds(options.leap_seconds);

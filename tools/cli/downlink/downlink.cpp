@@ -144,7 +144,12 @@ void Downlink::read_input(const std::string &name) {
 }
 
 void Downlink::read_folder(const std::string &folder) {
-    for (const std::string &side : pairs_of(folder))
+    const std::vector<std::string> sides = pairs_of(folder);
+    if (sides.empty())
+        receiver_.tell("empty folder", folder,
+                       "holds neither X_frames.bin nor X_meta.jsonl; .npy and FITS files are given by their names",
+                       true);
+    for (const std::string &side : sides)
         read_input(side);
 }
 

@@ -58,10 +58,10 @@ class Downlink {
     std::map<std::string, Pair> growing_; // by their side files
     std::set<std::string> mute_;          // files of growing folders that were told to be unreadable
     std::set<std::string> gone_;          // inputs that are followed and cannot be opened
+    std::map<std::string, int> halves_;   // looks that found one file of a pair alone
     std::string unnumbered_;              // the file without FRAME1 that had --session
     std::vector<CadenceSpan> spans_;
     bool told_beyond_ = false; // that the table of leap seconds has expired
 };
 
 } // namespace cli
-    std::map<std::string, int> halves_;   // looks that found one file of a pair alone

@@ -86,8 +86,10 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
         folders.push_back(plain(folder));
     int64_t lines = 1;
     toliman_track_options how = known_state(folders.front());
-    for (const std::string &folder : folders)
+    for (const std::string &folder : folders) {
+        known_state(folder);
         lines += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
+    }
     if (setup.has_grid() != setup.has_clock())
         throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
     const bool given_anew = setup.has_grid();

@@ -202,6 +202,15 @@ void Pair::read(Receiver &receiver, bool growing) {
     }
 }
 
+// Files that are gone are not what they were.
+bool Pair::is_unchanged() const {
+    try {
+        return FileStamp(side_) == side_stamp_ && FileStamp(binary_) == binary_stamp_;
+    } catch (const Failure &) {
+        return false;
+    }
+}
+
 void Pair::end(Receiver &receiver) {
     if (doubtful_ || given_ < places_.size() || (given_ == 0 && !other_dtype().empty()))
         return;
@@ -222,15 +231,6 @@ void Pair::end(Receiver &receiver) {
     }
     if (binary_stamp_.size > used_ && places_.size() == lines_.size())
         receiver.remark(Remark::extra_bytes, binary_,
-// Files that are gone are not what they were.
-bool Pair::is_unchanged() const {
-    try {
-        return FileStamp(side_) == side_stamp_ && FileStamp(binary_) == binary_stamp_;
-    } catch (const Failure &) {
-        return false;
-    }
-}
-
                         std::to_string(binary_stamp_.size - used_) + " bytes more than the frames of " + side_);
 }
 

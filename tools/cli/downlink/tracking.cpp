@@ -79,7 +79,7 @@ Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, P
 void Tracking::take() {
     filled_++;
     // No update is passed over: at most as many frames at once as are left to the next.
-    if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_)))
+    if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_))) {
         flush();
         print_acknowledged();
     }
@@ -123,6 +123,7 @@ void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
     say(line.line());
     since_update_ += is_good;
     good_ += is_good;
+    known_ += verdict == TOLIMAN_TRACK_DUPLICATE || verdict == TOLIMAN_TRACK_QUARANTINED;
     refused_ += verdict == TOLIMAN_TRACK_REJECTED || verdict == TOLIMAN_TRACK_OUTLIER;
     beyond_clock_ += has_value && is_beyond_clock(arrival);
     if (!is_good && verdict != TOLIMAN_TRACK_DUPLICATE)
@@ -246,10 +247,11 @@ void Tracking::conclude() {
     if (beyond_clock_ > 0)
         progress_.warn(std::to_string(beyond_clock_) +
                        " frames lie outside the clock's table, where its nearest line goes on: is there a newer one?");
-    if (refused_ > 0 && good_ == 0)
-        progress_.warn("none of " + std::to_string(refused_) +
-                       " new frames is good, all were rejected or are outliers: check the scene or weights, --dtype, "
-                       "--bit-depth and --shape");
+    if (refused_ > 0 && good_ + known_ == 0)
+        progress_.warn(
+            "none of the " + std::to_string(refused_) +
+            " frames of this run is good, all were rejected or are outliers: check the scene or weights, --dtype, "
+            "--bit-depth and --shape");
 }
 
 void Tracking::say(const std::string &text) {
@@ -306,7 +308,7 @@ void Tracking::rescue() {
         progress_.warn(error.what());
         progress_.tell(kSafe);
     }
+    ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
 }
 
-    ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
 } // namespace cli

@@ -70,7 +70,8 @@ class Tracking : public Receiver {
     int64_t lines_ = 0, saved_ = 0;                // of the ledger: all, up to the checkpoint
     double sigma_;                                 // px, of a value
     std::vector<int64_t> clock_;                   // as clock_of
-    int64_t good_ = 0, refused_ = 0;               // new frames of this run: accepted; rejected or outliers
+    int64_t good_ = 0, refused_ = 0;               // frames of this run: accepted; rejected or outliers
+    int64_t known_ = 0;                            // of which the folder has a copy
     int64_t beyond_clock_ = 0;                     // and such as no pair of the clock's table is on either side of
     int64_t far_ = 0;                              // accepted, with a value that noise does not reach
     std::map<std::string, int64_t> warned_;        // of each file
