@@ -110,6 +110,11 @@ struct Input {
     struct stat facts = {};
 };
 
+void check_not_empty(const std::string &path, const Input &input) {
+    if (input.facts.st_size == 0)
+        fail(Status::format, "%s: is empty", path.c_str());
+}
+
 // Up to `size` bytes from where the descriptor stands; fewer only at the end of the file.
 std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, size_t size) {
     std::vector<uint8_t> bytes(size);
@@ -132,6 +137,7 @@ std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, siz
 
 std::vector<uint8_t> read(const std::string &path, size_t limit) {
     const Input input(path);
+    check_not_empty(path, input);
     const struct stat &facts = input.facts;
     if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
         fail(Status::format, "%s: %lld bytes, at most %zu are allowed", path.c_str(),
@@ -143,7 +149,9 @@ std::vector<uint8_t> read(const std::string &path, size_t limit) {
 }
 
 std::vector<uint8_t> head(const std::string &path, size_t size) {
-    return read_bytes(path, Input(path), size);
+    const Input input(path);
+    check_not_empty(path, input);
+    return read_bytes(path, input, size);
 }
 
 bool set_mode(int descriptor, unsigned mode) noexcept {

@@ -7,10 +7,11 @@
 namespace toliman::file {
 
 // All bytes of a regular file of at most `limit` bytes. Status::not_found if it cannot be read, Status::format if it is
-// larger.
+// larger or empty.
 std::vector<uint8_t> read(const std::string &path, size_t limit);
 
-// The first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read.
+// The first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read,
+// Status::format if it is empty.
 std::vector<uint8_t> head(const std::string &path, size_t size);
 
 // Writes a temporary beside path (path.0.tmp, or the next number that is free), syncs it and renames it over path, or

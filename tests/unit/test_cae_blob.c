@@ -97,6 +97,8 @@ static void test_files(void **unused) {
     assert_memory_equal(blob, again, size);
     free(again);
     toliman_cae_destroy(loaded);
+    assert_int_equal(truncate(path, 0), 0);
+    assert_fails(toliman_cae_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "network.tlmw: is empty");
     assert_int_equal(remove(path), 0);
     assert_int_equal(rmdir(folder), 0);
     assert_fails(toliman_cae_save_file(trained, NULL, path), TOLIMAN_E_WRITE, path);

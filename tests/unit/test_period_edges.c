@@ -379,6 +379,8 @@ static void large_foreign_file_is_not_read(void **unused) {
     assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "periodogram state");
     assert_int_equal(ftruncate(file, 5), 0);
     assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, "truncated");
+    assert_int_equal(ftruncate(file, 0), 0);
+    assert_fails(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, ": is empty");
     assert_null(loaded);
     toliman_period_destroy(period);
     close(file);
