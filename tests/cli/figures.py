@@ -117,7 +117,7 @@ class Plot:
     """One plot of a figure, in the units of its axes, as their ticks tell them; `log` names the logarithmic ones."""
 
     def __init__(self):
-        self.ticks = {"x": [], "y": []}  # (px, value)
+        self.ticks = {"x": [], "y": [], "right": []}  # (px, value)
         self.drawn = {}  # title: {kind: px of each}; what labels and arrows draw has the title None
         self.labels = {}  # text: px
 
@@ -175,9 +175,10 @@ def plots_of(path):
             plots[-1].labels.setdefault(text, places_in(node.get("transform"))[0])
         elif text:
             (x, y), (_, end) = ends
-            if y == end and set(plots[-1].drawn) - {None}:
+            if y == end and node.get("text-anchor") != "start" and set(plots[-1].drawn) - {None}:
                 plots.append(Plot())
-            plots[-1].ticks["y" if y == end else "x"].append((y if y == end else x, number_on_axis(node)))
+            axis = "x" if y != end else "right" if node.get("text-anchor") == "start" else "y"
+            plots[-1].ticks[axis].append((x if axis == "x" else y, number_on_axis(node)))
 
     def read_shape(node, title):
         kind, plot = node.tag[len(SVG):], plots[-1]

@@ -46,8 +46,8 @@ class Run(ReportTest):
         "bandwidths": ["580 nm", "50 nm about 580 nm", "110 nm about 580 nm", "x, px", "fraction of the light in a pixel"],
         "frame": ["frame 0", "x, px", "y, px", "photons"],
         "reconstruction": ["frame 0", "reconstruction", "residual over its sigma", "photons", "sigma of the pixel"],
-        "series": ["phase, days of the found period", "latent, standard deviations", "template, standard deviations",
-                   "truth", "mean over 1/24 of a period"],
+        "series": ["phase, days of the found period", "latent, 10-6 px", "template, 10-6 px", "microarcsec", "truth",
+                   "mean over 1/24 of a period"],
         "periodogram": ["frequency, 1/day", "power (no unit)", "FWHM", "FAP 0.001"],
         "training": ["step", "loss (no unit)"],
     }
@@ -79,14 +79,17 @@ class Run(ReportTest):
         return Reader((self.folder / folder / "report" / "report.html").read_text())
 
     def check_series(self, period, means, error):
-        """The figure against write_series, which is sqrt(1/2) times its standard deviations."""
+        """The figure against write_series, in px; on the right in microarcsec."""
         def wave(points):
-            return numpy.sqrt(2) * numpy.sin(2 * numpy.pi * points[:, 0] / period + 1)
+            return numpy.sin(2 * numpy.pi * points[:, 0] / period + 1)
 
         for sign, plot in zip((1, -1), self.figure("series"), strict=True):
-            for points, sign in ((plot.line("truth"), 1), (plot.marks("each frame"), sign), (plot.line(means), sign)):
+            for points, size in ((plot.line("truth"), 2), (plot.marks("each frame"), sign), (plot.line(means), sign)):
                 self.assertGreater(len(points), 20)
-                self.assertLess(abs(points[:, 1] - sign * wave(points)).max(), error)
+                self.assertLess(abs(points[:, 1] - size * wave(points)).max(), error)
+            per_px = self.result["amplitude_uas"] / self.result["amplitude_px"]
+            left, right = (numpy.polyfit(*numpy.array(plot.ticks[side]).T, 1)[0] for side in ("y", "right"))
+            self.assertAlmostEqual(right / left / per_px, 1, delta=1e-3)
 
     def drawn(self, name):
         return (self.folder / "copy" / "report" / "figures" / f"{name}.svg").read_text()
@@ -166,8 +169,7 @@ class Run(ReportTest):
                                                 f"{truth['period_half_width_days'] / span:.4f}")
         row = page.row("network (atom)")
         self.assertEqual(row[0], f"{result['period_days'] / span:.4f} \u00b1 {result['period_half_width_days'] / span:.4f}")
-        found = re.fullmatch(r"(\d\.\d) \u00d7 10(-\d+)", row[2])
-        self.assertAlmostEqual(numpy.log10(float(found[1])) + int(found[2]), fap, delta=0.03)
+        self.assertEqual(row[1:3], [f"{fap:.1f}", "0.33 \u00b1 0.06, -67.1"])
 
     def test_digits_follow_from_the_error(self):
         """Two digits of the error; a period of days is not rounded to an error of 0.00."""
@@ -314,13 +316,13 @@ class Run(ReportTest):
         (self.folder / "copy" / "scene.json").write_text(json.dumps(scene))
         self.run_program("train", "copy/scene.json", "--steps", "1", "--out", "copy/weights.tlmw")
         figures = {**self.FIGURES, "frame": ["frame 0"], "reconstruction": ["frame 0", "reconstruction"]}
-        figures["series"] = ["latent, standard deviations", "mean over 1/72 of the time"]
+        figures["series"] = ["latent, 10-6 px", "mean over 1/72 of the time"]
         self.succeed("report", "copy")
         page = self.check_page(self.folder / "copy" / "report", figures)
         self.assertIn("not given as the bound counts photon noise, which these frames do not have", page.text)
         for words in ("noise of the brightest", "where noise alone", "MMSE; noise alone", "rms", "truth", "the chapter's column", "The signal:"):
             self.assertNotIn(words, page.text)
-        self.assertNotIn("7.2 \u00d7 10-68", page.text)
+        self.assertNotIn("-67.1", page.text)
         self.assertEqual([len(self.embedded(name, self.folder / "copy" / "report")) for name in ("bandwidths", "reconstruction")],
                          [3, 2])
         for plot in self.figure("series"):

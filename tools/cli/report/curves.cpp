@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "frames/frame_loop.hpp"
 #include "report/words.hpp"
 
 namespace cli {
@@ -147,13 +146,6 @@ Numbers thinned(const Numbers &values, size_t most) {
 
 std::string thinning_remark(size_t count, size_t most) {
     return count > most ? printed(" Of %zu frames one of %zu is drawn.", count, step_of(count, most)) : "";
-}
-
-Numbers standardised(Numbers values) {
-    const double centre = mean(values), spread = deviation(values);
-    for (double &value : values)
-        value = spread > 0 ? (value - centre) / spread : 0;
-    return values;
 }
 
 TimeAxis time_axis(const Numbers &t, double period, double least) {

@@ -11,8 +11,6 @@ namespace cli {
 Numbers thinned(const Numbers &values, size_t most);
 // What a caption says of that; "" where all are kept.
 std::string thinning_remark(size_t count, size_t most);
-// About the mean, over the standard deviation.
-Numbers standardised(Numbers values);
 
 // Where samples of a sinusoid stand: along time or, where that shows nothing, folded over one period.
 struct TimeAxis {

@@ -101,8 +101,8 @@ Figure panel_figure(const std::string &name, const std::string &caption, const s
     return figure;
 }
 
-std::string stacked(size_t i, size_t count, const Figure &figure) {
-    constexpr double below = 54, above = 10, gap = 14, left = 88, right = 18; // px
+std::string stacked(size_t i, size_t count, const Figure &figure, double right) {
+    constexpr double below = 54, above = 10, gap = 14, left = 88; // px
     const double width = kFigureWidth, height = figure.height, plots = static_cast<double>(count);
     const double each = (height - below - above - gap * (plots - 1)) / plots;
     const double bottom = below + (each + gap) * static_cast<double>(count - 1 - i);

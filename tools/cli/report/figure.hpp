@@ -37,7 +37,7 @@ struct Panel {
 Figure panel_figure(const std::string &name, const std::string &caption, const std::vector<Panel> &panels);
 
 // Margins of plot i of `count`, one above the other with one axis below, the first on top.
-std::string stacked(size_t i, size_t count, const Figure &figure);
+std::string stacked(size_t i, size_t count, const Figure &figure, double right = 18);
 
 // Rows of numbers that the script calls $NAME; what is not finite is left out of lines.
 std::string data_block(const std::string &name, const std::vector<const Numbers *> &columns);

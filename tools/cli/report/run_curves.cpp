@@ -5,6 +5,7 @@
 
 #include "common/decimals.hpp"
 #include "common/input.hpp"
+#include "frames/frame_loop.hpp"
 #include "report/curves.hpp"
 #include "report/words.hpp"
 #include "series/fap.hpp"
@@ -15,6 +16,7 @@ namespace cli {
 namespace {
 
 constexpr size_t kMostDots = 3000;
+constexpr double kMostSpreads = 4.2; // of the axis on either side
 constexpr size_t kMeansAPeriod = 24, kMeansOfTruth = 48, kMeansWithoutPeriod = 72;
 
 // Of each frame.
@@ -33,6 +35,9 @@ struct View {
     size_t means = kMeansWithoutPeriod;
     std::string of_means, of_axis = "time, days"; // words on the figure
     std::string remark;                           // of its caption
+    ShortUnit px;                                 // of all values
+    double spread = 1;                            // of a frame's value in it, at least a quarter of the truth
+    double uas = 0;                               // microarcsec of it, 0 unknown
 };
 
 // Whether the period found is that of the signal, as `experiment` counts it.
@@ -42,8 +47,27 @@ bool is_right(const ResultFile &result) {
            std::fabs(result.number("period_days") / result.number("true_period_days") - 1) < most;
 }
 
-View view_of(const ResultFile &result, const Numbers &t) {
+void set_unit(View &view, const ResultFile &result, const RunSeries &series) {
+    const auto [low, high] = std::minmax_element(series.truth.begin(), series.truth.end());
+    const double spread = std::max({deviation(series.latent), deviation(series.estimate), (*high - *low) / 8});
+    view.px = short_unit({kMostSpreads * spread}, "px");
+    view.spread = spread > 0 ? spread * view.px.factor : 1;
+    if (has_signal(result))
+        view.uas = result.number("amplitude_uas") / result.number("amplitude_px") / view.px.factor;
+}
+
+// In the unit of the figure, about the mean.
+Numbers shown(Numbers values, const View &view) {
+    const double centre = mean(values);
+    for (double &value : values)
+        value = (value - centre) * view.px.factor;
+    return values;
+}
+
+View view_of(const ResultFile &result, const RunSeries &series) {
+    const Numbers &t = series.t;
     View view;
+    set_unit(view, result, series);
     const double truth = has_signal(result) ? result.number("true_period_days") : 0;
     const double period = is_right(result) ? result.number("period_days") : truth;
     const double cycles = (t.back() - t.front()) / period;
@@ -65,10 +89,11 @@ View view_of(const ResultFile &result, const Numbers &t) {
 
 // None without signal. Along time as it is; folded over its own period, as wide as the axis, and once more on either
 // side.
-Means truth_of(const ResultFile &result, const RunSeries &series, const TimeAxis &axis) {
+Means truth_of(const ResultFile &result, const RunSeries &series, const View &view) {
     if (!has_signal(result))
         return {};
-    const Numbers truth = standardised(series.truth);
+    const TimeAxis &axis = view.axis;
+    const Numbers truth = shown(series.truth, view);
     if (!axis.folded)
         return {thinned(axis.x, kMostDots), thinned(truth, kMostDots)};
     const double own = result.number("true_period_days");
@@ -84,7 +109,8 @@ Means truth_of(const ResultFile &result, const RunSeries &series, const TimeAxis
 
 std::string series_plot(const std::string &what, const Numbers &values, const Means &truth, const View &view, size_t i,
                         const Figure &figure) {
-    const Numbers scaled = standardised(values);
+    constexpr double right = 72; // px for the right axis
+    const Numbers scaled = shown(values, view);
     const Numbers dots_x = thinned(view.axis.x, kMostDots), dots = thinned(scaled, kMostDots);
     const Means averages = means_of(view.axis, scaled, view.means);
     const std::string number = std::to_string(i);
@@ -98,24 +124,29 @@ std::string series_plot(const std::string &what, const Numbers &values, const Me
     }
     plots += printed("$means%zu using 1:2 with linespoints pt 7 ps 0.4 lw 1.2 lc rgb '#0072b2' title ", i) +
              gnuplot_text(view.of_means);
-    return blocks + stacked(i, 2, figure) +
+    const std::string right_axis =
+        view.uas > 0 ? printed("set link y2 via y*%.10g inverse y/%.10g\nset y2tics\nset y2label 'microarcsec'\n",
+                               view.uas, view.uas)
+                     : "";
+    return blocks + (view.uas > 0 ? stacked(i, 2, figure, right) : stacked(i, 2, figure)) + right_axis +
            (i == 0 ? "unset xlabel\nset format x ''\n"
                    : "set xlabel " + gnuplot_text(view.of_axis) + "\nset format x '%g'\n") +
-           "set ylabel " + gnuplot_text(what + ", standard deviations") + " noenhanced\n" +
-           printed("plot [%.10g:%.10g][-4.2:4.8] ", view.axis.first, view.axis.last) + plots + "\n";
+           "set ylabel " + gnuplot_text(what + ", " + view.px.name) + "\n" +
+           printed("plot [%.10g:%.10g][%.10g:%.10g] ", view.axis.first, view.axis.last, -kMostSpreads * view.spread,
+                   (kMostSpreads + 0.6) * view.spread) +
+           plots + "\n";
 }
 
 void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
-    const View view = view_of(result, series.t);
-    const Means truth = truth_of(result, series, view.axis);
+    const View view = view_of(result, series);
+    const Means truth = truth_of(result, series, view);
     Figure figure = {
         "series", "", 520, "set key horizontal top right samplen 1.5\nset samples 1000\nset multiplot\n", {}};
-    figure.caption = "The network's latent of each frame and the template's value, each less its mean and over its "
-                     "standard deviation";
+    figure.caption = "The network's latent of each frame and the template's value, each less its mean";
     figure.caption += has_signal(result)
-                          ? ", and so the truth, which has no noise: its amplitude is " +
+                          ? ", and the truth likewise, which has no noise. Its amplitude is " +
                                 scientific(result.number("amplitude_px") / result.number("latent_sigma_px")) +
-                                " of the latent's noise, and the smaller that is, the flatter the means lie."
+                                " of the scatter of the latent without signal."
                           : ".";
     figure.caption += view.remark + thinning_remark(series.t.size(), kMostDots);
     figure.script += series_plot("latent", series.latent, truth, view, 0, figure) +

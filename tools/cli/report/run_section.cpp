@@ -104,22 +104,23 @@ void add_table_1(const ResultFile &result, Page &page) {
     std::vector<std::vector<std::string>> rows;
     const auto add_row = [&](const std::string &name, double period, double half_width, double fap,
                              const std::string &chapter) {
-        rows.push_back({name, with_error(period / span, half_width / span, 4), fixed(fap, 1), power_of_ten(fap)});
+        rows.push_back({name, with_error(period / span, half_width / span, 4), fixed(fap, 1)});
         if (comparable)
             rows.back().push_back(chapter);
     };
     if (result.has("true_series"))
         add_row("signal", result.number("true_series.period_days"), result.number("true_series.period_half_width_days"),
-                result.number("true_series.log10_fap"), "0.33 &plusmn; 0.05, 0");
+                result.number("true_series.log10_fap"), "0.33 &plusmn; 0.05, FAP 0");
     add_row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
-            result.number("log10_fap"), "0.33 &plusmn; 0.06, 7.2 &times; 10<sup>&minus;68</sup>");
-    std::vector<std::string> heads = {"", "period", "log<sub>10</sub> FAP", "FAP"};
-    std::string caption = "Table 1 as the chapter has it: the period in units of the time span of " +
-                          printed("%g", span) +
-                          " days, with half the width of the peak at half its height, and the false alarm probability.";
+            result.number("log10_fap"), "0.33 &plusmn; 0.06, &minus;67.1");
+    std::vector<std::string> heads = {"", "period", "log<sub>10</sub> FAP"};
+    std::string caption =
+        "Table 1 as the chapter has it: the period in units of the time span of " + printed("%g", span) +
+        " days, with half the width of the peak at half its height, and log<sub>10</sub> of the false alarm "
+        "probability.";
     if (comparable) {
         heads.push_back("the chapter");
-        caption += " The chapter's column is for three cycles and 10<sup>&minus;6</sup> px.";
+        caption += " The chapter's column has both for three cycles and 10<sup>&minus;6</sup> px.";
     }
     page.add_table(caption, heads, rows);
 }

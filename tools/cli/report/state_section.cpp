@@ -94,6 +94,11 @@ double level_of(const toliman_period *period) {
     return known ? 1 - std::pow(10, log10_residual) : NAN;
 }
 
+// The fit where there is one, else the grid's.
+const toliman_period_peak &best_of(const PeriodFacts &facts) {
+    return std::isfinite(facts.fit().period) ? facts.fit() : facts.peak();
+}
+
 void add_periodogram(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &facts,
                      const std::string &unit, Page &page) {
     const toliman_period *sums = nullptr;
@@ -105,22 +110,26 @@ void add_periodogram(const toliman::tracker &tracker, const toliman_track_option
     for (size_t k = 0; k < curve.power.size(); k++)
         curve.frequency.push_back(how.f0 + how.df * static_cast<double>(k));
     const toliman_period_peak &peak = facts.peak();
-    curve.peak_frequency = peak.frequency;
+    const auto text_of = [&](double period) {
+        return fixed(period, decimals_of(facts.fit().period_error)) + " " + unit;
+    };
+    curve.peak_frequency = 1 / best_of(facts).period;
     curve.fwhm = peak.fwhm;
     curve.level = level_of(sums);
-    const std::string period_text = fixed(peak.period, decimals_of(facts.fit().period_error)) + " " + unit;
-    curve.peak_label = period_text;
-    add_power_figure("periodogram",
-                     "Lomb-Scargle power on the grid of the folder; the peak stands at " + period_text +
-                         ". The dashed line is for one look; for who looks after every frame the sequential FAP "
-                         "holds.",
-                     unit == "days" ? "1/day" : "1/unit of time", {curve}, page);
+    curve.peak_label = text_of(best_of(facts).period);
+    add_power_figure(
+        "periodogram",
+        "Lomb-Scargle power on the grid of the folder, whose highest power lies at a period of " +
+            text_of(peak.period) +
+            " (grid peak). The dashed line is for one look; for who looks after every frame the sequential FAP "
+            "holds.",
+        unit == "days" ? "1/day" : "1/unit of time", {curve}, page);
 }
 
 std::string facts_text(const PeriodFacts &facts, const std::string &unit) {
     if (!std::isfinite(facts.peak().log10_fap))
         return "no period yet";
-    const toliman_period_peak &best = std::isfinite(facts.fit().period) ? facts.fit() : facts.peak();
+    const toliman_period_peak &best = best_of(facts);
     return "period " + with_error(best.period, best.period_error) + " " + unit + ", log<sub>10</sub> FAP " +
            fixed(best.log10_fap, 2) + "; sequential, for who looks after every frame, " + fixed(facts.sequential(), 2);
 }

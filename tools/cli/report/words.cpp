@@ -93,19 +93,6 @@ std::string fixed(double value, int decimals) {
     return (value < 0 && !is_zero ? "&minus;" : "") + size;
 }
 
-std::string power_of_ten(double log10) {
-    if (!std::isfinite(log10))
-        return kUnknown;
-    if (log10 > -3)
-        return printed("%.2g", std::pow(10, log10));
-    double exponent = std::floor(log10), mantissa = std::pow(10, log10 - exponent);
-    if (mantissa > 9.95) {
-        mantissa = 1;
-        exponent += 1;
-    }
-    return with_exponent(mantissa, std::lround(exponent), 2);
-}
-
 ShortUnit short_unit(const std::vector<double> &numbers, const std::string &unit) {
     double most = 0;
     for (const double number : numbers)

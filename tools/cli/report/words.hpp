@@ -12,8 +12,6 @@ std::string fixed(double value, int decimals);         // 363.11
 std::string exponential(double value, int digits = 3); // 1.24 x 10^-6, 1.00 x 10^-2
 std::string scientific(double value, int digits = 3);  // the same of what is small or large, else 0.01
 std::string with_error(double value, double error, int least_decimals = 0); // 363.1 +- 3.1, see decimals_of
-// 10^log10 likewise, though it be far below the least double; 1 for 0.
-std::string power_of_ten(double log10);
 
 // A unit of a power of 1000, in which the largest of the numbers has up to three digits before its point.
 struct ShortUnit {
