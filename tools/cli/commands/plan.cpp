@@ -5,6 +5,7 @@
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/size_text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 
@@ -25,8 +26,10 @@ Examples:
 
 The scene's `accuracy` decides how many wavelengths are propagated, how many terms the series of the displacement has
 and how pixels are sampled. Errors are largest pixel error over peak; those above the accuracy are marked. That of the
-pupil's cells is not held to it, because the scene gives their number, nor is what double precision rounds. What
-`simulate` would warn of is said on standard error.)";
+pupil's cells is not held to it, because the scene gives their number, nor is the rounding of double precision. The
+error of the pupil compares the image of a mask that is drawn on these cells with the image of the ideal mask. Frames,
+template and network of a scene share the cells, so that this error does not disturb a period that is found in simulated
+frames. What `simulate` would warn of is said on standard error.)";
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::string text;
@@ -40,7 +43,17 @@ const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
     return plan.engine == TOLIMAN_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
 }
 
-constexpr char kAbove[] = "  > accuracy";
+constexpr char kAbove[] = "  > accuracy", kRounding[] = "  > accuracy: rounding of double precision";
+
+// Whether this error spoils a result.
+void print_pupil_note(const toliman_sim_plan_info &plan) {
+    if (plan.pupil_error > plan.accuracy)
+        std::printf(
+            "              The pupil's error compares the mask drawn on these cells with the ideal mask. Frames,\n"
+            "              template and network of a scene share the cells: periods in its frames are not\n"
+            "              disturbed, but the image of a real mask differs by it. More\n"
+            "              telescope.pupil_samples (at most 2048) lessen it.\n");
+}
 
 void print_summary(const toliman_sim_plan_info &plan) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
@@ -50,22 +63,21 @@ void print_summary(const toliman_sim_plan_info &plan) {
                           const char *above = kAbove) {
         std::printf("%-13s %-42s %.1e%s%s\n", what, how.c_str(), error, of, error > plan.accuracy ? above : "");
     };
-    line("engine", engine_name(plan), plan.rounding_error, "", "  rounding");
+    line("engine", engine_name(plan), plan.rounding_error, "", kRounding);
     if (plan.plate_scale_error > 0)
         line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, each wavelength its own");
     const std::string samples = std::to_string(plan.pupil_samples);
-    line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "",
-         "  > accuracy, as the scene has it: more telescope.pupil_samples, at most 2048, lessen it");
+    line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "", "  > accuracy: see below");
     line("wavelengths",
          plan.wavelengths < plan.scene_wavelengths
              ? std::to_string(plan.wavelengths) + " nodes for the scene's " + std::to_string(plan.scene_wavelengths)
              : "all " + std::to_string(plan.wavelengths),
          plan.spectrum_error, "");
     if (plan.exact_frames != 0)
-        line("displacement", "every frame propagated: no series pays", plan.rounding_error, "", "  rounding");
+        line("displacement", "every frame propagated: no series pays", plan.rounding_error, "", kRounding);
     else // a series is as long as the accuracy needs: what is above it is the rounding of so small a signal
         line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal",
-             "  rounding");
+             kRounding);
     if (plan.place_order > 0)
         line("places",
              "series of order " + std::to_string(plan.place_order) +
@@ -80,9 +92,10 @@ void print_summary(const toliman_sim_plan_info &plan) {
              plan.pixel_error, "");
     else
         line("pixels", "sampled at their centres", 0, "");
+    print_pupil_note(plan);
     std::printf("once          %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
     std::printf("each frame    %.3g MFLOP, %.2g ms with its noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
-    std::printf("memory        %.0f MiB on all processors\n", plan.bytes / 1048576);
+    std::printf("memory        %s on all processors\n", size_text(plan.bytes).c_str());
     print_stdout("");
 }
 
