@@ -1,4 +1,5 @@
 // toliman convert: FITS to .npy and back.
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/suffix.hpp"
 #include "frames/frames_in.hpp"
@@ -23,7 +24,8 @@ Of a FITS file the first image is read, tiles compressed by fpack included (.fit
 
 void convert(const Options &options, Progress &progress) {
     if (!ends_with(options.in, ".npy") && !is_fits(options.in))
-        throw Failure(kExitUsage, "IN " + options.in + ": must end in .npy, .fits or .fits.fz");
+        throw Failure(kExitUsage,
+                      "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_remark(options.in));
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "OUT " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
     const auto in = open_frames(options.in);

@@ -52,6 +52,16 @@ void shape_of(const std::string &text, size_t &rows, size_t &cols) {
         throw Failure(kExitUsage, "--shape " + text + ": must be ROWSxCOLS, e.g. 256x256");
 }
 
+// What the file holds as frames of the other width, which is a likely mistake where latents are far off.
+std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
+    const bool wide = options.dtype == "u32le";
+    if (options.dtype.empty() || !frames.counted() || (!wide && frames.count() % 2 != 0))
+        return "";
+    return " As --dtype " + std::string(wide ? "u16le" : "u32le") + " the file holds " +
+           std::to_string(wide ? frames.count() * 2 : frames.count() / 2) + " frames, as " + options.dtype + " " +
+           std::to_string(frames.count()) + ".";
+}
+
 void encode(const EncodeOptions &options, Progress &progress) {
     const Network network(options.weights);
     const toliman_cae_info &info = network.info;
@@ -78,7 +88,8 @@ void encode(const EncodeOptions &options, Progress &progress) {
                 far = true;
                 progress.warn(frames.path() + ": frame " + std::to_string(k) + ": a latent of " + text_of(latent) +
                               " px is far beyond the noise of " + text_of(info.crb_px) +
-                              " px: is this frame of the network's scene, pointing and exposure?");
+                              " px: is this frame of the network's scene, pointing and exposure?" +
+                              other_width(options, frames));
             }
             char line[64];
             std::snprintf(line, sizeof line, ",%zu,%.17g\n", k, latent);

@@ -1,4 +1,9 @@
 // toliman report: what other commands left in folders, as a page with figures.
+#include <cerrno>
+#include <cstring>
+#include <unistd.h>
+
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
@@ -32,9 +37,12 @@ using Section = void (*)(const std::string &folder, Page &page, Progress &progre
 
 Section section_of(const std::string &folder) {
     if (!exists(folder))
-        malformed(folder, "No such folder");
+        malformed(folder, errno == ENOENT ? "No such folder" : std::strerror(errno));
     if (!is_folder(folder))
-        malformed(folder, "is no folder: give the one that run, experiment, track or `make bench` wrote");
+        malformed(folder,
+                  "is no folder: give the one that run, experiment, track or `make bench` wrote" + kind_remark(folder));
+    if (::access(folder.c_str(), R_OK | X_OK) != 0)
+        malformed(folder, std::strerror(errno));
     if (exists(folder + "/result.json"))
         return add_run_section;
     if (exists(folder + "/experiment.json"))
@@ -44,7 +52,8 @@ Section section_of(const std::string &folder) {
     if (!bench_files(folder).empty())
         return add_bench_section;
     malformed(folder, "holds neither result.json (of toliman run), nor experiment.json (experiment), nor ledger.tlml "
-                      "(track), nor a *.json of schema toliman-bench/1 (make bench)");
+                      "(track), nor a *.json of schema toliman-bench/1 (make bench)" +
+                          kind_remark(folder));
 }
 
 void report(Options &options, Progress &progress) {

@@ -5,6 +5,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "frames/network.hpp"
 #include "options/command.hpp"
 #include "options/seed.hpp"
 #include "scenes/scene.hpp"
@@ -79,7 +80,7 @@ bool get_how(const toliman_cae *cae, toliman_cae_train_options &how) {
 }
 
 Training resumed_training(const Scene &scene, const Options &options) {
-    auto cae = toliman::make<toliman::autoencoder>(toliman_cae_load_file, options.resume.c_str(), nullptr);
+    toliman::autoencoder cae = load_weights(options.resume);
     toliman_cae_info info = {};
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));

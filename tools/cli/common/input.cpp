@@ -4,6 +4,7 @@
 #include <cstring>
 #include <sys/stat.h>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/terminal.hpp"
 
@@ -44,7 +45,7 @@ InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
     if (::stat(path.c_str(), &facts) != 0)
         malformed(path, std::strerror(errno));
     if (!S_ISREG(facts.st_mode)) // a pipe would be waited for
-        malformed(path, "not a regular file");
+        malformed(path, "not a regular file" + kind_remark(path));
     file_ = std::fopen(path.c_str(), "rb");
     if (file_ == nullptr)
         malformed(path, std::strerror(errno));

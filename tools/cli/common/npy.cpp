@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 
 namespace cli {
@@ -67,7 +68,7 @@ NpyHeader read_npy_header(InputFile &file) {
     if (file.ended())
         malformed(file.path(), "is empty");
     if (!file.read(prefix, kPrefixSize) || std::memcmp(prefix, kMagic, kMagicSize) != 0)
-        malformed(file.path(), "is not a .npy file");
+        malformed(file.path(), "is not a .npy file" + kind_remark(file.path()));
     if (prefix[6] != 1)
         malformed(file.path(), ".npy version " + std::to_string(prefix[6]) + ": version 1 is read");
     std::string text(static_cast<size_t>(prefix[8]) + size_t{256} * prefix[9], ' ');

@@ -2,6 +2,7 @@
 #include <cstring>
 #include <limits>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "frames/fits.hpp"
@@ -71,7 +72,7 @@ class FitsFrames : public FrameFile {
             malformed(path_, "is empty");
         char start[9];
         if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
-            malformed(path_, "is not a FITS file");
+            malformed(path_, "is not a FITS file" + kind_remark(path_));
         return file.size();
     }
 

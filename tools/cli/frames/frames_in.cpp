@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/npy.hpp"
 #include "common/suffix.hpp"
@@ -68,7 +69,7 @@ class PlainFrames : public FrameFile {
         if (file_.size() % frame != 0)
             malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
                                  std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
-                                 std::to_string(cols));
+                                 std::to_string(cols) + narrow_frames(frame) + kind_remark(path_));
         set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
         check_size(0);
     }
@@ -87,6 +88,14 @@ class PlainFrames : public FrameFile {
 
   private:
     size_t width() const noexcept { return static_cast<size_t>(type_[1] - '0'); }
+
+    // Where as many bytes are whole frames of u16le instead of u32le.
+    std::string narrow_frames(size_t frame) const {
+        const size_t half = frame / 2;
+        return type_ != "u4" || file_.size() % half != 0
+                   ? ""
+                   : ", but " + std::to_string(file_.size() / half) + " frames of --dtype u16le";
+    }
 
     // The sides are bounded, so that nothing here overflows; memory is taken only for what the file really holds.
     void check_size(size_t header) {
@@ -160,7 +169,8 @@ std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::strin
         return open_fits(path);
     const InputFile there = open_input(path); // a missing file is named before its options are
     if (dtype.empty())
-        throw Failure(kExitUsage, path + ": a headerless file needs --dtype u16le or u32le and --shape ROWSxCOLS");
+        throw Failure(kExitUsage, path + ": a headerless file needs --dtype u16le or u32le and --shape ROWSxCOLS" +
+                                      kind_remark(path));
     if (rows == 0 || cols == 0)
         throw Failure(kExitUsage, path + ": a headerless file needs --shape ROWSxCOLS");
     return std::make_unique<PlainFrames>(path, dtype == "u16le" ? "u2" : "u4", rows, cols);

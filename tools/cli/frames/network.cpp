@@ -1,11 +1,16 @@
 #include "frames/network.hpp"
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 
 namespace cli {
 
-Network::Network(const std::string &path)
-    : cae(toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr)) {
+toliman::autoencoder load_weights(const std::string &path) {
+    need_weights(path);
+    return toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr);
+}
+
+Network::Network(const std::string &path) : cae(load_weights(path)) {
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     if (info.trained == 0)

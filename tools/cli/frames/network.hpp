@@ -6,6 +6,9 @@
 
 namespace cli {
 
+// A Failure says what a file is that is known to be something else.
+toliman::autoencoder load_weights(const std::string &path);
+
 struct Network {
     // A Failure for the file of a training that was stopped.
     explicit Network(const std::string &path);

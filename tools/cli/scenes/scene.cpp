@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "options/suggest.hpp"
@@ -61,8 +62,10 @@ std::string meant_scene(const std::string &name, const std::string &folder) {
 } // namespace
 
 std::string found_scene(const std::string &name, const toliman_sim_options &options) {
-    if (exists(name) || name.find('/') != std::string::npos)
+    if (exists(name) || name.find('/') != std::string::npos) {
+        need_scene(name);
         return name;
+    }
     const std::string folder = shipped_folder();
     std::string shipped = folder + "/" + name;
     if (!exists(shipped))

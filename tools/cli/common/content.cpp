@@ -1,0 +1,161 @@
+#include "common/content.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+
+#include "common/failure.hpp"
+#include "common/suffix.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kHeadSize = 23040; // of FITS 8 blocks, in which CREATOR stands
+constexpr size_t kTextSize = 512;   // bytes that tell text from other bytes
+constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
+
+bool begins_with(const std::string &text, const std::string &start) {
+    return text.compare(0, start.size(), start) == 0;
+}
+
+std::string head_of(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string head(kHeadSize, '\0');
+    file.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<size_t>(file.gcount()));
+    return head;
+}
+
+bool is_text(const std::string &head) {
+    const auto is_control = [](unsigned char byte) { return std::iscntrl(byte) != 0 && std::isspace(byte) == 0; };
+    return std::none_of(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(std::min(head.size(), kTextSize)),
+                        is_control);
+}
+
+// The value of "schema" in the text of a JSON object, "" where there is none.
+std::string schema_in(const std::string &text) {
+    size_t at = text.find("\"schema\"");
+    for (const char mark : {':', '"'}) {
+        at = at == std::string::npos ? at : text.find_first_not_of(kBlanks, at + (mark == ':' ? 8 : 1));
+        if (at == std::string::npos || text[at] != mark)
+            return "";
+    }
+    return text.substr(at + 1, text.find('"', at + 1) - at - 1);
+}
+
+Identity folder_identity(const std::filesystem::path &path) {
+    std::error_code error;
+    const auto has = [&](const char *name) { return std::filesystem::exists(path / name, error); };
+    const bool is_empty = std::filesystem::is_empty(path, error);
+    if (error)
+        return {Content::folder, "a folder", ""};
+    return {Content::folder,
+            is_empty                 ? "an empty folder"
+            : has("ledger.tlml")     ? "a toliman state folder"
+            : has("result.json")     ? "a folder of toliman run"
+            : has("experiment.json") ? "a folder of toliman experiment"
+                                     : "a folder",
+            ""};
+}
+
+Identity text_identity(const std::string &path, const std::string &head) {
+    const size_t bom = begins_with(head, kByteOrderMark) ? sizeof kByteOrderMark - 1 : 0;
+    const size_t start = head.find_first_not_of(kBlanks, bom);
+    if (start == std::string::npos)
+        return {Content::empty, "empty", head};
+    if (head[start] != '{' && head[start] != '[')
+        return {Content::text, ends_with(path, ".csv") ? "a CSV file" : "a text file", head};
+    const std::string schema = schema_in(head);
+    if (begins_with(schema, "toliman-scene/"))
+        return {Content::scene, "a toliman scene", head};
+    if (begins_with(schema, "toliman-"))
+        return {Content::result, "JSON of schema " + schema, head};
+    return {Content::json, "JSON", head};
+}
+
+// The card of a FITS header that names who made it.
+bool is_own_fits(const std::string &head) {
+    constexpr size_t card = 80;
+    for (size_t at = 0; at + card <= head.size() && head.compare(at, 8, "END     ") != 0; at += card)
+        if (head.compare(at, 18, "CREATOR = 'toliman") == 0)
+            return true;
+    return false;
+}
+
+bool is_own_npy(const std::string &head) {
+    constexpr size_t prefix = 10;
+    const std::string start = "{'descr': '<f8', 'fortran_order': False, 'shape': (";
+    return head.size() >= kNpyHeaderSize && head.compare(6, 2, std::string("\1\0", 2)) == 0 &&
+           static_cast<unsigned char>(head[8]) == kNpyHeaderSize - prefix && head[9] == '\0' &&
+           head.compare(prefix, start.size(), start) == 0;
+}
+
+} // namespace
+
+Identity identify(const std::string &path) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (std::filesystem::is_directory(status))
+        return folder_identity(path);
+    if (!std::filesystem::is_regular_file(status)) // a pipe would be waited for
+        return {};
+    const std::string head = head_of(path);
+    if (head.empty())
+        return std::filesystem::file_size(path, error) == 0 ? Identity{Content::empty, "empty", ""} : Identity{};
+    for (const auto &[magic, content, name] :
+         {std::tuple("TLMW", Content::weights, "toliman weights"),
+          std::tuple("TLMP", Content::sums, "a saved state of toliman period"),
+          std::tuple("TLML", Content::tracker, "the ledger of a toliman state folder"),
+          std::tuple("TLMS", Content::tracker, "the setup of a toliman state folder"),
+          std::tuple("TLMC", Content::tracker, "the checkpoint of a toliman state folder"),
+          std::tuple("SIMPLE  =", Content::fits, "a FITS file"),
+          std::tuple("\x93NUMPY", Content::npy, "a NumPy array")})
+        if (begins_with(head, magic))
+            return {content, name, head};
+    return is_text(head) ? text_identity(path, head) : Identity{Content::unknown, "", head};
+}
+
+std::string kind_remark(const std::string &path) {
+    const std::string name = identify(path).name;
+    return name.empty() ? "" : "; it is " + name;
+}
+
+void need_scene(const std::string &path) {
+    const Identity file = identify(path);
+    if (file.content == Content::empty)
+        malformed(path, "is empty");
+    if (file.content != Content::unknown && file.content != Content::scene && file.content != Content::json)
+        malformed(path, "is " + file.name + ", not a toliman scene (JSON)");
+}
+
+void need_weights(const std::string &path) {
+    const Identity file = identify(path);
+    if (file.content == Content::empty)
+        malformed(path, "is empty");
+    if (file.content != Content::unknown && file.content != Content::weights)
+        malformed(path, "is " + file.name + ", not toliman weights");
+}
+
+bool is_own(const Identity &file) {
+    const auto has_mark = [&](const char *mark) { return begins_with(file.head, mark); };
+    switch (file.content) {
+    case Content::weights:
+    case Content::sums:
+    case Content::result:
+        return true;
+    case Content::fits:
+        return is_own_fits(file.head);
+    case Content::npy:
+        return is_own_npy(file.head);
+    case Content::text:
+        return has_mark(kSeriesMark) || has_mark(kPeriodogramMark) || has_mark(kTrainingMark) ||
+               has_mark(kTrialsMark) || has_mark(kPageMark) ||
+               (has_mark("# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos);
+    default:
+        return false;
+    }
+}
+
+} // namespace cli
