@@ -104,10 +104,12 @@ class Weights(Frames):
         numpy.save(self.folder / "f.npy", numpy.ones((1, 256, 256)))
         flipped = bytearray(blob)
         flipped[len(blob) // 2] ^= 1
-        for name, content in (("short", blob[:-9]), ("flipped", flipped), ("empty", b""), ("long", blob + b"x")):
+        for name, content in (("short", blob[:-9]), ("flipped", flipped), ("long", blob + b"x")):
             (self.folder / name).write_bytes(content)
             with self.subTest(name):
                 self.refuse(3, "weights", arguments=("encode", "--weights", name, "f.npy"))
+        (self.folder / "empty").touch()
+        self.refuse(3, "toliman: empty: is empty\n", arguments=("encode", "--weights", "empty", "f.npy"))
         self.refuse(3, "none.tlmw", "No such file", arguments=("encode", "--weights", "none.tlmw", "f.npy"))
 
     def test_bad_frames(self):
@@ -187,7 +189,7 @@ class Refusals(Frames):
 
     def test_links_pipes_and_devices_as_output(self):
         """None of them is ever replaced by a file."""
-        (self.folder / "kept.npy").write_text("old")
+        (self.folder / "kept.npy").touch()
         (self.folder / "link.npy").symlink_to("kept.npy")
         os.mkfifo(self.folder / "pipe.npy")
         self.succeed("psf", self.quick, "--out", "link.npy")

@@ -149,13 +149,13 @@ class Small(ProgramTest):
 class Weights(ProgramTest):
     def test_what_encode_cannot_read(self):
         (self.folder / "w.tlmw").write_bytes(b"not weights at all" * 20)
-        self.refuse(3, "w.tlmw: weights blob: ", arguments=("encode", "--weights", "w.tlmw", "f.npy"))
+        self.refuse(3, "w.tlmw: is a text file, not toliman weights", arguments=("encode", "--weights", "w.tlmw", "f.npy"))
         scene = json.loads(CHAPTER.read_text())
         scene["band"] = {"wavelength_nm": 580}
         for star in scene["stars"].values():
             star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
         (self.folder / "s.json").write_text(json.dumps(scene))
-        self.assertEqual(self.run_program("train", "s.json", "--steps", "1", "--out", "w.tlmw").returncode, 0)
+        self.assertEqual(self.run_program("train", "s.json", "--steps", "1", "--out", "w.tlmw", "--force").returncode, 0)
         encode = ("encode", "--weights", "w.tlmw")
         raw = (*encode, "--dtype", "u16le", "--shape", "256x256")
         (self.folder / "short.bin").write_bytes(bytes(1000))

@@ -138,6 +138,14 @@ class Others(ReportTest):
         self.succeed("report", "state", "--out", "page")
         page = self.check_page(self.folder / "page", {"series": ["phase, days of the best period"], "periodogram": ["FWHM"]})
         self.assertIn("into one of which all are folded", page.text)
+        status = json.loads(self.succeed("status", "state", "--json"))
+        of_fit, of_grid = (f"{period:.5f} days" for period in (status["fit"]["period"], status["period"]))
+        self.assertNotEqual(of_fit, of_grid)
+        (plot,) = plots_of(self.folder / "page" / "figures" / "periodogram.svg")
+        self.assertIn(of_fit, plot.labels)
+        self.assertNotIn(of_grid, plot.labels)
+        self.assertIn(f"a period of {of_grid} (grid peak)", page.text)
+        self.assertAlmostEqual(plot.marks(None, "x")[0][0] * status["fit"]["period"], 1, delta=1e-3)
         # All at one time: a period, but no errors and no sinusoid.
         scene = json.loads((self.folder / "scene.json").read_text())
         scene["cadence"]["interval_days"] = 1e-9

@@ -54,7 +54,7 @@ class Resumed(ProgramTest):
     def test_a_signal_before_the_first_epoch(self):
         self.write_scene(600)
         (self.folder / "w").write_text("kept")
-        command = [PROGRAM, "--progress=json", *UNSUPERVISED, "--out", "w"]
+        command = [PROGRAM, "--progress=json", *UNSUPERVISED, "--out", "w", "--force"]
         child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
         while '"progress":"frames"' not in child.stderr.readline():
             pass

@@ -173,7 +173,7 @@ class Installed(unittest.TestCase):
         self.assertIn(str(self.prefix), self.run_tool("ldd", program))
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
         self.run_tool(program, "psf", "chapter.json", "--out", "psf.npy", folder=folder)
-        self.assertEqual((folder / "psf.npy").stat().st_size, 128 + 8 * 256 * 256)
+        self.assertEqual((folder / "psf.npy").stat().st_size, 256 + 8 * 256 * 256)
         self.run_tool(program, "plan", "mission.json", folder=folder)
 
     def test_files(self):

@@ -93,7 +93,7 @@ class Packages(unittest.TestCase):
         program, out = self.usr / "bin/toliman", self.top / "psf.npy"
         self.assertIn(str(self.usr), run("ldd", program))
         run(program, "psf", "chapter.json", "--out", out)
-        self.assertEqual(out.stat().st_size, 128 + 8 * 256 * 256)
+        self.assertEqual(out.stat().st_size, 256 + 8 * 256 * 256)
 
     def test_development(self):
         source = self.top / "p.c"

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "common/output.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"
 
@@ -28,10 +29,19 @@ Examples:
 
 A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
 share/toliman/scenes beside the folder of the program; which one is told on stderr).
-Data goes to stdout, everything else to stderr. Exit codes: 0 ok, 1 internal or no gnuplot, 2 options or scene content,
+Data goes to stdout, everything else to stderr. An output replaces an empty file and a file that toliman wrote; any other
+file it replaces with --force alone. Exit codes: 0 ok, 1 internal or no gnuplot, 2 options or scene content,
 3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict) or doctor not ready,
 5 state folder damaged, 6 output cannot be written or another process writes to the folder, 129/130/143 stopped by
 SIGHUP, SIGINT, SIGTERM.)";
+
+// Of commands that write files which may be there already.
+void add_force(CLI::App &app) {
+    for (const char *name :
+         {"run", "experiment", "psf", "simulate", "train", "convert", "period", "merge", "pupil", "report"})
+        app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
+                                                    "also replace files that are not recognised as written by toliman");
+}
 
 } // namespace
 
@@ -60,6 +70,7 @@ void add_commands(CLI::App &app, Context &context) {
     add_pupil(app, context);
     add_report(app, context);
     add_doctor(app, context);
+    add_force(app);
 }
 
 std::vector<const CLI::Option *> options_of(const CLI::App &command) {

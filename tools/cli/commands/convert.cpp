@@ -1,6 +1,7 @@
 // toliman convert: FITS to .npy and back.
 #include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/output.hpp"
 #include "common/suffix.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"
@@ -28,6 +29,7 @@ void convert(const Options &options, Progress &progress) {
                       "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_remark(options.in));
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "OUT " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
+    check_apart(options.out, {options.in});
     const auto in = open_frames(options.in);
     const auto out = image_output(options.out, in->axes());
     std::vector<double> image(in->rows() * in->cols());

@@ -115,8 +115,10 @@ void experiment(const Options &options, Progress &progress) {
         method_kind(name);
     const auto scene = std::make_shared<const Scene>(options.scene, progress);
     check_cadence(*scene, "experiment");
-    const Campaign campaign(scene, options.campaign);
     OutputFolder folder(options.folder);
+    for (const char *name : {"experiment.csv", "experiment.md", "experiment.json"})
+        check_output(folder.file(name)); // before the work, not after it
+    const Campaign campaign(scene, options.campaign);
     Journal journal(folder.file("journal.jsonl"), campaign.arguments());
     try_all(campaign, journal, progress);
     const std::vector<TableSummary> summaries = summarise(campaign, journal);

@@ -102,8 +102,9 @@ void pupil(const Options &options, Progress &progress) {
     if (options.as_json && options.out == "-")
         throw Failure(kExitUsage, "--json with --out -: standard output can hold only one of them");
     std::optional<OutputFile> out;
+    check_apart(options.out, {options.scene});
     if (!options.out.empty())
-        out.emplace(options.out);
+        out.emplace(options.out, Replaces::scenes);
     const Scene whole(options.scene, progress);
     const MaskedScene scene(whole.path, whole.sim.get());
     const Score before = score_of(whole.sim.get());

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/content.hpp"
 #include "common/decimals.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -92,22 +93,21 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
 }
 
 void write_series(OutputFile &out, const Cadence &cadence, const Pipeline &pipeline) {
-    out.print("# separation series: t in days, the rest in pixels\nframe,t,true,latent,template\n");
+    out.print("%sframe,t,true,latent,template\n", kSeriesMark);
     for (size_t k = 0; k < cadence.times.size(); k++)
         out.print("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k], pipeline.latents[k],
                   pipeline.estimates[k]);
 }
 
 void write_periodogram(OutputFile &out, const Pipeline &pipeline) {
-    out.print("# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n"
-              "frequency,power,template\n");
+    out.print("%sfrequency,power,template\n", kPeriodogramMark);
     for (size_t k = 0; k < pipeline.power.size(); k++)
         out.print("%.17g,%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k),
                   pipeline.power[k], pipeline.estimate_power[k]);
 }
 
 void write_training(OutputFile &out, const Pipeline &pipeline) {
-    out.print("# loss after each step of training\nstep,loss\n");
+    out.print("%sstep,loss\n", kTrainingMark);
     for (size_t k = 0; k < pipeline.losses.size(); k++)
         out.print("%zu,%.17g\n", k + 1, pipeline.losses[k]);
 }
@@ -118,7 +118,7 @@ class RunFolder {
     RunFolder(const std::string &path, const Scene &scene)
         : scene_text_(whole_text(scene.path)), folder_(path), result_(folder_.file("result.json")),
           series_(folder_.file("series.csv")), periodogram_(folder_.file("periodogram.csv")),
-          training_(folder_.file("training.csv")), scene_(folder_.file("scene.json")),
+          training_(folder_.file("training.csv")), scene_(folder_.file("scene.json"), Replaces::scenes),
           weights_(folder_.file("weights.tlmw")) {}
 
     void write(const Cadence &cadence, const Pipeline &pipeline, const std::string &json) {

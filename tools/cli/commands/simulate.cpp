@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/failure.hpp"
+#include "common/output.hpp"
 #include "common/suffix.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"
@@ -53,6 +54,7 @@ void psf(const Options &options, Progress &progress) {
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
     const Scene scene(options.scene, progress);
+    check_apart(options.out, {scene.path});
     if (options.star == "B")
         check_star(scene);
     std::vector<double> image(scene.pixels());
@@ -99,6 +101,7 @@ std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &
 void simulate(const Options &options, Progress &progress) {
     check_out(options);
     const Scene scene(options.scene, progress);
+    check_apart(options.out, {scene.path});
     const Simulated frames = {scene, FrameRange(options.frames, scene.info.frames),
                               options.seed_given ? options.seed : scene.info.seed};
     const size_t total = frames.count();

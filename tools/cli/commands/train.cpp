@@ -142,9 +142,13 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
                      result.photon_floor, result.mssim);
 }
 
+std::string part_of(const std::string &out) {
+    return out + ".part";
+}
+
 // Weights that --out may hold already are worth more than half a training.
 void keep_part(const toliman::autoencoder &cae, const Options &options) {
-    const std::string part = options.out + ".part";
+    const std::string part = part_of(options.out);
     OutputFile out(part);
     write(cae, "float32", true, out);
     std::fprintf(stderr, "toliman: go on with: toliman train %s --resume %s --out %s%s\n", options.scene.c_str(),
@@ -153,7 +157,10 @@ void keep_part(const toliman::autoencoder &cae, const Options &options) {
 }
 
 void train(const Options &options, Progress &progress) {
+    check_apart(options.out, {options.scene});
     OutputFile out(options.out); // an unwritable place is found before the work, not after it
+    if (options.out != "-")
+        check_output(part_of(options.out));
     const Scene scene(options.scene, progress);
     auto [cae, how, seed] = options.resume.empty() ? new_training(scene, options) : resumed_training(scene, options);
     const bool tied = how.mode == TOLIMAN_CAE_TIED;

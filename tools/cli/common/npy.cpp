@@ -54,7 +54,7 @@ void write_npy_header(OutputFile &out, const std::vector<size_t> &shape) {
     for (size_t i = 0; i < shape.size(); i++)
         text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
     text += shape.size() == 1 ? ",), }" : "), }";
-    text.resize((kPrefixSize + text.size() + 64) / 64 * 64 - kPrefixSize - 1, ' ');
+    text.resize(kNpyHeaderSize - kPrefixSize - 1, ' '); // its size is the mark of this program's files
     text += '\n';
     const unsigned char prefix[4] = {1, 0, static_cast<unsigned char>(text.size() & 255),
                                      static_cast<unsigned char>(text.size() >> 8)};

@@ -14,7 +14,9 @@
 #include <unistd.h>
 #include <utility>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/size_text.hpp"
 #include "common/terminal.hpp"
 
 namespace cli {
@@ -23,6 +25,7 @@ namespace {
 
 constexpr int kMostTemporaries = 100;
 constexpr int kPatience = 1000; // ms, that a stopped program waits for the reader of its output
+bool is_forced = false;
 
 bool is_link(const std::string &path) noexcept {
     struct stat facts = {};
@@ -42,6 +45,16 @@ size_t portion(const std::string &text, size_t at) {
     return newline == std::string::npos || newline < at ? most : newline + 1 - at;
 }
 
+void check_own(const std::string &path, Replaces what) {
+    if (is_forced || what == Replaces::anything)
+        return;
+    const Identity file = identify(path);
+    if (file.content != Content::empty && !(file.content == Content::scene && what == Replaces::scenes) &&
+        !is_own(file))
+        throw Failure(kExitOutput,
+                      path + ": exists and is not recognised as written by toliman: give --force to replace it");
+}
+
 // A write to a full pipe also fails when a signal comes.
 [[noreturn]] void lost_stdout(int reason) {
     stop_if_asked();
@@ -50,7 +63,12 @@ size_t portion(const std::string &text, size_t at) {
 
 } // namespace
 
-OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard output" : path), file_(nullptr) {
+void replace_anything() noexcept {
+    is_forced = true;
+}
+
+OutputFile::OutputFile(const std::string &path, Replaces what)
+    : path_(path == "-" ? "standard output" : path), file_(nullptr) {
     struct stat facts = {};
     const bool exists = path != "-" && ::stat(path.c_str(), &facts) == 0;
     int descriptor;
@@ -63,6 +81,8 @@ OutputFile::OutputFile(const std::string &path) : path_(path == "-" ? "standard 
         if (!real && exists && is_link(path))
             fail();
         target_ = real ? real.get() : path;
+        if (exists)
+            check_own(path, what);
         mode_ = exists ? facts.st_mode & 0777 : 0;
         descriptor = open_temporary(exists ? 0600 : 0666);
     }
@@ -129,9 +149,7 @@ void OutputFile::need_space(const std::vector<size_t> &axes, size_t width) const
     const double room = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
     if (bytes <= room)
         return;
-    char text[80];
-    std::snprintf(text, sizeof text, "takes %.4g GB, the disk has %.4g GB free", bytes * 1e-9, room * 1e-9);
-    fail(text);
+    fail("takes " + size_text(bytes) + ", the disk has " + size_text(room) + " free");
 }
 
 std::string OutputFile::hand_over() {
@@ -193,6 +211,16 @@ OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir
 OutputFolder::~OutputFolder() {
     if (made_)
         ::rmdir(path_.c_str());
+}
+
+void check_apart(const std::string &output, const std::vector<std::string> &inputs) {
+    struct stat out = {}, in = {};
+    if ((output == "-" ? ::fstat(STDOUT_FILENO, &out) : ::stat(output.c_str(), &out)) != 0 || !S_ISREG(out.st_mode))
+        return;
+    for (const std::string &input : inputs)
+        if (::stat(input.c_str(), &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino)
+            throw Failure(kExitUsage, (output == "-" ? "standard output" : output) + ": is the input" +
+                                          (input == output ? "" : " " + input) + ": give another output");
 }
 
 void check_output(const std::string &path) {

@@ -7,13 +7,19 @@
 
 namespace cli {
 
+// What an output may replace without --force: files that content.hpp recognises as this program's, scenes too, or
+// whatever its caller knows to be its own. Empty files may always be replaced.
+enum class Replaces { results, scenes, anything };
+// --force: from now on every output may replace any file.
+void replace_anything() noexcept;
+
 // Written beside `path` as `path`.0.tmp, or the next number that is free; commit() renames it, destruction without
 // commit removes it. A symbolic link keeps standing and its target is replaced. "-" (standard output), a pipe or a
 // device is written straight. Until then it is its owner's alone; it takes the permissions of the file that it
 // replaces, or those of any new file of this process.
 class OutputFile {
   public:
-    explicit OutputFile(const std::string &path);
+    explicit OutputFile(const std::string &path, Replaces what = Replaces::results);
     ~OutputFile();
     OutputFile(const OutputFile &) = delete;
     OutputFile &operator=(const OutputFile &) = delete;
@@ -53,6 +59,9 @@ class OutputFolder {
     std::string path_;
     bool made_;
 };
+
+// A Failure where the output is one of the inputs, by this or another name; - is standard output.
+void check_apart(const std::string &output, const std::vector<std::string> &inputs);
 
 // Fails now where an OutputFile would in the end; leaves nothing behind.
 void check_output(const std::string &path);

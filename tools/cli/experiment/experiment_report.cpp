@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdarg>
 
+#include "common/content.hpp"
+
 namespace cli {
 
 namespace {
@@ -141,10 +143,9 @@ std::string report_markdown(const Campaign &campaign, const std::vector<TableSum
     const toliman_sim_info &info = campaign.scene().info;
     std::string out = text("# Experiment: %s\n\n", toliman_sim_get_name(campaign.scene().sim.get()));
     out +=
-        text("%lld frames of %lldx%lld, period %g days, seeds 1 to %llu. Medians over the seeds; found: log10 FAP "
-             "below %g and the period\nwithin 5 %%.\n",
+        text("%lld frames of %lldx%lld, period %g days, seeds 1 to %llu.%sbelow %g and the period\nwithin 5 %%.\n",
              static_cast<long long>(info.frames), static_cast<long long>(info.rows), static_cast<long long>(info.cols),
-             info.period_days, static_cast<unsigned long long>(campaign.options().seeds), kFound);
+             info.period_days, static_cast<unsigned long long>(campaign.options().seeds), kExperimentMark, kFound);
     for (const TableSummary &summary : summaries)
         if (summary.table->ladder)
             print_ladder(out, campaign, summary);
@@ -153,10 +154,9 @@ std::string report_markdown(const Campaign &campaign, const std::vector<TableSum
 }
 
 std::string report_csv(const Campaign &campaign, const Journal &journal) {
-    std::string out =
-        "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n"
-        "table,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,"
-        "efficiency\n";
+    std::string out = kTrialsMark;
+    out += "table,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,"
+           "efficiency\n";
     for (const Table &table : campaign.tables()) {
         std::vector<double> amplitudes = table.amplitudes;
         amplitudes.push_back(0);

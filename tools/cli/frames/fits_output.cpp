@@ -24,6 +24,7 @@ class FitsOutput : public FrameOutput {
         check(status);
         fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status);
         check(status);
+        text("CREATOR", std::string("toliman ") + toliman_version(), "");
     }
 
     // Given up: without axes, or CFITSIO would fill in zeros for all the frames that were to come.
@@ -58,7 +59,6 @@ class FitsOutput : public FrameOutput {
              : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
                                                   : "photon",
              "of a frame");
-        text("CREATOR", std::string("toliman ") + toliman_version(), "");
         text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
         char digest[17];
         std::snprintf(digest, sizeof digest, "%016" PRIx64, info.scene_digest);

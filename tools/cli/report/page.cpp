@@ -7,6 +7,7 @@
 #include <memory>
 #include <unistd.h>
 
+#include "common/content.hpp"
 #include "common/terminal.hpp"
 #include "report/words.hpp"
 
@@ -78,7 +79,8 @@ std::string row_of(const std::vector<std::string> &cells, const char *tag) {
 } // namespace
 
 Page::Page(const std::string &folder)
-    : folder_(folder), inner_(folder_.file("figures")), path_(folder_.file("report.html")), page_(path_) {}
+    : folder_(folder), inner_(folder_.file("figures")), path_(folder_.file("report.html")),
+      page_(path_, figures_of(path_).empty() ? Replaces::results : Replaces::anything) {}
 
 void Page::add_title(const std::string &html) {
     if (title_.empty())
@@ -141,19 +143,21 @@ std::string Page::glossary() const {
 const std::string &Page::write() {
     const std::vector<std::string> before = figures_of(path_);
     std::vector<std::unique_ptr<OutputFile>> files;
-    const auto put = [&](const std::string &name, const std::string &bytes) {
-        files.push_back(std::make_unique<OutputFile>(inner_.file(name)));
+    const auto put = [&](const std::string &figure, const char *suffix, const std::string &bytes) {
+        const bool is_own = std::find(before.begin(), before.end(), figure) != before.end();
+        files.push_back(std::make_unique<OutputFile>(inner_.file(figure + suffix),
+                                                     is_own ? Replaces::anything : Replaces::results));
         files.back()->write(bytes.data(), bytes.size());
         files.back()->close(); // there may be more figures than a process may have files
     };
     for (const Drawing &figure : figures_) {
-        put(figure.name + ".svg", figure.svg);
-        put(figure.name + ".png", figure.png);
+        put(figure.name, ".svg", figure.svg);
+        put(figure.name, ".png", figure.png);
     }
-    const std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                             "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
-                             title_ + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n" + body_ +
-                             glossary() + "</main>\n</body>\n</html>\n";
+    const std::string html = std::string(kPageMark) +
+                             "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" + title_ +
+                             "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n" + body_ + glossary() +
+                             "</main>\n</body>\n</html>\n";
     page_.write(html.data(), html.size());
     for (const std::unique_ptr<OutputFile> &file : files)
         file->commit();
