@@ -627,7 +627,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_QUARANTINED = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_OUTLIER = 3
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REJECTED = 4
-    ! of lines alone: no frame, lines of another ledger are in
+    ! of lines alone: no frame; lines of another ledger are in, or repeats are counted
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_MERGED = 5
 
     ! Why a frame is rejected.
@@ -706,7 +706,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
 
-    ! When a frame's line is brought to the disk, and so acknowledged.
+    ! When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
+    ! commit and save, and by the next push if it waits for a second.
     ! every `group` lines, and lines that wait for a second at the next push
     integer(c_int32_t), parameter, public :: TOLIMAN_SYNC_GROUP = 0
     integer(c_int32_t), parameter, public :: TOLIMAN_SYNC_FRAME = 1 ! every line
@@ -715,7 +716,7 @@ module toliman
 
     ! What a tracker is. Since 0.1.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 224
+        integer(c_int32_t) :: struct_size = 240
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., default 0
         ! of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a frame
         type(c_ptr) :: folder = c_null_ptr
@@ -763,9 +764,15 @@ module toliman
         integer(c_int32_t) :: sync = 0 ! TOLIMAN_SYNC_..., default GROUP
         integer(c_int32_t) :: group = 0 ! lines, 1 to 65536; default 64
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
+        ! Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during
+        ! that call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole
+        ! record, names of sessions that are lost. May be NULL.
+        type(c_funptr) :: log = c_null_funptr
+        type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! A line of the ledger: a frame as it arrived, and what it is by now. Since 0.1.
+    ! A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
+    ! 0.1.
     type, bind(C), public :: toliman_track_line
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_line), of the first at least
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_...; of a frame that was denied later, quarantined
@@ -780,7 +787,9 @@ module toliman
         real(c_double) :: sigma = 0.0_c_double
     end type
 
-    ! Counts. received = accepted + outlier + quarantined + repeated + all rejected. Since 0.1.
+    ! Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
+    ! arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
+    ! ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1.
     type, bind(C), public :: toliman_track_info
         integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
@@ -788,8 +797,7 @@ module toliman
         integer(c_int64_t) :: accepted = 0 ! in the periodogram now
         integer(c_int64_t) :: outlier = 0
         integer(c_int64_t) :: quarantined = 0 ! keys
-        ! later arrivals of keys that are known, same or other bytes; after a crash fewer; here or in folders that
-        ! were merged
+        ! later arrivals of keys that are known, same or other bytes; here or in folders that were merged
         integer(c_int64_t) :: repeated = 0
         integer(c_int64_t) :: rejected = 0 ! all; those of a reason below
         integer(c_int64_t) :: rejected_by(TOLIMAN_REASONS) = 0
@@ -806,8 +814,8 @@ module toliman
         real(c_double) :: value_limit = 0.0_c_double
     end type
 
-    ! A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
-    ! was lost. Since 0.1.
+    ! A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
+    ! streams.txt was lost and no frame of it came since. Since 0.1.
     type, bind(C), public :: toliman_track_stream
         integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream), of the first at least
         integer(c_int32_t) :: reserved = 0
@@ -1695,7 +1703,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Brings every line to the disk: all frames that were pushed are then acknowledged.
+        ! Brings every line and the count of repeated frames to the disk: all frames that were pushed are then
+        ! acknowledged.
         function toliman_track_commit(track) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -3278,7 +3287,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Brings every line to the disk: all frames that were pushed are then acknowledged.
+    ! Brings every line and the count of repeated frames to the disk: all frames that were pushed are then
+    ! acknowledged.
     subroutine tracker_commit(self, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         integer, intent(out), optional :: stat

@@ -49,7 +49,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_QUARANTINED 2
 #define TOLIMAN_TRACK_OUTLIER 3
 #define TOLIMAN_TRACK_REJECTED 4
-#define TOLIMAN_TRACK_MERGED 5 /* of lines alone: no frame, lines of another ledger are in */
+#define TOLIMAN_TRACK_MERGED 5 /* of lines alone: no frame; lines of another ledger are in, or repeats are counted */
 
 /* Why a frame is rejected. */
 #define TOLIMAN_REASON_NONE 0
@@ -112,7 +112,8 @@ typedef int32_t (*toliman_estimate_fn)(const double *image, size_t rows, size_t 
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u
 
-/* When a frame's line is brought to the disk, and so acknowledged. */
+/* When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
+ * commit and save, and by the next push if it waits for a second. */
 #define TOLIMAN_SYNC_GROUP 0 /* every `group` lines, and lines that wait for a second at the next push */
 #define TOLIMAN_SYNC_FRAME 1 /* every line */
 #define TOLIMAN_SYNC_NONE 2  /* left to the system: a power cut may lose what toliman_track_get_info calls committed */
@@ -157,6 +158,11 @@ typedef struct toliman_track_options {
     uint32_t sync;                      /* TOLIMAN_SYNC_..., default GROUP */
     uint32_t group;                     /* lines, 1 to 65536; default 64 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
+    /* Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
+     * call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole record,
+     * names of sessions that are lost. May be NULL. */
+    toliman_log_fn log;
+    void *log_data;
 } toliman_track_options;
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
@@ -170,9 +176,10 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
 
 /* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
  * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
- * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
- * holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system
- * has no random numbers to give. The caller destroys *out. Since 0.1. */
+ * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines, that is missing though
+ * other files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
+ * TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
+ * numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
@@ -182,13 +189,16 @@ TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
 /* Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
  * not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
  * or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
- * then until the folder is opened anew; TOLIMAN_E_STATE without an estimator and in READ_ONLY. Rejected frames are no
- * error. Several frames at once are needed for several threads. Since 0.1. */
+ * then until the folder is opened anew; TOLIMAN_E_WRITE also, before a group of lines is written, if the ledger was
+ * removed, renamed, replaced or changed by another program: nothing more is acknowledged then; TOLIMAN_E_STATE without
+ * an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
+ * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames,
                                                                  size_t count, toliman_outcome *outcomes,
                                                                  size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Brings every line to the disk: all frames that were pushed are then acknowledged. Since 0.1. */
+/* Brings every line and the count of repeated frames to the disk: all frames that were pushed are then acknowledged.
+ * Errors as of push. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. Since 0.1. */
@@ -200,14 +210,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  * machines of unlike instruction sets may give values that differ by 1e-5 sigma. received, repeated and rejected become
  * those of both, also of frames that the other folder merged from a third. With flags = TOLIMAN_TRACK_SALVAGE lines of
  * a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
- * left out.
+ * left out, and how many more the checkpoint counts. Frames of which no line is left at all are not among them:
+ * toliman_track_get_streams tells how many frame ids are missing.
  * TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
  * errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
-/* A line of the ledger: a frame as it arrived, and what it is by now. Since 0.1. */
+/* A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
+ * 0.1. */
 typedef struct toliman_track_line {
     uint32_t struct_size; /* sizeof(toliman_track_line), of the first at least */
     int32_t verdict;      /* TOLIMAN_TRACK_...; of a frame that was denied later, quarantined */
@@ -228,7 +240,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_lines(const toli
                                                                       size_t count, toliman_track_line *lines,
                                                                       size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Counts. received = accepted + outlier + quarantined + repeated + all rejected. Since 0.1. */
+/* Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
+ * arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
+ * ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1. */
 typedef struct toliman_track_info {
     uint32_t struct_size; /* in: sizeof(toliman_track_info) */
     uint32_t flags;       /* TOLIMAN_TRACK_..., as given */
@@ -236,8 +250,8 @@ typedef struct toliman_track_info {
     int64_t accepted;     /* in the periodogram now */
     int64_t outlier;
     int64_t quarantined; /* keys */
-    int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; after a crash fewer; here or
-                            in folders that were merged */
+    int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; here or in folders that were
+                            merged */
     int64_t rejected;    /* all; those of a reason below */
     int64_t rejected_by[TOLIMAN_REASONS];
     int64_t expected;  /* frame ids from the first to the last of each session and region */
@@ -256,8 +270,8 @@ typedef struct toliman_track_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
-/* A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
- * was lost. Since 0.1. */
+/* A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
+ * streams.txt was lost and no frame of it came since. Since 0.1. */
 typedef struct toliman_track_stream {
     uint32_t struct_size; /* sizeof(toliman_track_stream), of the first at least */
     uint32_t reserved;

@@ -191,8 +191,8 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 
 // What is asked for, and else what the folder has. Of frames that are there neither grid nor clock is guessed.
 track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::Place &place) {
-    const bool has_frames = place.store && place.store->size(track::LedgerFile::kName) >= 0;
-    if (place.setup && (has_frames || !grid)) {
+    const int64_t ledger = place.store ? place.store->size(track::LedgerFile::kName) : -1;
+    if (place.setup && (ledger >= 0 || !grid)) {
         grid = grid.value_or(place.setup->grid);
         clock = clock.value_or(place.setup->clock);
     }
@@ -201,7 +201,7 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
         fail(Status::argument, "options->nf = 0: %s, which would have the grid, is missing or damaged", path.c_str());
     if (!grid)
         fail(Status::argument, "options->nf = 0: must be at least 1");
-    if (!clock && has_frames)
+    if (!clock && ledger > static_cast<int64_t>(track::LedgerFile::kHeaderSize))
         fail(Status::argument,
              "options->clock is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, 0 "
              "where the camera's time is TAI",
@@ -226,6 +226,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
     if (options.folder != nullptr) // nothing is made there before everything else is known to be right
         place = track::open_place(open_folder(options.folder, access), access, plan.terms);
+    place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;

@@ -73,15 +73,6 @@ int open_beside(const std::string &target, std::string &temporary, mode_t mode) 
     return descriptor;
 }
 
-// Closes a new, still empty file to all others; `mode` is what it had, which tells the umask without changing it.
-bool keep_private(int descriptor, mode_t &mode) noexcept {
-    struct stat facts = {};
-    if (::fstat(descriptor, &facts) != 0)
-        return false;
-    mode = facts.st_mode & 0777;
-    return set_mode(descriptor, 0600);
-}
-
 bool write_all(int descriptor, const void *data, size_t size) noexcept {
     const auto *next = static_cast<const uint8_t *>(data);
     while (size > 0) {
@@ -159,6 +150,14 @@ bool set_mode(int descriptor, unsigned mode) noexcept {
            errno == ENOSYS;
 }
 
+bool keep_private(int descriptor, unsigned &mode) noexcept {
+    struct stat facts = {};
+    if (::fstat(descriptor, &facts) != 0)
+        return false;
+    mode = facts.st_mode & 0777;
+    return set_mode(descriptor, 0600);
+}
+
 void replace(const std::string &path, const void *data, size_t size) {
     struct stat facts = {};
     const bool exists = ::stat(path.c_str(), &facts) == 0;
@@ -173,7 +172,7 @@ void replace(const std::string &path, const void *data, size_t size) {
         fail(Status::write, "%s: cannot be written: its folder cannot be opened: %s", path.c_str(),
              std::strerror(errno));
     std::string temporary;
-    mode_t mode = exists ? facts.st_mode & 0777 : 0;
+    unsigned mode = exists ? facts.st_mode & 0777 : 0;
     Descriptor output(open_beside(target, temporary, exists ? 0600 : 0666));
     if (output.get() < 0)
         fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));

@@ -24,4 +24,7 @@ void replace(const std::string &path, const void *data, size_t size);
 // fchmod; true also on a file system that knows no permissions.
 bool set_mode(int descriptor, unsigned mode) noexcept;
 
+// Closes a new, still empty file to all others; `mode` is what it had, which tells the umask without changing it.
+bool keep_private(int descriptor, unsigned &mode) noexcept;
+
 } // namespace toliman::file

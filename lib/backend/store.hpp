@@ -16,9 +16,14 @@ namespace toliman {
 class Store {
   public:
     virtual ~Store() = default;
+    // Locks a file against other writers until the store ends, or, while there is none, the temporary that
+    // replace_whole makes of it. Status::state if another writer holds it, Status::write if it cannot be locked.
+    virtual void lock(const std::string &name) = 0;
+    // Status::write unless the file that is open here still has this name, and this size.
+    virtual void check_unchanged(const std::string &name, uint64_t size) = 0;
     // Size of a file, -1 if there is none; what is read next is of the file that was looked at. Names are plain ones
-    // (base/name.hpp). Status::not_found where reading fails, Status::write where writing fails, with the path in the
-    // message.
+    // (base/name.hpp). Status::not_found where reading fails, Status::write where writing fails, Status::format for
+    // what is no regular file, with the path in the message.
     virtual int64_t size(const std::string &name) = 0;
     // Returns how many bytes there were, fewer only at the end of the file.
     virtual size_t read(const std::string &name, uint64_t at, void *data, size_t size) = 0;
@@ -52,13 +57,16 @@ auto read_if_whole(Store &store, const std::string &name, size_t least, int64_t 
     }
 }
 
+// The name of the file that is made whole before it takes the name of another.
+std::string temporary_of(const std::string &name);
+
 // Replaces a file as a whole or not at all, by a file beside it; on the disk when it returns.
 void replace_whole(Store &store, const std::string &name, const std::vector<uint8_t> &bytes);
 
 enum class Access { read, write };
 
-// The files of a folder on the disk. For writing the folder is made unless it exists, and locked against other writers:
-// Status::state if one holds it, Status::not_found for reading from none.
+// The files of a folder on the disk. For writing the folder is made unless it exists; Status::not_found for reading
+// from none.
 std::unique_ptr<Store> open_folder(const std::string &path, Access access);
 
 } // namespace toliman

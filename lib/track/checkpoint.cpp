@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "track/record.hpp"
 #include "track/sealed.hpp"
 
 namespace toliman::track {
@@ -56,6 +55,11 @@ std::optional<Loaded> load_checkpoint(Store &store) {
         return std::nullopt;
     }
     return read_if_whole(store, Checkpoint::kName, kSealSize, kLargest, read);
+}
+
+int64_t unrecorded_repeats(const Checkpoint &checkpoint, const Merged &last) noexcept {
+    const bool is_later = last.repeats > 0 && static_cast<uint64_t>(last.lines) >= checkpoint.lines;
+    return is_later ? 0 : checkpoint.repeats;
 }
 
 } // namespace toliman::track

@@ -17,7 +17,7 @@ constexpr size_t kChunk = 1024; // lines written anew at once
 Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held,
                const EachLine &each)
     : store_(store), access_(access), sync_(sync), group_((sync == Sync::frame ? 1 : group) * kRecordSize),
-      file_(store.size(kName) < 0 && access == Access::write ? LedgerFile::begin(store, terms) : LedgerFile(store)) {
+      file_(store) {
     file_.check_terms(terms);
     recover(held, each);
 }
@@ -25,13 +25,15 @@ Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sy
 void Ledger::recover(Held held, const EachLine &each) {
     const LedgerFile::Tail tail = find_end(each);
     check_held(held);
+    const uint64_t size = file_.size(), end = LedgerFile::place_of(written_);
+    torn_ = size > end ? size - end : 0;
     chain_ = tail.chain;
     if (access_ == Access::read) {
         synced_ = std::max<uint64_t>(tail.synced, held.salt == salt() ? held.lines : 0);
         return;
     }
-    if (file_.size() != LedgerFile::place_of(written_))
-        store_.truncate(kName, LedgerFile::place_of(written_));
+    if (torn_ > 0)
+        store_.truncate(kName, end);
     write_anew(tail.synced);
     synced_ = written_;
 }
@@ -99,17 +101,26 @@ void Ledger::append(const Record &record) {
         fail(Status::capacity, "%s: holds 2^30 lines, its most", file_.path().c_str());
     const RecordBytes bytes = to_bytes(record, static_cast<uint32_t>(synced_), chain_);
     std::memcpy(group_.data() + waiting_ * kRecordSize, bytes.data(), bytes.size());
-    if ((waiting_ + 1) * kRecordSize == group_.size())
+    if ((waiting_ + 1) * kRecordSize == group_.size()) {
+        check();
         write(waiting_ + 1);
-    else
+    } else {
         waiting_++;
+    }
     chain_ = LedgerFile::checksum_in(bytes.data());
 }
 
 void Ledger::commit() {
-    check_alive();
+    check();
     if (waiting_ > 0)
         write(waiting_);
+}
+
+// Another writer that is not kept out, as after a copy of the folder was put in its place, would write its lines over
+// these, and what is written to a file without a name is lost.
+void Ledger::check() const {
+    check_alive();
+    store_.check_unchanged(kName, LedgerFile::place_of(written_));
 }
 
 void Ledger::sync() {

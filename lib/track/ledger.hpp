@@ -18,7 +18,7 @@ struct Held {
 
 class Ledger {
   public:
-    // Takes up the ledger in the store, or begins one on these terms, and hands every line that is whole to each. What
+    // Takes up the ledger in the store, which is locked for writing, and hands every line that is whole to each. What
     // a crash tore off behind the last one is cut away, when writing. Status::mismatch for other terms; Status::format,
     // before anything is cut, for a header or a line that is damaged though the disk had it, lines that were held and
     // are lost, and lines that cannot be.
@@ -27,9 +27,11 @@ class Ledger {
     // Lines from `first` on once more, `most` at the most.
     void visit(uint64_t first, uint64_t most, const EachLine &each) const;
 
+    // Status::write after a write that failed, and if the file was removed, renamed, replaced or changed by another.
+    void check() const;
     // Adds a line; commits when the group is full. Allocates nothing.
     void append(const Record &record);
-    // Brings all lines to the disk, as sync says. After a failure the ledger takes no more (Status::write).
+    // Checks, and brings all lines to the disk, as sync says. After a failed write the ledger takes no more.
     void commit();
     // The same whatever sync says.
     void sync();
@@ -39,6 +41,8 @@ class Ledger {
     // Acknowledged, as far as sync goes; of a ledger that is only read, those that it tells itself to be on the disk.
     uint64_t committed() const noexcept { return access_ == Access::read ? synced_ : written_; }
     uint64_t salt() const noexcept { return file_.salt(); } // of this file alone
+    // Bytes behind the last whole line when it was taken up.
+    uint64_t torn() const noexcept { return torn_; }
     // Checksum of the line before `number`, or of the header.
     uint32_t chain_before(uint64_t number) const;
 
@@ -56,7 +60,7 @@ class Ledger {
     Sync sync_;
     Buffer<uint8_t> group_; // lines that are not written
     LedgerFile file_;
-    uint64_t written_ = 0, synced_ = 0, waiting_ = 0;
+    uint64_t written_ = 0, synced_ = 0, waiting_ = 0, torn_ = 0;
     uint32_t chain_ = 0;
     bool failed_ = false;
 };

@@ -24,7 +24,7 @@ uint32_t LedgerFile::checksum_in(const uint8_t *line) noexcept {
     return static_cast<uint32_t>(take_number(at, 4));
 }
 
-LedgerFile LedgerFile::begin(Store &store, const Terms &terms) {
+void LedgerFile::begin(Store &store, const Terms &terms) {
     std::random_device random; // tells this file from an older one of the same name
     const TermsBytes bytes = to_bytes(terms);
     ByteWriter header;
@@ -36,7 +36,6 @@ LedgerFile LedgerFile::begin(Store &store, const Terms &terms) {
     header.raw(empty.data(), empty.size());
     header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
     replace_whole(store, kName, header.bytes());
-    return LedgerFile(store);
 }
 
 LedgerFile::LedgerFile(Store &store) : store_(&store) {

@@ -23,7 +23,7 @@ class LedgerFile {
     // Reads the header: Status::not_found, Status::format.
     explicit LedgerFile(Store &store);
     // Begins a file, whole and on the disk or not at all.
-    static LedgerFile begin(Store &store, const Terms &terms);
+    static void begin(Store &store, const Terms &terms);
 
     const Terms &terms() const noexcept { return terms_; }
     uint64_t salt() const noexcept { return salt_; }

@@ -35,18 +35,18 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
     const auto lines = static_cast<uint64_t>(before.lines);
     const bool goes_on = lines <= theirs.count() && theirs.chain_before(lines) == before.chain;
     const uint64_t counted = goes_on ? lines : 0;
-    std::map<uint64_t, int64_t> elsewhere; // repeats of what was merged there
+    std::map<uint64_t, Merged> counted_there; // repeats of theirs, and of what was merged there
     theirs.visit(0, theirs.count(), [&](const Record &record, uint64_t number) {
         if (record.kind == Kind::merged)
-            elsewhere[record.stream] = merged_of(record).repeats;
+            counted_there[record.stream] = merged_of(record);
         else if (!merge_line(record, number >= counted))
             fail(Status::format, "%s: line %llu denies a frame that is not there", path.c_str(),
                  static_cast<unsigned long long>(number));
     });
     Merged merged = {theirs.salt(), static_cast<int64_t>(theirs.count()), 0, theirs.chain_before(theirs.count())};
-    merged.repeats = point.salt == theirs.salt() ? point.repeats : 0;
-    for (const auto &[salt, repeats] : elsewhere)
-        merged.repeats = std::min(merged.repeats + repeats, 2 * kMostRepeats);
+    merged.repeats = point.salt == theirs.salt() ? unrecorded_repeats(point, counted_there[theirs.salt()]) : 0;
+    for (const auto &[salt, there] : counted_there)
+        merged.repeats = std::min(merged.repeats + there.repeats, 2 * kMostRepeats);
     merged.repeats = std::max(merged.repeats, before.repeats);
     if (merged.repeats > kMostRepeats || counts_.repeated + merged.repeats - before.repeats > 2 * kMostRepeats)
         fail(Status::format, "%s: impossible counts of frames that came again", path.c_str());

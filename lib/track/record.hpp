@@ -29,10 +29,11 @@ struct Record {
     uint16_t dropped = 0; // frames that the camera says it dropped before this one
 };
 
-// A record of kind merged, by its members' other names: the first `lines` of the ledger with this salt are in.
+// A record of kind merged, by its members' other names: the first `lines` of the ledger with this salt are in. With the
+// salt of the ledger that it is in, those before it, and so it only counts repeats.
 struct Merged {
     uint64_t salt = 0;
-    int64_t lines = 0, repeats = 0; // repeats: frames that came again there, which have no line
+    int64_t lines = 0, repeats = 0; // repeats: frames that came again there, which have no line of their own
     uint32_t chain = 0;             // checksum of the last of the lines
 };
 constexpr int64_t kMostRepeats = int64_t{1} << 60; // so that sums of a few fit

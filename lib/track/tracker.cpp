@@ -18,19 +18,6 @@ constexpr std::chrono::seconds kLongestWait{1};
 
 } // namespace
 
-Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms) {
-    Place place;
-    place.access = access;
-    place.store = std::move(store);
-    if (place.store->size(LedgerFile::kName) >= 0)
-        LedgerFile(*place.store).check_terms(terms);
-    place.setup = load_setup(*place.store);
-    if (place.setup && for_terms(place.setup->grid, terms).digest() != place.setup->grid.digest())
-        place.setup.reset();
-    place.loaded = load_checkpoint(*place.store);
-    return place;
-}
-
 Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums)
     : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(place.store)), access_(place.access),
       index_(plan_.capacity), streams_(plan_.capacity), sums_(sums) {
@@ -40,73 +27,6 @@ Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums
         open(place);
     else
         memory_.resize(static_cast<size_t>(plan_.capacity));
-}
-
-// The setup of a new folder is there before its ledger is, a changed one before sums that were made with it, but not
-// before there is memory for these.
-void Tracker::open(Place &place) {
-    const bool is_new = store_->size(LedgerFile::kName) < 0, writing = access_ == Access::write;
-    if (is_new && writing && store_->size(Checkpoint::kName) >= 0)
-        fail(Status::format, "%s: missing, though the checkpoint of one is there",
-             store_->path(LedgerFile::kName).c_str());
-    check_setup(place, is_new);
-    const bool changed = !place.setup || place.setup->digest() != setup().digest();
-    if (is_new && writing && changed)
-        replace_whole(*store_, Setup::kName, to_bytes(setup()));
-    const Checkpoint none, &point = place.loaded ? place.loaded->checkpoint : none;
-    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, Held{point.salt, point.lines, point.chain},
-                    [this](const Record &record, uint64_t line) { note(record, line); });
-    names_.emplace(*store_);
-    if (writing)
-        names_->begin();
-    names_->visit([this](uint64_t stream, const std::string &, const std::string &) { streams_.set_named(stream); });
-    const bool fits = place.loaded && point.salt == ledger_->salt();
-    if (fits)
-        count_repeats(point.repeats);
-    if (fits && !place.rebuild && point.setup == setup().digest() &&
-        place.loaded->sums.grid().digest() == sums_.grid().digest()) {
-        sums_ = std::move(place.loaded->sums);
-        sum_up(point.lines);
-    }
-    const bool whole = sums_.totals().count == counts_.accepted;
-    if (!whole) {
-        place.loaded.reset();
-        sums_.reset();
-        sum_up(0);
-    }
-    if (!writing || (whole && !changed))
-        return;
-    const std::vector<uint8_t> sums = checkpoint();
-    if (!is_new && changed)
-        replace_whole(*store_, Setup::kName, to_bytes(setup()));
-    ledger_->sync();
-    replace_whole(*store_, Checkpoint::kName, sums);
-}
-
-void Tracker::check_setup(const Place &place, bool is_new) const {
-    if (is_new || place.rebuild || !place.setup)
-        return;
-    const std::string path = store_->path(Setup::kName);
-    if (place.setup->grid.digest() != sums_.grid().digest())
-        fail(Status::mismatch, "%s: of another grid of frequencies, time offset or unit: rebuild for this one",
-             path.c_str());
-    if (!(place.setup->clock.points() == plan_.clock.points()))
-        fail(Status::mismatch, "%s: of another clock: rebuild for this one", path.c_str());
-}
-
-// Pushes what is accepted of the lines from `first` on, and takes back what earlier ones brought and these deny. Frames
-// that are quarantined by now are never pushed.
-void Tracker::sum_up(uint64_t first) {
-    ledger_->visit(first, ledger_->count(), [&](const Record &record, uint64_t) {
-        if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
-            return;
-        const Seen &seen = *index_.find(key_of(record));
-        if (record.kind == Kind::accepted && seen.fate() == Fate::accepted)
-            sums_.push(*sample_of(record));
-        if (record.kind == Kind::quarantined && seen.line() < first)
-            if (const auto sample = sample_of(ledger_->read(seen.line())))
-                sums_.retract(*sample);
-    });
 }
 
 std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
@@ -120,7 +40,20 @@ std::optional<period::Sample> Tracker::sample_of(const Record &record) const noe
 void Tracker::count_repeats(int64_t count) noexcept {
     counts_.received += count;
     counts_.repeated += count;
-    unwritten_repeats_ += count;
+    unrecorded_repeats_ += count;
+}
+
+// Frames that came again have no record of their own: one counts all of them so far.
+void Tracker::record_repeats() {
+    if (!ledger_ || unrecorded_repeats_ == 0 || lines() == LedgerFile::kMostLines)
+        return;
+    ledger_->check();
+    Merged &own = merged_.at(salt_);
+    const int64_t repeats = std::min(own.repeats + unrecorded_repeats_, kMostRepeats);
+    const Merged mark = {salt_, static_cast<int64_t>(lines()), repeats, ledger_->chain_before(lines())};
+    ledger_->append(to_record(mark, plan_.terms.sigma));
+    own = mark;
+    unrecorded_repeats_ = 0;
 }
 
 void Tracker::note(const Record &record, uint64_t line) {
@@ -170,7 +103,6 @@ Merged Tracker::merged_before(uint64_t salt) const noexcept {
     return none;
 }
 
-// Its repeats have a line by that, unlike those of this ledger.
 void Tracker::take_merged(const Merged &merged) {
     const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
     if (counts_.repeated + repeats > 2 * kMostRepeats)
@@ -325,7 +257,7 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
     else
         look(0);
     for (; done < count; done++) {
-        if (lines() == committed())
+        if (!has_waiting())
             oldest_ = std::chrono::steady_clock::now();
         outcomes[done] = jobs_[done].outcome;
         const Record record = record_of(frames[done], jobs_[done]);
@@ -336,8 +268,12 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
         if (unnamed)
             streams_.set_named(record.stream);
     }
-    if (lines() > committed() && std::chrono::steady_clock::now() - oldest_ >= kLongestWait)
+    if (has_waiting() && std::chrono::steady_clock::now() - oldest_ >= kLongestWait)
         commit();
+}
+
+bool Tracker::has_waiting() const noexcept {
+    return ledger_ && (lines() > committed() || unrecorded_repeats_ > 0);
 }
 
 // Sorted, so that no order of arrival changes what is made of it.
@@ -384,6 +320,7 @@ std::vector<NamedStream> Tracker::streams() const {
 
 void Tracker::commit() {
     check_writable();
+    record_repeats();
     if (ledger_)
         ledger_->commit();
 }
@@ -394,7 +331,7 @@ std::vector<uint8_t> Tracker::checkpoint() const {
     point.lines = ledger_->count();
     point.chain = ledger_->chain_before(point.lines);
     point.setup = setup().digest();
-    point.repeats = unwritten_repeats_;
+    point.repeats = unrecorded_repeats_;
     return to_bytes(point, sums_);
 }
 
@@ -402,7 +339,9 @@ void Tracker::save() {
     check_writable();
     if (!ledger_)
         return;
-    const std::vector<uint8_t> sums = checkpoint(); // before anything changes, as it takes the memory
+    ledger_->check();
+    record_repeats();
+    const std::vector<uint8_t> sums = checkpoint(); // before anything else changes, as it takes the memory
     ledger_->sync();                                // lines that the sums hold must not be lost without them
     names_->sync();
     replace_whole(*store_, Checkpoint::kName, sums);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "base/progress.hpp"
 #include "period/stream.hpp"
 #include "track/checkpoint.hpp"
 #include "track/clock.hpp"
@@ -55,8 +56,11 @@ struct Place {
     bool rebuild = false; // sums anew, on the plan's grid and clock
     std::optional<Setup> setup;
     std::optional<Loaded> loaded;
+    bool has_checkpoint = false; // whole or not
+    Log log;                     // of damage that costs nothing, or only what it says
 };
-// A setup that does not fit the terms is another folder's and left out. Status::mismatch for a ledger on other terms.
+// Locks the ledger for writing. A setup that does not fit the terms is another folder's and left out. Status::mismatch
+// for a ledger on other terms.
 Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms);
 
 // Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
@@ -120,7 +124,10 @@ class Tracker {
         Outcome outcome;
     };
     void open(Place &place);
-    void check_setup(const Place &place, bool is_new) const;
+    void begin_ledger();
+    void take_checkpoint(Place &place);
+    void check_setup(const Place &place) const;
+    void tell_damage(const Place &place) const;
     void sum_up(uint64_t first);
     std::vector<uint8_t> checkpoint() const;
     void take_names(const Names &names);
@@ -137,6 +144,8 @@ class Tracker {
     void take_in(const Record &record);
     void deny(const Seen &seen, Record record);
     void count_repeats(int64_t count) noexcept;
+    void record_repeats();
+    bool has_waiting() const noexcept;              // for the disk
     void note(const Record &record, uint64_t line); // in index and counts
     void note_frame(const Record &record, uint64_t line);
     void note_denial(const Record &record, uint64_t line);
@@ -156,13 +165,14 @@ class Tracker {
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
     std::optional<Names> names_;        // as the ledger
-    std::map<uint64_t, Merged> merged_; // of every ledger the latest, by its salt
+    std::map<uint64_t, Merged> merged_; // of every ledger the latest, by its salt; of the own one, what counts repeats
+    uint64_t salt_ = 0;                 // of the ledger
     Buffer<Record> memory_;             // in place of a ledger, frames that are in
     size_t in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;
     Counts counts_;
-    int64_t unwritten_repeats_ = 0;                // that have no line
+    int64_t unrecorded_repeats_ = 0;               // that the ledger does not count yet
     std::chrono::steady_clock::time_point oldest_; // of the lines that wait
 };
 

@@ -213,6 +213,19 @@ class Folders(unittest.TestCase):
         with self.assertRaises(FileNotFoundError):
             Tracker.open(self.folder / "c")
 
+    def test_damage_is_logged(self):
+        with tracker(folder=self.folder / "a") as ours:
+            ours.push(frame_of(0))
+            ours.save()
+        checkpoint = self.folder / "a/checkpoint.tlmc"
+        checkpoint.write_bytes(checkpoint.read_bytes()[:-1])
+        for take_up in (lambda: Tracker.open(self.folder / "a"), lambda: tracker(folder=self.folder / "a")):
+            with self.assertLogs("toliman", "WARNING") as logged:
+                take_up().close()
+            self.assertIn("checkpoint.tlmc: is damaged", logged.output[0])
+        with self.assertNoLogs("toliman"):
+            Tracker.open(self.folder / "a").close()
+
     def test_what_was_accepted_is_kept(self):
         """Left by `with`, closed, collected, or at the end of Python: without save() or commit()."""
         with tracker(folder=self.folder / "a") as ours:

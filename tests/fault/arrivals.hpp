@@ -60,14 +60,11 @@ inline track::Plan make_plan(size_t group, track::Sync sync) {
 // A tracker with its sums.
 struct Run {
     Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group) : sums(grid()) {
-        track::Place place;
-        place.store = std::move(store);
-        place.setup = track::load_setup(*place.store);
-        place.loaded = track::load_checkpoint(*place.store);
+        const track::Plan plan = make_plan(group, sync);
+        track::Place place = track::open_place(std::move(store), Access::write, plan.terms);
         tracker.emplace(
-            make_plan(group, sync),
-            [](const double *image, unsigned) { return (image[0] - image[1] + image[2]) / 1024; }, std::move(place),
-            sums);
+            plan, [](const double *image, unsigned) { return (image[0] - image[1] + image[2]) / 1024; },
+            std::move(place), sums);
     }
     static period::Grid grid() {
         period::Grid grid;
@@ -75,9 +72,7 @@ struct Run {
         grid.df = 0.013;
         grid.nf = 9;
         grid.unit_ns = 1e4;
-        grid.value_bound = 4;
-        grid.sigma_floor = 0.5;
-        return grid;
+        return track::for_terms(grid, make_plan(1, track::Sync::group).terms);
     }
     void push(const Arrival &arrival) {
         const track::Frame frame = arrival.frame();
@@ -89,7 +84,16 @@ struct Run {
     std::optional<track::Tracker> tracker;
 };
 
-// A run that nothing befell: the sums after so many lines, and the arrival that comes next then.
+// Lines that are not marks, which count repeats.
+inline uint64_t lines_of_frames(const Run &run) {
+    uint64_t lines = 0;
+    run.tracker->visit(0, run.tracker->lines(), [&](const track::Record &record, const track::Outcome &) {
+        lines += record.kind != track::Kind::merged;
+    });
+    return lines;
+}
+
+// A run that nothing befell: the sums after so many lines of frames, and the arrival that comes next then.
 struct Course {
     std::vector<Bytes> states;
     std::vector<size_t> next = {0};
@@ -102,7 +106,7 @@ inline Course course_of(const std::vector<Arrival> &arrivals) {
     course.states.push_back(run.sums.save());
     for (size_t i = 0; i < arrivals.size(); i++) {
         run.push(arrivals[i]);
-        if (run.tracker->lines() < course.states.size())
+        if (lines_of_frames(run) < course.states.size())
             continue;
         course.states.push_back(run.sums.save());
         course.next.push_back(i + 1);
@@ -111,14 +115,14 @@ inline Course course_of(const std::vector<Arrival> &arrivals) {
 }
 
 inline bool holds_its_lines(const Run &run, const Course &course) {
-    const uint64_t lines = run.tracker->lines();
+    const uint64_t lines = lines_of_frames(run);
     return lines < course.states.size() && run.sums.save() == course.states[lines];
 }
 
 // Everything behind the lines that a run has.
 template <class After>
 void push_the_rest(Run &run, const std::vector<Arrival> &arrivals, const Course &course, After after) {
-    for (size_t i = course.next.at(run.tracker->lines()); i < arrivals.size(); i++) {
+    for (size_t i = course.next.at(lines_of_frames(run)); i < arrivals.size(); i++) {
         run.push(arrivals[i]);
         after(i);
     }

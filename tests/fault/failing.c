@@ -287,6 +287,14 @@ int openat(int folder, const char *path, int flags, ...) {
     return no_file("openat", CALLER) ? -1 : (int)syscall(SYS_openat, folder, path, flags, mode);
 }
 
+int fcntl(int file, int command, ...) {
+    va_list arguments;
+    va_start(arguments, command);
+    void *const argument = va_arg(arguments, void *);
+    va_end(arguments);
+    return no_file("fcntl", CALLER) ? -1 : (int)syscall(SYS_fcntl, file, command, argument);
+}
+
 ssize_t read(int file, void *data, size_t size) {
     return no_file("read", CALLER) ? -1 : syscall(SYS_read, file, data, part_of(size, "read", CALLER));
 }

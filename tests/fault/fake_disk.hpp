@@ -86,6 +86,14 @@ class FakeStore final : public toliman::Store {
     explicit FakeStore(Disk &disk, long power_cut_at = -1, long failure_at = -1)
         : disk_(disk), power_cut_at_(power_cut_at), failure_at_(failure_at) {}
 
+    // There is no other writer; the call may fail.
+    void lock(const std::string &) override { call(toliman::Status::write); }
+    void check_unchanged(const std::string &name, uint64_t size) override {
+        call(toliman::Status::write);
+        const auto found = disk_.names.find(name);
+        if (found == disk_.names.end() || disk_.files[found->second].now.size() != size)
+            toliman::fail(toliman::Status::write, "disk/%s: was changed", name.c_str());
+    }
     int64_t size(const std::string &name) override {
         call(toliman::Status::not_found);
         return disk_.names.count(name) != 0 ? static_cast<int64_t>(file(name).now.size()) : -1;

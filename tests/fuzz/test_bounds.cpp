@@ -183,7 +183,8 @@ void take_up(const char *what, Files &files, uint64_t lines = 0) {
 Files files_with(const std::vector<track::Record> &records) {
     Files files;
     MemoryStore store(files);
-    const track::LedgerFile file = track::LedgerFile::begin(store, small_terms());
+    track::LedgerFile::begin(store, small_terms());
+    const track::LedgerFile file(store);
     uint32_t chain = file.start().chain;
     Bytes &bytes = files.at(track::LedgerFile::kName);
     for (const track::Record &record : records) {

@@ -175,7 +175,7 @@ static void impossible_checkpoints_and_setups(void **unused) {
             assert_int_equal(truncate(checkpoint, 10), 0);
         }
         toliman_track *const track = make_track(&options);
-        assert_filled(track, &options, 3);
+        assert_filled(track, &options);
         toliman_track_destroy(track);
     }
     for (int longer = 0; longer < 2; longer++) {

@@ -819,7 +819,7 @@ TOLIMAN_TRACK_DUPLICATE = 1
 TOLIMAN_TRACK_QUARANTINED = 2
 TOLIMAN_TRACK_OUTLIER = 3
 TOLIMAN_TRACK_REJECTED = 4
-TOLIMAN_TRACK_MERGED = 5  # of lines alone: no frame, lines of another ledger are in
+TOLIMAN_TRACK_MERGED = 5  # of lines alone: no frame; lines of another ledger are in, or repeats are counted
 
 # Why a frame is rejected.
 TOLIMAN_REASON_NONE = 0
@@ -906,7 +906,8 @@ TOLIMAN_TRACK_READ_ONLY = 1
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4
 
-# When a frame's line is brought to the disk, and so acknowledged.
+# When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
+# commit and save, and by the next push if it waits for a second.
 TOLIMAN_SYNC_GROUP = 0  # every `group` lines, and lines that wait for a second at the next push
 TOLIMAN_SYNC_FRAME = 1  # every line
 TOLIMAN_SYNC_NONE = 2  # left to the system: a power cut may lose what toliman_track_get_info calls committed
@@ -961,7 +962,10 @@ class toliman_track_options(Sized):
         given.
     sync: TOLIMAN_SYNC_..., default GROUP
     group: lines, 1 to 65536; default 64
-    allocator: of the object's large arrays; NULL: the system's memory"""
+    allocator: of the object's large arrays; NULL: the system's memory
+    log: Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
+        call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole record,
+        names of sessions that are lost. May be NULL."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -996,11 +1000,14 @@ class toliman_track_options(Sized):
         ("sync", c_uint32),
         ("group", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
     ]
 
 
 class toliman_track_line(Sized):
-    """A line of the ledger: a frame as it arrived, and what it is by now. Since 0.1.
+    """A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
+    0.1.
     struct_size: sizeof(toliman_track_line), of the first at least
     verdict: TOLIMAN_TRACK_...; of a frame that was denied later, quarantined
     reason: of rejected ones, TOLIMAN_REASON_...
@@ -1027,14 +1034,16 @@ class toliman_track_line(Sized):
 
 
 class toliman_track_info(Sized):
-    """Counts. received = accepted + outlier + quarantined + repeated + all rejected. Since 0.1.
+    """Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
+    arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
+    ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1.
     struct_size: in: sizeof(toliman_track_info)
     flags: TOLIMAN_TRACK_..., as given
     received: frames, by this or earlier runs
     accepted: in the periodogram now
     quarantined: keys
-    repeated: later arrivals of keys that are known, same or other bytes; after a crash fewer; here or
-        in folders that were merged
+    repeated: later arrivals of keys that are known, same or other bytes; here or in folders that were
+        merged
     rejected: all; those of a reason below
     expected: frame ids from the first to the last of each session and region
     missing: of these, ids that are neither accepted nor outlier nor quarantined
@@ -1068,8 +1077,8 @@ class toliman_track_info(Sized):
 
 
 class toliman_track_stream(Sized):
-    """A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
-    was lost. Since 0.1.
+    """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
+    streams.txt was lost and no frame of it came since. Since 0.1.
     struct_size: sizeof(toliman_track_stream), of the first at least
     stream: FNV-1a of both, as in toliman_track_line
     first_id: frame ids
@@ -1885,9 +1894,10 @@ the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, 
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
 another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
-tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines; TOLIMAN_E_CAPACITY if it
-holds more frames; TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system
-has no random numbers to give. The caller destroys *out. Since 0.1.""",
+tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines, that is missing though
+other files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
+TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
+numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),
@@ -1904,12 +1914,15 @@ has no random numbers to give. The caller destroys *out. Since 0.1.""",
         """Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
 not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
 or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
-then until the folder is opened anew; TOLIMAN_E_STATE without an estimator and in READ_ONLY. Rejected frames are no
-error. Several frames at once are needed for several threads. Since 0.1.""",
+then until the folder is opened anew; TOLIMAN_E_WRITE also, before a group of lines is written, if the ledger was
+removed, renamed, replaced or changed by another program: nothing more is acknowledged then; TOLIMAN_E_STATE without
+an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
+Since 0.1.""",
     ),
     "toliman_track_commit": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """Brings every line to the disk: all frames that were pushed are then acknowledged. Since 0.1.""",
+        """Brings every line and the count of repeated frames to the disk: all frames that were pushed are then acknowledged.
+Errors as of push. Since 0.1.""",
     ),
     "toliman_track_save": (
         c_int32, (("track", POINTER(toliman_track)),),
@@ -1928,7 +1941,8 @@ grid and clock are this one's. Of a frame that several folders have the value th
 machines of unlike instruction sets may give values that differ by 1e-5 sigma. received, repeated and rejected become
 those of both, also of frames that the other folder merged from a third. With flags = TOLIMAN_TRACK_SALVAGE lines of
 a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
-left out.
+left out, and how many more the checkpoint counts. Frames of which no line is left at all are not among them:
+toliman_track_get_streams tells how many frame ids are missing.
 TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
 errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.""",
     ),

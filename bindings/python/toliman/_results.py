@@ -233,13 +233,15 @@ class Outcome(Result):
 
 @result
 class TrackInfo(Result):
-    """Counts. received = accepted + outlier + quarantined + repeated + all rejected."""
+    """Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
+    arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
+    ledger: a crash loses those of what was not committed, a lost checkpoint none."""
 
     received: int = told("frames, by this or earlier runs")
     accepted: int = told("in the periodogram now")
     outlier: int
     quarantined: int = told("keys")
-    repeated: int = told("later arrivals of keys that are known, same or other bytes; after a crash fewer; here or in folders that were merged")
+    repeated: int = told("later arrivals of keys that are known, same or other bytes; here or in folders that were merged")
     rejected: int = told("all; those of a reason below")
     rejected_by: tuple[int, ...]
     expected: int = told("frame ids from the first to the last of each session and region")
@@ -256,8 +258,8 @@ class TrackInfo(Result):
 
 @result
 class Stream(Result):
-    """A session and region, by its names, which are empty where they are not known: without a folder, or if its streams.txt
-    was lost."""
+    """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
+    streams.txt was lost and no frame of it came since."""
 
     stream: int = told("FNV-1a of both, as in toliman_track_line")
     first_id: int = told("frame ids")

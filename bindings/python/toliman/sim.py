@@ -4,7 +4,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import json
-import logging
 import math
 import os
 import pathlib
@@ -17,6 +16,7 @@ from . import _raw
 from ._library import NotFoundError, above, check, library
 from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, whole
 from ._handle import Handle
+from ._log import log
 from ._progress import Progress, Watch
 from ._results import Plan, SceneInfo
 from ._words import number
@@ -25,7 +25,6 @@ from .machine import warn_of_slow_blas
 Scene = typing.Union[str, "os.PathLike[str]", "dict[str, typing.Any]"]
 
 _FRAMES_AT_A_TIME = 64  # between two looks at progress and Ctrl-C
-_log = logging.getLogger("toliman")
 
 
 class Spectrum(typing.NamedTuple):
@@ -34,13 +33,6 @@ class Spectrum(typing.NamedTuple):
     wavelength_m: Doubles
     weight_a: Doubles
     weight_b: Doubles
-
-
-def _logged(level: int, text: bytes, _: object) -> None:
-    if level == _raw.TOLIMAN_LOG_WARNING:
-        _log.warning("%s", text.decode(errors="replace"))
-    else:
-        _log.info("%s", text.decode(errors="replace"))
 
 
 def shipped_scenes() -> list[pathlib.Path]:
@@ -95,7 +87,7 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
     return of_path(_path_of(scene), *rest)
 
 
-def _options(watch: Watch, log: typing.Any, threads: int, engine: str) -> typing.Any:
+def _options(watch: Watch, threads: int, engine: str) -> typing.Any:
     return options_of(_raw.toliman_sim_options, library.toliman_sim_options_init,
                       threads=whole("threads", threads, 2**32),
                       progress=watch.callback, log=log,
@@ -104,10 +96,10 @@ def _options(watch: Watch, log: typing.Any, threads: int, engine: str) -> typing
 
 def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str = "automatic") -> Plan:
     """What a scene needs at its accuracy, with the error and cost of each choice, without making its images."""
-    found, log = _raw.toliman_sim_plan_info(), _raw.toliman_log_fn(_logged)
+    found = _raw.toliman_sim_plan_info()
     with Watch(None) as watch:
         watch.check(_with_scene(scene, folder, library.toliman_sim_plan, library.toliman_sim_plan_json,
-                                ctypes.byref(_options(watch, log, 0, engine)), ctypes.byref(found)))
+                                ctypes.byref(_options(watch, 0, engine)), ctypes.byref(found)))
     return Plan._of(found)
 
 
@@ -129,11 +121,10 @@ class Simulator(Handle):
     def __init__(self, scene: Scene, *, folder: str | os.PathLike[str] | None = None, threads: int = 0,
                  engine: str = "automatic", progress: Progress | bool | None = None):
         warn_of_slow_blas()
-        log = _raw.toliman_log_fn(_logged)
         with Watch(progress) as watch:
-            options = _options(watch, log, threads, engine)
+            options = _options(watch, threads, engine)
             made = self._made(_with_scene, scene, folder, library.toliman_sim_create, library.toliman_sim_create_json,
-                              ctypes.byref(options), keep=(options, log), check=watch.check)
+                              ctypes.byref(options), keep=options, check=watch.check)
         super().__init__(made)
 
     @functools.cached_property

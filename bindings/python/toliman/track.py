@@ -14,6 +14,7 @@ from ._library import check, library
 from ._arguments import (INT64, array_of, file_name, of_kind, options_of, real, refuse_lost, text, whole, whole_float,
                          within)
 from ._handle import Handle
+from ._log import log
 from ._progress import Progress, Watch
 from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
@@ -66,6 +67,7 @@ class Tracker(Handle):
     ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
     lines), frame or none. threads work on the frames of one push_many. One thread at a time.
+    Damage to the folder that can be done without is told to Python's logging as "toliman".
     """
 
     _kind, _end = _raw.toliman_track, "toliman_track_destroy"
@@ -88,7 +90,7 @@ class Tracker(Handle):
             image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
             hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
             unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
-            sync=number("sync", sync, "TOLIMAN_SYNC_GROUP"),
+            sync=number("sync", sync, "TOLIMAN_SYNC_GROUP"), log=log,
             period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0))
         if folder is not None:
@@ -109,7 +111,7 @@ class Tracker(Handle):
         options, name = _raw.toliman_track_options(), file_name(folder)
         check(library.toliman_track_load_options(name, ctypes.byref(options)))
         options.folder = name
-        options.flags = _raw.TOLIMAN_TRACK_READ_ONLY
+        options.flags, options.log = _raw.TOLIMAN_TRACK_READ_ONLY, log
         self = cls.__new__(cls)
         self._callers, self._read_only = _Callers(), True
         Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)))

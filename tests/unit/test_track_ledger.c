@@ -1,0 +1,319 @@
+/* Tracker's ledger: one writer whatever is removed beside it, a file that is removed or changed under its writer, files
+ * that are lost one by one, counts that a crash keeps, and what is told of damage. */
+#include <sys/file.h>
+#include <sys/wait.h>
+
+#include "track_folder.h"
+
+static char names[300], warnings[4096];
+
+static int prepare(void **state) {
+    set_up(state);
+    snprintf(names, sizeof names, "%s/streams.txt", folder);
+    return 0;
+}
+
+static void note(int32_t level, const char *text, void *user_data) {
+    assert_int_equal(level, TOLIMAN_LOG_WARNING);
+    assert_ptr_equal(user_data, warnings);
+    strncat(warnings, text, sizeof warnings - strlen(warnings) - 2);
+    strcat(warnings, "\n");
+}
+
+/* Takes up the folder and returns how many warnings came. */
+static int count_warnings(toliman_track_options options, uint32_t flags) {
+    int count = 0;
+    warnings[0] = '\0';
+    options.flags = flags;
+    options.log = note;
+    options.log_data = warnings;
+    toliman_track_destroy(make_track(&options));
+    for (const char *at = warnings; (at = strchr(at, '\n')) != NULL; at++)
+        count++;
+    return count;
+}
+
+/* Told to a reader each time and to a writer once, which mends it. */
+static void assert_told(const toliman_track_options *options, const char *text, int mended) {
+    assert_int_equal(count_warnings(*options, TOLIMAN_TRACK_READ_ONLY), 1);
+    assert_non_null(strstr(warnings, text));
+    assert_int_equal(count_warnings(*options, 0), 1);
+    assert_non_null(strstr(warnings, text));
+    assert_int_equal(count_warnings(*options, 0), !mended);
+}
+
+static void damage_is_told_once(void **unused) {
+    (void)unused;
+    const toliman_track_options options = filled_folder();
+    char copy[300];
+    snprintf(copy, sizeof copy, "%s/copy", folder);
+    assert_int_equal(count_warnings(options, TOLIMAN_TRACK_READ_ONLY), 0);
+    assert_int_equal(count_warnings(options, 0), 0);
+    flip_byte(checkpoint, size_of(checkpoint) / 2);
+    assert_told(&options, "checkpoint.tlmc: is damaged: the sums are computed again", 1);
+    assert_int_equal(truncate(checkpoint, 100), 0);
+    assert_told(&options, "checkpoint.tlmc: is damaged", 1);
+    assert_int_equal(unlink(checkpoint), 0);
+    assert_told(&options, "checkpoint.tlmc: is missing", 1);
+    toliman_track_options other = options;
+    other.folder = copy;
+    toliman_track_destroy(make_track(&other));
+    char theirs[330];
+    snprintf(theirs, sizeof theirs, "%s/checkpoint.tlmc", copy);
+    assert_int_equal(rename(theirs, checkpoint), 0);
+    assert_told(&options, "checkpoint.tlmc: is of another ledger", 1);
+    write_at(ledger, size_of(ledger), "half a line", 11);
+    assert_told(&options, "ledger.tlml: 11 bytes behind 65 whole records", 1);
+    flip_byte(names, 20);
+    assert_told(&options, "streams.txt: is damaged or incomplete: the names of 1 of 1 sessions", 0);
+    toliman_track *track = make_track(&options);
+    push_number(track, 61); /* a frame brings its names */
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    assert_int_equal(count_warnings(options, 0), 0);
+    track = make_track(&options);
+    assert_int_equal(info_of(track).repeated, FILLED_REPEATS);
+    toliman_track_destroy(track);
+    remove_folder(copy);
+}
+
+static void one_writer_whatever_is_removed(void **unused) {
+    (void)unused;
+    char path[330];
+    static const char *const beside[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml.tmp"};
+    const toliman_track_options options = small_options(folder);
+    toliman_track *writer = make_track(&options), *none = NULL;
+    push_range(writer, 1, 3);
+    for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
+        snprintf(path, sizeof path, "%s/%s", folder, beside[i]);
+        unlink(path);
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+    }
+    push_range(writer, 4, 70);
+    assert_ok(toliman_track_save(writer));
+    toliman_track_destroy(writer);
+    snprintf(path, sizeof path, "%s/lock", folder);
+    assert_int_equal(access(path, F_OK), -1);
+}
+
+enum { REMOVED, RENAMED, REPLACED, CUT, GROWN, WAYS };
+
+static void harm(int way) {
+    char aside[330], command[1400];
+    snprintf(aside, sizeof aside, "%s/aside", folder);
+    snprintf(command, sizeof command, "cp %s %s && mv %s %s", ledger, aside, aside, ledger);
+    if (way == REMOVED)
+        assert_int_equal(unlink(ledger), 0);
+    else if (way == RENAMED)
+        assert_int_equal(rename(ledger, aside), 0);
+    else if (way == REPLACED)
+        assert_int_equal(system(command), 0);
+    else if (way == CUT)
+        assert_int_equal(truncate(ledger, HEADER + LINE), 0);
+    else
+        write_at(ledger, size_of(ledger), command, LINE);
+}
+
+/* Before anything more is acknowledged, and saved never is what has no name. */
+static void a_ledger_that_changes_stops_its_writer(void **unused) {
+    (void)unused;
+    static const char *const words[WAYS] = {"was removed or renamed", "was removed or renamed", "was replaced",
+                                            "was changed", "was changed"};
+    for (int way = 0; way < WAYS; way++)
+        for (int saving = 0; saving < 2; saving++) {
+            toliman_track_options options = small_options(folder);
+            options.group = 4;
+            toliman_track *track = make_track(&options);
+            push_range(track, 1, 8);
+            harm(way);
+            small_frame frame;
+            toliman_outcome outcome = {.struct_size = sizeof outcome};
+            toliman_status status = TOLIMAN_OK;
+            size_t done = 1;
+            for (int64_t id = 9; id <= 12 && status == TOLIMAN_OK && !saving; id++) {
+                make_frame(&frame, id);
+                status = toliman_track_push(track, &frame.frame, 1, &outcome, &done);
+            }
+            if (saving)
+                status = toliman_track_save(track);
+            assert_int_equal(status, TOLIMAN_E_WRITE);
+            assert_non_null(strstr(toliman_last_error(), ledger));
+            assert_non_null(strstr(toliman_last_error(), words[way]));
+            assert_int_equal(info_of(track).committed, 8);
+            assert_fails(toliman_track_commit(track), TOLIMAN_E_WRITE, words[way]);
+            assert_fails(toliman_track_save(track), TOLIMAN_E_WRITE, words[way]);
+            toliman_track_destroy(track);
+            remove_folder(folder);
+            assert_int_equal(mkdir(folder, 0777), 0);
+        }
+}
+
+enum { ROUNDS = 25, WRITERS = 4, FRAMES = 6 };
+
+/* Returns how many frames were acknowledged, 0 where another was writing. */
+static int write_some(int writer) {
+    const toliman_track_options options = small_options(folder);
+    toliman_track *track = NULL;
+    const toliman_status status = toliman_track_create(&options, &track);
+    if (status == TOLIMAN_E_STATE)
+        return 0;
+    if (status != TOLIMAN_OK) {
+        fprintf(stderr, "%s\n", toliman_last_error());
+        return 100;
+    }
+    push_range(track, 1 + writer * FRAMES, (writer + 1) * FRAMES);
+    if (toliman_track_commit(track) != TOLIMAN_OK)
+        return 100;
+    toliman_track_destroy(track);
+    return FRAMES;
+}
+
+/* Writers that race to begin a folder: each has it for itself or is refused, and no acknowledged frame is lost. */
+static void a_race_to_begin(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    for (int round = 0; round < ROUNDS; round++) {
+        pid_t children[WRITERS];
+        for (int writer = 0; writer < WRITERS; writer++)
+            if ((children[writer] = fork()) == 0)
+                _exit(write_some(writer));
+        int acknowledged = 0, status;
+        for (int writer = 0; writer < WRITERS; writer++) {
+            assert_int_equal(waitpid(children[writer], &status, 0), children[writer]);
+            assert_true(WIFEXITED(status) && WEXITSTATUS(status) <= FRAMES);
+            acknowledged += WEXITSTATUS(status);
+        }
+        assert_true(acknowledged > 0);
+        toliman_track *track = make_track(&options);
+        assert_int_equal(info_of(track).lines, acknowledged);
+        toliman_track_destroy(track);
+        remove_folder(folder);
+        assert_int_equal(mkdir(folder, 0777), 0);
+    }
+}
+
+/* A writer of an earlier version holds the file `lock`. */
+static void an_earlier_version_is_kept_out(void **unused) {
+    (void)unused;
+    char path[330];
+    snprintf(path, sizeof path, "%s/lock", folder);
+    const int held = open(path, O_RDWR | O_CREAT, 0666);
+    assert_int_equal(flock(held, LOCK_EX), 0);
+    const toliman_track_options options = small_options(folder);
+    toliman_track *none = NULL;
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
+    close(held);
+    toliman_track_destroy(make_track(&options));
+}
+
+/* Where anything but the ledger is left the folder was begun before, and nothing begins anew. */
+static void a_lost_ledger_is_no_new_folder(void **unused) {
+    (void)unused;
+    const toliman_track_options options = filled_folder();
+    const char *const left[] = {checkpoint, setup, names};
+    toliman_track *none = NULL;
+    char text[60];
+    assert_int_equal(unlink(ledger), 0);
+    for (int i = 0; i < 3; i++) {
+        snprintf(text, sizeof text, "is missing, though %s is there", strrchr(left[i], '/') + 1);
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
+        assert_int_equal(access(ledger, F_OK), -1);
+        assert_int_equal(unlink(left[i]), 0);
+    }
+    toliman_track_destroy(make_track(&options));
+}
+
+/* As a crash leaves it behind the first of its files. */
+static void a_folder_that_was_only_begun_goes_on(void **unused) {
+    (void)unused;
+    toliman_track_options options = small_options(folder);
+    for (int left = 0; left < 2; left++) {
+        toliman_track_destroy(make_track(&options));
+        assert_int_equal(unlink(checkpoint) + unlink(setup) + unlink(names), 0);
+        if (left) { /* or a temporary alone */
+            char temporary[330];
+            snprintf(temporary, sizeof temporary, "%s.tmp", ledger);
+            assert_int_equal(rename(ledger, temporary), 0);
+        }
+        assert_int_equal(count_warnings(options, 0), 0);
+        toliman_track *track = make_track(&options);
+        push_range(track, 1, 5);
+        assert_ok(toliman_track_commit(track));
+        assert_holds(track, &options, 1, 5);
+        toliman_track_destroy(track);
+        remove_folder(folder);
+        assert_int_equal(mkdir(folder, 0777), 0);
+    }
+}
+
+/* Arrivals are counted as they were seen, without a save, without the checkpoint, and once. */
+static void repeats_are_kept_by_a_commit(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    for (int pass = 1; pass <= 4; pass++) {
+        toliman_track *track = make_track(&options);
+        assert_int_equal(info_of(track).repeated, 20 * (pass - 1));
+        for (int again = 0; again < (pass == 1 ? 3 : 2); again++)
+            push_range(track, 1, 10);
+        assert_int_equal(info_of(track).repeated, 20 * pass);
+        assert_ok(pass == 2 ? toliman_track_save(track) : toliman_track_commit(track));
+        toliman_track_destroy(track);
+        if (pass == 3)
+            assert_int_equal(unlink(checkpoint), 0);
+    }
+    toliman_track *track = make_track(&options);
+    const toliman_track_info info = info_of(track);
+    assert_int_equal(info.received, 90);
+    assert_int_equal(info.lines, 10 + 4);
+    push_number(track, 1); /* not committed: lost, as it was never acknowledged */
+    toliman_track_destroy(track);
+    track = make_track(&options);
+    assert_int_equal(info_of(track).received, 90);
+    toliman_track_destroy(track);
+}
+
+/* A checkpoint of an earlier version, which alone counted them: once, also where the ledger counts them by now. */
+static void repeats_of_an_older_checkpoint_count_once(void **unused) {
+    (void)unused;
+    enum { REPEATS = 24 };
+    const toliman_track_options options = small_options(folder);
+    toliman_track *track = make_track(&options);
+    push_range(track, 1, 10);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    static unsigned char bytes[1 << 16];
+    const off_t size = size_of(checkpoint);
+    const int64_t seven = 7;
+    write_at(checkpoint, REPEATS, &seven, 8);
+    const int file = open(checkpoint, O_RDONLY);
+    assert_int_equal(read(file, bytes, sizeof bytes), size);
+    close(file);
+    const uint32_t crc = crc32(0, bytes, (size_t)size - 4);
+    write_at(checkpoint, size - 4, &crc, 4);
+    for (int time = 0; time < 3; time++) {
+        track = make_track(&options);
+        assert_int_equal(info_of(track).repeated, 7);
+        assert_ok(toliman_track_commit(track));
+        toliman_track_destroy(track);
+    }
+    toliman_track_options elsewhere = small_options(NULL);
+    track = make_track(&elsewhere);
+    assert_ok(toliman_track_merge(track, folder, 0, NULL));
+    assert_int_equal(info_of(track).repeated, 7);
+    toliman_track_destroy(track);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(damage_is_told_once, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(one_writer_whatever_is_removed, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(a_race_to_begin, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(an_earlier_version_is_kept_out, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(a_lost_ledger_is_no_new_folder, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(a_folder_that_was_only_begun_goes_on, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(repeats_are_kept_by_a_commit, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
