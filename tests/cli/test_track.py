@@ -485,7 +485,9 @@ class Folders(Track):
         self.refuse(5, "5 lines are whole", arguments=("status", "s"))
         self.refuse(5, "5 lines are whole", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))
         done = self.run_program("merge", "s", "--salvage", "--out", "saved")
-        self.assertEqual((done.returncode, "s: 1 line is lost\n" in done.stderr), (0, True))
+        self.assertEqual((done.returncode, "s: 1 record is damaged or lost\n" in done.stderr), (0, True))
+        self.assertIn("saved: 1 frame id is missing between the first and the last of a session, lost or never received: "
+                      "`toliman status saved --missing`\n", done.stderr)
         self.assertEqual(self.sums("saved"), self.clean([k for k in range(FRAMES) if k != 5]))
         (self.folder / "s" / "setup.tlms").unlink()  # and grid and clock are lost, too
         self.refuse(5, "needs --clock and --grid", arguments=("merge", "s", "--salvage", "--out", "again"))

@@ -26,7 +26,7 @@ Examples:
 Shows frames by what became of them, sessions and how many frame ids are missing between the first and the last of each,
 and the period with its false alarm probability at one look and for who looks after every frame (sequential). Received
 are all arrivals; repeated those that had come before, also by giving the same files again. Of rejected frames every
-arrival counts, as a good copy may still come. Quarantined frames came and count for nothing, so that no id of theirs
+arrival counts, as a good copy may still come. A session whose name is lost is shown as # and its digest. Quarantined frames came and count for nothing, so that no id of theirs
 is missing. What the end of a short file or a bad line had is not in the folder: the lines of track have told of it.)";
 
 constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
@@ -79,7 +79,7 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     std::string text;
     for (size_t i = 0; i < std::min(streams.size(), kShownSessions); i++) {
         const toliman_track_stream &stream = streams[i];
-        const std::string name = stream.session[0] != '\0' ? std::string(stream.session) + " " + stream.roi : "unnamed";
+        const std::string name = std::string(stream.session) + " " + stream.roi;
         text += row("  %-30s ids %lld to %lld, %lld frames, %lld missing\n", name.c_str(),
                     static_cast<long long>(stream.first_id), static_cast<long long>(stream.last_id),
                     static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
@@ -132,10 +132,10 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     print_stdout(text + settings_text(tracker, how) + sessions_text(streams));
 }
 
-void status(Options &options) {
+void status(Options &options, Progress &progress) {
     options.folder = plain(options.folder);
     const toliman_track_options how = state_to_read(options.folder);
-    const toliman::tracker tracker = open_tracker(how);
+    const toliman::tracker tracker = open_tracker(how, progress);
     if (options.lines)
         return print_lines(tracker);
     if (options.series)
@@ -153,7 +153,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
                                                    "--grid or --mission-days");
     options.setup.set(how, progress);
     how.flags = TOLIMAN_TRACK_REBUILD;
-    const toliman::tracker tracker = open_tracker(how);
+    const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
     print(tracker, how, options.as_json);
 }
@@ -172,7 +172,12 @@ void add_status(CLI::App &app, Context &context) {
     lines->excludes(json);
     series->excludes(json)->excludes(lines);
     missing->excludes(json)->excludes(lines)->excludes(series);
-    command->callback([&context, options] { context.action = [options] { status(*options); }; });
+    command->callback([&context, options] {
+        context.action = [&context, options] {
+            Progress progress(context.style());
+            status(*options, progress);
+        };
+    });
 }
 
 void add_rebuild(CLI::App &app, Context &context) {

@@ -189,9 +189,9 @@ std::string way_out(const Options &options, bool same_frames) {
 }
 
 toliman::tracker open_folder(const Options &options, const toliman_track_options &how,
-                             const std::optional<toliman_track_options> &made) {
+                             const std::optional<toliman_track_options> &made, Progress &progress) {
     try {
-        return open_tracker(how);
+        return open_tracker(how, progress);
     } catch (const toliman::error &error) {
         const bool same_frames = made && takes_same_frames(*made, how);
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || same_frames))
@@ -212,7 +212,8 @@ void track(Options &options, Progress &progress) {
     const std::optional<toliman_track_options> before = made_with(options.state);
     check_setup(options, before);
     const Estimator estimator(options, progress);
-    toliman::tracker tracker = open_folder(options, track_options(options, estimator, before, progress), before);
+    toliman::tracker tracker =
+        open_folder(options, track_options(options, estimator, before, progress), before, progress);
     const std::optional<toliman_track_options> made = made_with(options.state);
     downlink.rows = static_cast<size_t>(made->rows);
     downlink.cols = static_cast<size_t>(made->cols);

@@ -58,6 +58,10 @@ std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
         return streams;
     streams[0].struct_size = sizeof streams[0];
     toliman::check(toliman_track_get_streams(tracker.get(), streams.data(), streams.size(), &count));
+    for (toliman_track_stream &stream : streams)
+        if (stream.session[0] == '\0')
+            std::snprintf(stream.session, sizeof stream.session, "#%016llx",
+                          static_cast<unsigned long long>(stream.stream));
     return streams;
 }
 
@@ -69,7 +73,7 @@ void print_lines(const toliman::tracker &tracker) {
         if (line.verdict == TOLIMAN_TRACK_MERGED)
             return;
         const auto found = names.find(line.stream);
-        const bool is_named = found != names.end() && found->second.session[0] != '\0';
+        const bool is_named = found != names.end();
         Json json;
         json.set("schema", std::string("toliman-line/1"));
         is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");

@@ -7,6 +7,7 @@
 
 namespace cli {
 
+// A session whose name is not known has # and its digest in place of it, and an empty region.
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker);
 // Every line, in the order of arrival.
 void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_line &line)> &work);

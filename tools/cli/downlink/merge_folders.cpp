@@ -17,7 +17,7 @@ namespace cli {
 namespace {
 
 constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms", kCheckpoint[] = "/checkpoint.tlmc",
-                     kNames[] = "/streams.txt", kLock[] = "/lock";
+                     kNames[] = "/streams.txt";
 constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // lib/FORMATS.md, TLML
 
 std::string salt_of(const std::string &folder) {
@@ -62,7 +62,7 @@ class NewFolder {
     ~NewFolder() {
         if (kept_)
             return;
-        for (const std::string name : {kLedger, kSetup, kCheckpoint, kNames, kLock})
+        for (const std::string name : {kLedger, kSetup, kCheckpoint, kNames})
             for (const char *suffix : {"", ".tmp"})
                 ::unlink((path_ + name + suffix).c_str());
         ::rmdir(path_.c_str());
@@ -99,14 +99,16 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
                                       "--grid or --mission-days");
     check_different(folders);
     NewFolder made(out);
-    if (given_anew)
-        setup.set(how, progress);
-    else
-        copy(folders.front() + kSetup, out + kSetup);
     how.folder = out.c_str();
-    how.nf = given_anew ? how.nf : 0;
     how.capacity = std::min(lines, int64_t{1} << 28);
-    toliman::tracker tracker = open_tracker(how);
+    if (given_anew) {
+        setup.set(how, progress);
+    } else { // the ledger comes first, then the grid and clock of the first folder
+        open_tracker(how, progress);
+        copy(folders.front() + kSetup, out + kSetup);
+        how.nf = 0;
+    }
+    toliman::tracker tracker = open_tracker(how, progress);
     for (const std::string &folder : folders) {
         int64_t lost = 0;
         const toliman_status status =
@@ -117,12 +119,19 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
             throw Failure(kExitState, damage_of(folder));
         toliman::check(status);
         if (lost > 0)
-            std::fprintf(stderr, "%s: %lld line%s lost\n", folder.c_str(), static_cast<long long>(lost),
+            std::fprintf(stderr, "%s: %lld record%s damaged or lost\n", folder.c_str(), static_cast<long long>(lost),
                          lost == 1 ? " is" : "s are");
     }
     toliman::check(toliman_track_save(tracker.get()));
     made.keep();
-    std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info_of(tracker).accepted));
+    const toliman_track_info info = info_of(tracker);
+    if (salvage && info.missing > 0)
+        std::fprintf(stderr,
+                     "%s: %lld frame id%s missing between the first and the last of a session, lost or never received: "
+                     "`toliman status %s --missing`\n",
+                     out.c_str(), static_cast<long long>(info.missing), info.missing == 1 ? " is" : "s are",
+                     out.c_str());
+    std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info.accepted));
 }
 
 } // namespace cli

@@ -15,6 +15,8 @@ namespace cli {
 
 namespace {
 
+constexpr off_t kLedgerHeader = 128; // lib/FORMATS.md, TLML
+
 // A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
     if (status == TOLIMAN_E_FORMAT)
@@ -24,16 +26,18 @@ namespace {
     throw toliman::error(status);
 }
 
-// False where there certainly is none.
+// False where there certainly is none, or one that was begun and has no frame and no grid: a run was stopped there.
 bool has_ledger(const std::string &folder) {
     struct stat facts = {};
-    if (::stat((folder + "/ledger.tlml").c_str(), &facts) == 0)
-        return true;
+    if (::lstat((folder + "/ledger.tlml").c_str(), &facts) == 0)
+        return !S_ISREG(facts.st_mode) || facts.st_size != kLedgerHeader || exists(folder + "/setup.tlms");
     if (errno != ENOENT && errno != ENOTDIR)
         malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
-    if (exists(folder + "/checkpoint.tlmc"))
-        throw Failure(kExitState, folder + ": ledger.tlml is gone, though its checkpoint is there: what is known of "
-                                           "its frames is lost: give all frames again, into a new folder");
+    for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt"})
+        if (exists(folder + "/" + name))
+            throw Failure(kExitState, folder + ": ledger.tlml is gone, though " + name +
+                                          " is there: what is known of its frames is lost: give all frames again, "
+                                          "into a new folder");
     return false;
 }
 
@@ -43,6 +47,10 @@ std::string damage_of(const std::string &folder) {
     const std::string text = toliman_last_error();
     const bool can_be_salvaged = text.find("salvage") != std::string::npos;
     return text + (can_be_salvaged ? ": `toliman merge " + folder + " --salvage --out NEW`" : "");
+}
+
+bool is_ledger_lost(const std::string &error) {
+    return error.find("while it was being written") != std::string::npos;
 }
 
 std::optional<toliman_track_options> made_with(const std::string &folder) {
@@ -72,8 +80,10 @@ toliman_track_options state_to_read(const std::string &folder) {
     return how;
 }
 
-toliman::tracker open_tracker(const toliman_track_options &options) {
+toliman::tracker open_tracker(toliman_track_options options, Progress &progress) {
     toliman_track *tracker = nullptr;
+    options.log = Progress::log;
+    options.log_data = &progress;
     const toliman_status status = toliman_track_create(&options, &tracker);
     if (status != TOLIMAN_OK)
         fail_state(status, options.folder);

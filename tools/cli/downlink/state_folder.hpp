@@ -7,6 +7,7 @@
 #include <toliman/toliman.hpp>
 
 #include "common/json.hpp"
+#include "common/terminal.hpp"
 
 namespace cli {
 
@@ -17,8 +18,9 @@ std::optional<toliman_track_options> made_with(const std::string &folder);
 toliman_track_options known_state(const std::string &folder);
 // The same to look at it, beside its writer if need be; a Failure also where its grid and clock are lost.
 toliman_track_options state_to_read(const std::string &folder);
-// A Failure with exit code 5 where the state is damaged, and 6 where another process is writing to it.
-toliman::tracker open_tracker(const toliman_track_options &options);
+// A Failure with exit code 5 where the state is damaged, and 6 where another process is writing to it. What is damaged
+// and can be done without is told.
+toliman::tracker open_tracker(toliman_track_options options, Progress &progress);
 toliman_track_info info_of(const toliman::tracker &tracker);
 // Pairs of camera's time and TAI, one after the other; none where they are the same.
 std::vector<int64_t> clock_of(const toliman::tracker &tracker);
@@ -26,6 +28,8 @@ std::vector<int64_t> clock_of(const toliman::tracker &tracker);
 const char *verdict_name(int32_t verdict) noexcept;
 // The last message of the library upon a folder that is damaged, and what to do.
 std::string damage_of(const std::string &folder);
+// Whether the library stopped because the ledger is no longer the file that it wrote.
+bool is_ledger_lost(const std::string &error);
 
 // The period as far as frames tell; NaN else. Of a look after each frame the highest peak of the grid; `fit` is the
 // least-squares fit to all values, which are read anew for it.

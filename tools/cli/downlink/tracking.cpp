@@ -20,6 +20,8 @@ constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
 constexpr const char kBadLine[] = "bad line";
 constexpr const char kSafe[] = "lines that were printed are safe on the disk, and the same command goes on";
+constexpr const char kLost[] =
+    "frames that were printed as accepted may be lost with the ledger: give all frames again";
 constexpr int64_t kMostWarnings = 10; // of one file; the lines on stdout have them all
 constexpr double kFar = 20;           // sigma, of a value that noise does not reach
 constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
@@ -289,9 +291,9 @@ void Tracking::end() {
 void Tracking::save() {
     try {
         check(toliman_track_save(tracker_.get()));
-    } catch (const std::exception &) {
+    } catch (const std::exception &error) {
         print_acknowledged();
-        progress_.tell(kSafe);
+        progress_.tell(is_ledger_lost(error.what()) ? kLost : kSafe);
         throw;
     }
 }
@@ -306,7 +308,7 @@ void Tracking::rescue() {
         progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
         progress_.warn(error.what());
-        progress_.tell(kSafe);
+        progress_.tell(is_ledger_lost(error.what()) ? kLost : kSafe);
     }
     ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
 }

@@ -153,7 +153,7 @@ void add_counts_table(const toliman_track_info &info, Page &page) {
 
 void add_state_section(const std::string &folder, Page &page, Progress &progress) {
     toliman_track_options how = state_to_read(folder);
-    const toliman::tracker tracker = open_tracker(how);
+    const toliman::tracker tracker = open_tracker(how, progress);
     const PeriodFacts facts(tracker, Fit::made);
     const Samples samples = samples_of(tracker, how);
     const std::string unit = unit_of(how.unit_ns);
