@@ -38,7 +38,7 @@ std::string text_with_error(double value, double error) {
         std::snprintf(text, sizeof text, "%.*e +- %.1e",
                       std::clamp(exponent_of(value, 2) - exponent_of(error, 2) + 1, 0, most), value, error);
     else
-        std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals_of(error), value, decimals_of(error), error);
+        std::snprintf(text, sizeof text, "%.*f +- %.*f", decimals_of(error, 0), value, decimals_of(error, 0), error);
     return text;
 }
 

@@ -11,7 +11,7 @@ std::string printed(const char *format, ...) __attribute__((format(printf, 1, 2)
 std::string fixed(double value, int decimals);         // 363.11
 std::string exponential(double value, int digits = 3); // 1.24 x 10^-6, 1.00 x 10^-2
 std::string scientific(double value, int digits = 3);  // the same of what is small or large, else 0.01
-std::string with_error(double value, double error, int least_decimals = 0); // 363.1 +- 3.1, see decimals_of
+std::string with_error(double value, double error, int least_decimals = 2); // 363.11 +- 3.13, see decimals_of
 
 // A unit of a power of 1000, in which the largest of the numbers has up to three digits before its point.
 struct ShortUnit {
