@@ -105,6 +105,7 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
         setup.set(how, progress);
     } else { // the ledger comes first, then the grid and clock of the first folder
         open_tracker(how, progress);
+        ::unlink((out + kSetup).c_str());
         copy(folders.front() + kSetup, out + kSetup);
         how.nf = 0;
     }
