@@ -29,11 +29,10 @@ Examples:
 
 A scene is a file or, where there is none of that name, one of those shipped: chapter.json, mission.json (in
 share/toliman/scenes beside the folder of the program; which one is told on stderr).
-Data goes to stdout, everything else to stderr. An output replaces an empty file and a file that toliman wrote; any other
-file it replaces with --force alone. Exit codes: 0 ok, 1 internal or no gnuplot, 2 options or scene content,
-3 an input file missing or malformed, 4 finished but samples or frames skipped (--strict) or doctor not ready,
-5 state folder damaged, 6 output cannot be written or another process writes to the folder, 129/130/143 stopped by
-SIGHUP, SIGINT, SIGTERM.)";
+Data goes to stdout, everything else to stderr. An output replaces an empty file and a file that toliman wrote, any
+other file with --force alone. Exit codes: 0 ok, 1 internal or no gnuplot, 2 options or scene content, 3 an input file
+missing or malformed, 4 finished but samples or frames skipped (--strict) or doctor not ready, 5 state folder damaged,
+6 output cannot be written or another process writes to the folder, 129/130/143 stopped by SIGHUP, SIGINT, SIGTERM.)";
 
 // Of commands that write files which may be there already.
 void add_force(CLI::App &app) {
