@@ -60,7 +60,7 @@ class Options(Mistakes):
             for words, text in (
                 (("--stat", "s", *GRID, *PAIRS), "unknown option --stat (did you mean --state?)"),
                 (("--state", "s", *GRID, "--dtype", "u8", "all"), "--dtype u8: must be one of u16le, u32le"),
-                (("--state", "s", *GRID, "--jobs", "many", *PAIRS), "--jobs = many"),
+                (("--state", "s", *GRID, "--jobs", "many", *PAIRS), "--jobs many"),
                 (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
             ):
                 self.refuse(2, text, arguments=("track", *estimator, *words))
