@@ -21,7 +21,14 @@
  *     has the struct_size of its first element throughout.
  *   - Arrays are the caller's memory in C order, images as [row][column] with an explicit row stride in elements.
  *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
- *     same object from several threads at once; others may not.
+ *     same object from several threads at once; others may not. A call on an object that another call excludes returns
+ *     TOLIMAN_E_STATE at once and changes nothing; it never waits. So does a call from a callback on the object whose
+ *     call runs the callback. toliman_X_destroy on an object in use does nothing but set toliman_last_error().
+ *   - A pointer to an object of another type, or to a destroyed one, gives TOLIMAN_E_ARGUMENT as long as its memory
+ * still shows that. This is a help for debugging, not a promise.
+ *   - Callbacks may be written in C++: an exception that leaves one ends the running call with TOLIMAN_E_CANCELLED.
+ *   - No function may be called from a signal handler. After fork() the child may use every object on which no call was
+ *     running in the parent at that time. The library depends on no locale and sets none.
  *   - The library never prints, exits, reads the environment or changes the state of BLAS, locale, signals or rounding.
  *     Calls of a thread that does not round to nearest, as all do from their start, fail (TOLIMAN_E_UNSUPPORTED).
  *   - SI units unless the name says otherwise: _px, _days, _nm, _arcsec.

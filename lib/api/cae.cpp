@@ -93,7 +93,7 @@ toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_option
 cae::FrameSource frame_source(const toliman_cae_train_options &options) {
     required(reinterpret_cast<const void *>(options.frames), "options->frames");
     return [call = options.frames, data = options.frames_data](size_t first, size_t count, double *counts) {
-        const toliman_status status = call(first, count, counts, data);
+        const toliman_status status = in_callback("frames", [&] { return call(first, count, counts, data); });
         if (status != TOLIMAN_OK)
             fail(static_cast<Status>(status), "frames %zu to %zu: their source failed with %s", first,
                  first + count - 1, toliman_status_name(status));
@@ -148,7 +148,8 @@ cae::Encoding known_encoding(int32_t code, const char *name) {
 }
 
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
-    const cae::Network &network = required(cae, "cae").network;
+    const Use use(cae, "cae");
+    const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
     if (options.training > 1)
         fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
@@ -169,7 +170,7 @@ void give_image(const Buffer<double> &from, double *image, size_t stride) {
 }
 
 void give(cae::Blob &&blob, toliman_cae **out) {
-    *out = std::make_unique<toliman_cae>(toliman_cae{std::move(blob.network), std::move(blob.training)}).release();
+    *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training)};
 }
 
 } // namespace
@@ -183,7 +184,8 @@ void toliman_cae_options_init(toliman_cae_options *options, size_t size) noexcep
 toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const toliman_cae_options *options,
                                   toliman_cae **out) noexcept {
     return guard([&] {
-        const auto &simulator = required(sim, "sim").simulator;
+        const Use use(sim, "sim");
+        const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
         if (known.reserved != 0)
@@ -198,7 +200,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
 }
 
 void toliman_cae_destroy(toliman_cae *cae) noexcept {
-    delete cae;
+    destroy(cae);
 }
 
 void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) noexcept {
@@ -208,12 +210,12 @@ void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t s
 toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_options *options,
                                  toliman_cae_training *report) noexcept {
     return guard([&] {
-        toliman_cae &handle = required(cae, "cae");
+        const Use use(cae, "cae");
         const toliman_cae_train_options known = known_train_options(options);
         if (report != nullptr)
             check_struct_size("report", *report);
         const toliman_cae_training training =
-            known.mode == TOLIMAN_CAE_TIED ? train_tied(handle, known) : train_unsupervised(handle, known);
+            known.mode == TOLIMAN_CAE_TIED ? train_tied(*use, known) : train_unsupervised(*use, known);
         if (report != nullptr)
             deliver(training, report, "report");
     });
@@ -221,7 +223,8 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
 
 toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) noexcept {
     return guard([&] {
-        const cae::Training *training = training_of(required(cae, "cae"));
+        const Use use(cae, "cae");
+        const cae::Training *training = training_of(*use);
         if (training == nullptr)
             fail(Status::state, "cae: there is no training to go on with");
         const cae::Course &course = training->course;
@@ -239,7 +242,8 @@ toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae
 
 toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *out) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         const cae::Preprocess &preprocess = network.preprocess();
         toliman_cae_info info = {};
         info.trained = network.trained();
@@ -264,7 +268,8 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
 toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, size_t stride,
                                   double *latent_px) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         required(latent_px, "latent_px");
         *latent_px = network.encode(frame_of(network, counts, stride));
     });
@@ -273,16 +278,20 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
 toliman_status toliman_cae_encode_many(const toliman_cae *cae, const double *counts, size_t count, uint32_t threads,
                                        double *latents_px) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         if (count == 0)
             return;
-        network.encode_many(&required(counts, "counts"), count, threads, &required(latents_px, "latents_px"));
+        const cae::Preprocess &preprocess = network.preprocess();
+        required_array(counts, count, preprocess.rows * preprocess.cols * sizeof *counts, "counts");
+        network.encode_many(counts, count, threads, &required(latents_px, "latents_px"));
     });
 }
 
 toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, double *image, size_t stride) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         required_image(image, stride, cae::kSide, "image");
         Buffer<double> painted(cae::kPixels);
         network.decode(latent_px, painted.data());
@@ -292,7 +301,8 @@ toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, doub
 
 toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, size_t stride) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         give_image(network.preprocess().target, required_image(image, stride, cae::kSide, "image"), stride);
     });
 }
@@ -301,7 +311,8 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
                                        double *image, size_t stride, double *mmse, double *mssim,
                                        double *photon_floor) noexcept {
     return guard([&] {
-        const cae::Network &network = required(cae, "cae").network;
+        const Use use(cae, "cae");
+        const cae::Network &network = use->network;
         const ImageView<const double> frame = frame_of(network, counts, counts_stride);
         required_image(image, stride, cae::kSide, "image");
         Buffer<double> painted(cae::kPixels);

@@ -13,7 +13,8 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_linear_components {
+struct toliman_linear_components : Handle<toliman_linear_components> {
+    static constexpr char kType[] = "toliman_linear_components";
     linear::Residuals residuals;
     Buffer<double> gram = {}; // of the frames in residuals; empty: not made yet
     linear::Components trained = {};
@@ -79,37 +80,38 @@ toliman_status toliman_linear_create_components(const toliman_sim *sim,
                                                 const toliman_linear_components_options *options,
                                                 toliman_linear_components **out) noexcept {
     return guard([&] {
-        const auto &simulator = required(sim, "sim").simulator;
+        const Use use(sim, "sim");
+        const auto &simulator = use->simulator;
         toliman_linear_components *&made = required(out, "out");
         const auto known = accept(options, toliman_linear_components_options{}, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
-        made = new toliman_linear_components{linear::Residuals(simulator.frame_model(), preparation)};
+        made = new toliman_linear_components{{}, linear::Residuals(simulator.frame_model(), preparation)};
     });
 }
 
 void toliman_linear_destroy_components(toliman_linear_components *components) noexcept {
-    delete components;
+    destroy(components);
 }
 
 toliman_status toliman_linear_push_frame(toliman_linear_components *handle, const double *counts,
                                          size_t stride) noexcept {
     return guard([&] {
-        toliman_linear_components &components = required(handle, "components");
-        linear::Residuals &residuals = components.residuals;
+        const Use components(handle, "components");
+        linear::Residuals &residuals = components->residuals;
         required_image(counts, stride, residuals.cols(), "counts");
         residuals.push({counts, residuals.rows(), residuals.cols(), stride});
-        components.gram.clear();
-        components.trained = {};
+        components->gram.clear();
+        components->trained = {};
     });
 }
 
 toliman_status toliman_linear_reset_components(toliman_linear_components *handle) noexcept {
     return guard([&] {
-        toliman_linear_components &components = required(handle, "components");
-        components.residuals.clear();
-        components.gram.clear();
-        components.trained = {};
+        const Use components(handle, "components");
+        components->residuals.clear();
+        components->gram.clear();
+        components->trained = {};
     });
 }
 
@@ -117,8 +119,8 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
                                                const toliman_linear_train_options *options,
                                                toliman_linear_training *report) noexcept {
     return guard([&] {
-        toliman_linear_components &components = required(handle, "components");
-        const linear::Residuals &residuals = components.residuals;
+        const Use components(handle, "components");
+        const linear::Residuals &residuals = components->residuals;
         const toliman_linear_train_options known = known_options(options);
         if (report != nullptr)
             check_struct_size("report", *report);
@@ -127,14 +129,14 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
                  known.components, known.components + 1);
 
         const Progress progress{known.progress, known.progress_data};
-        if (components.gram.empty())
-            components.gram = residuals.gram(worker_count(known.threads),
-                                             [&](double fraction) { progress.report("products", fraction); });
-        components.trained = known.method == TOLIMAN_LINEAR_PCA
-                                 ? linear::principal_components(residuals.frames(), components.gram, known.components)
-                                 : linear::sparse_dictionary(residuals.frames(), components.gram, residuals.pixels(),
-                                                             dictionary_of(known, progress));
-        const linear::Components &trained = components.trained;
+        if (components->gram.empty())
+            components->gram = residuals.gram(worker_count(known.threads),
+                                              [&](double fraction) { progress.report("products", fraction); });
+        components->trained = known.method == TOLIMAN_LINEAR_PCA
+                                  ? linear::principal_components(residuals.frames(), components->gram, known.components)
+                                  : linear::sparse_dictionary(residuals.frames(), components->gram, residuals.pixels(),
+                                                              dictionary_of(known, progress));
+        const linear::Components &trained = components->trained;
         if (report != nullptr)
             deliver(toliman_linear_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
                                             trained.converged ? 1u : 0u, 0, trained.objective},
@@ -145,7 +147,8 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
 toliman_status toliman_linear_get_series(const toliman_linear_components *handle, uint32_t component, double *values,
                                          double *share) noexcept {
     return guard([&] {
-        const linear::Components &trained = required(handle, "components").trained;
+        const Use components(handle, "components");
+        const linear::Components &trained = components->trained;
         if (trained.frames == 0)
             fail(Status::state, "components: no series before training, nor after a push until the next");
         if (component >= trained.share.size())
@@ -161,8 +164,8 @@ toliman_status toliman_linear_get_series(const toliman_linear_components *handle
 toliman_status toliman_linear_get_components_info(const toliman_linear_components *handle,
                                                   toliman_linear_components_info *out) noexcept {
     return guard([&] {
-        const toliman_linear_components &components = required(handle, "components");
-        const linear::Residuals &residuals = components.residuals;
+        const Use components(handle, "components");
+        const linear::Residuals &residuals = components->residuals;
         toliman_linear_components_info info = {};
         info.raw = residuals.preparation().raw ? 1 : 0;
         info.bin = static_cast<uint32_t>(residuals.preparation().bin);
@@ -170,7 +173,7 @@ toliman_status toliman_linear_get_components_info(const toliman_linear_component
         info.capacity = static_cast<int64_t>(residuals.preparation().capacity);
         info.frames = static_cast<int64_t>(residuals.frames());
         info.pixels = static_cast<int64_t>(residuals.pixels());
-        info.components = static_cast<int64_t>(components.trained.share.size());
+        info.components = static_cast<int64_t>(components->trained.share.size());
         info.crb_px = residuals.crb_px();
         info.threshold_px = residuals.threshold_px();
         deliver(info, out, "out");

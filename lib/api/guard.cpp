@@ -1,6 +1,7 @@
 #include "api/guard.hpp"
 
 #include <new>
+#include <stdexcept>
 #include <system_error>
 
 namespace toliman::api {
@@ -19,6 +20,9 @@ toliman_status status_of_exception() noexcept {
         set_last_error(error.what());
         return static_cast<toliman_status>(error.status());
     } catch (const std::bad_alloc &) {
+        set_last_error("out of memory");
+        return TOLIMAN_E_MEMORY;
+    } catch (const std::length_error &) { // a count that no memory holds
         set_last_error("out of memory");
         return TOLIMAN_E_MEMORY;
     } catch (const std::system_error &error) { // a thread or a lock that cannot be had

@@ -2,25 +2,30 @@
 #pragma once
 #include <optional>
 
+#include "api/handle.hpp"
 #include "cae/network.hpp"
 #include "cae/training.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
 #include "period/stream.hpp"
 
-struct toliman_sim {
+struct toliman_sim : toliman::api::Handle<toliman_sim> {
+    static constexpr char kType[] = "toliman_sim";
     toliman::optics::Simulator simulator;
 };
 
-struct toliman_cae {
+struct toliman_cae : toliman::api::Handle<toliman_cae> {
+    static constexpr char kType[] = "toliman_cae";
     toliman::cae::Network network;
     std::optional<toliman::cae::Training> training; // the last one, to go on with
 };
 
-struct toliman_linear {
+struct toliman_linear : toliman::api::Handle<toliman_linear> {
+    static constexpr char kType[] = "toliman_linear";
     toliman::linear::TemplateEstimator estimator;
 };
 
-struct toliman_period {
+struct toliman_period : toliman::api::Handle<toliman_period> {
+    static constexpr char kType[] = "toliman_period";
     toliman::period::Stream stream;
 };

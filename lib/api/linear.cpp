@@ -12,20 +12,22 @@ toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_alloc
                                      toliman_linear **out) noexcept {
     return guard([&] {
         const MemoryScope scope(memory_of(allocator));
-        const auto &simulator = required(sim, "sim").simulator;
+        const Use use(sim, "sim");
+        const auto &simulator = use->simulator;
         toliman_linear *&made = required(out, "out");
-        made = new toliman_linear{linear::TemplateEstimator(simulator.frame_model())};
+        made = new toliman_linear{{}, linear::TemplateEstimator(simulator.frame_model())};
     });
 }
 
 void toliman_linear_destroy(toliman_linear *linear) noexcept {
-    delete linear;
+    destroy(linear);
 }
 
 toliman_status toliman_linear_encode(const toliman_linear *handle, const double *counts, size_t stride,
                                      double *value_px) noexcept {
     return guard([&] {
-        const linear::TemplateEstimator &estimator = required(handle, "linear").estimator;
+        const Use use(handle, "linear");
+        const linear::TemplateEstimator &estimator = use->estimator;
         required_image(counts, stride, estimator.cols(), "counts");
         double &value = required(value_px, "value_px");
         value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride});
@@ -34,7 +36,7 @@ toliman_status toliman_linear_encode(const toliman_linear *handle, const double 
 
 toliman_status toliman_linear_get_sigma(const toliman_linear *handle, double *sigma_px) noexcept {
     return guard([&] {
-        const double sigma = required(handle, "linear").estimator.sigma_px();
+        const double sigma = Use(handle, "linear")->estimator.sigma_px();
         required(sigma_px, "sigma_px") = sigma;
     });
 }

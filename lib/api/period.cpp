@@ -75,10 +75,8 @@ struct Given {
 
 // Checks all samples before work sees the first.
 template <class Work> void for_all(const period::Stream &stream, const Given &given, Work work) {
-    if (given.n > 0) {
-        required(given.t, "t");
-        required(given.y, "y");
-    }
+    required_array(given.t, given.n, sizeof *given.t, "t");
+    required_array(given.y, given.n, sizeof *given.y, "y");
     const double unweighted = stream.grid().sigma_floor;
     const auto sample = [&](size_t i) {
         return stream.sample(given.t[i], 0, given.y[i], given.sigma != nullptr ? given.sigma[i] : unweighted);
@@ -124,12 +122,12 @@ toliman_status toliman_period_create(double f0, double df, int64_t nf, const tol
         required(out, "out");
         const toliman_period_options known = accept(options, default_options(), "options");
         const MemoryScope scope(memory_of(known.allocator));
-        *out = new toliman_period{period::Stream(grid_of(f0, df, nf, known))};
+        *out = new toliman_period{{}, period::Stream(grid_of(f0, df, nf, known))};
     });
 }
 
 void toliman_period_destroy(toliman_period *period) noexcept {
-    delete period;
+    destroy(period);
 }
 
 toliman_status toliman_period_push(toliman_period *period, double t, double y, double sigma) noexcept {
@@ -139,14 +137,16 @@ toliman_status toliman_period_push(toliman_period *period, double t, double y, d
 toliman_status toliman_period_push_pair(toliman_period *period, double t, double t_low, double y,
                                         double sigma) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         put(stream, stream.sample(t, t_low, y, sigma));
     });
 }
 
 toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         put(stream, stream.sample_ns(t_ns, y, sigma));
     });
 }
@@ -154,7 +154,8 @@ toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, doub
 toliman_status toliman_period_push_many(toliman_period *period, const double *t, const double *y, const double *sigma,
                                         size_t n) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.push(sample); });
     });
 }
@@ -166,14 +167,16 @@ toliman_status toliman_period_retract(toliman_period *period, double t, double y
 toliman_status toliman_period_retract_pair(toliman_period *period, double t, double t_low, double y,
                                            double sigma) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         take_back(stream, stream.sample(t, t_low, y, sigma));
     });
 }
 
 toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         take_back(stream, stream.sample_ns(t_ns, y, sigma));
     });
 }
@@ -181,7 +184,8 @@ toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, d
 toliman_status toliman_period_retract_many(toliman_period *period, const double *t, const double *y,
                                            const double *sigma, size_t n) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
         check_held(stream, n);
         for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.retract(sample); });
     });
@@ -189,25 +193,27 @@ toliman_status toliman_period_retract_many(toliman_period *period, const double 
 
 toliman_status toliman_period_merge(toliman_period *period, const toliman_period *other) noexcept {
     return guard([&] {
-        period::Stream &stream = required(period, "period").stream;
-        const period::Stream &more = required(other, "other").stream;
-        if (&stream == &more)
+        const Use use(period, "period");
+        period::Stream &stream = use->stream;
+        if (period == other)
             fail(Status::argument, "other: is the periodogram itself");
-        stream.merge(more);
+        const Use use_other(other, "other");
+        stream.merge(use_other->stream);
     });
 }
 
 toliman_status toliman_period_copy(const toliman_period *period, toliman_period **out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(out, "out");
         const MemoryScope scope(stream.memory());
-        *out = new toliman_period{stream};
+        *out = new toliman_period{{}, stream};
     });
 }
 
 toliman_status toliman_period_reset(toliman_period *period) noexcept {
-    return guard([&] { required(period, "period").stream.reset(); });
+    return guard([&] { Use(period, "period")->stream.reset(); });
 }
 
 int64_t toliman_period_count(const toliman_period *period) noexcept {
@@ -216,7 +222,8 @@ int64_t toliman_period_count(const toliman_period *period) noexcept {
 
 toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         const period::Grid &grid = stream.grid();
         toliman_period_info info = {};
         info.flags = flags_of(grid);
@@ -240,7 +247,8 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
 toliman_status toliman_period_query_power(const toliman_period *period, uint32_t normalisation, int64_t first,
                                           size_t count, double *power) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(power, "power");
         if (normalisation > TOLIMAN_POWER_PSD)
             fail(Status::argument, "normalisation = %u: must be TOLIMAN_POWER_STANDARD, MODEL, LOG or PSD",
@@ -260,7 +268,8 @@ toliman_status toliman_period_query_power(const toliman_period *period, uint32_t
 
 toliman_status toliman_period_query_model(const toliman_period *period, int64_t k, toliman_period_model *out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(out, "out");
         if (k < 0 || k >= stream.grid().nf)
             fail(Status::range, "k = %lld: the grid has %lld frequencies", static_cast<long long>(k),
@@ -288,7 +297,8 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
 toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most, toliman_period_peak *peaks,
                                           size_t *count) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         const StructArray<toliman_period_peak> told(peaks, "peaks");
         required(count, "count");
         if (most < 1 || most > period::kMostPeaks)
@@ -302,7 +312,8 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, size_t m
 
 toliman_status toliman_period_query_peak(const toliman_period *period, toliman_period_peak *out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(out, "out");
         deliver(public_peak(stream, period::find_peak(stream)), out, "out");
     });
@@ -311,7 +322,8 @@ toliman_status toliman_period_query_peak(const toliman_period *period, toliman_p
 toliman_status toliman_period_query_fit(const toliman_period *period, const double *t, const double *y,
                                         const double *sigma, size_t n, toliman_period_peak *out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         required(out, "out");
         deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
@@ -321,7 +333,8 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
 toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method, double log10_residual,
                                         double *result) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(result, "log10_fap");
         const period::Fap fap = fap_method(method);
         if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
@@ -339,7 +352,8 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
 toliman_status toliman_period_query_level(const toliman_period *period, int32_t method, double log10_fap,
                                           double *log10_residual) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         required(log10_residual, "log10_residual");
         const period::Fap fap = fap_method(method);
         check_meaningful(stream);
@@ -360,10 +374,12 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
                                               const toliman_period_bootstrap_options *options, size_t count,
                                               double *log10_residuals) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
-        required(log10_residuals, "log10_residuals");
+        required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
+                       "log10_residuals");
         check_meaningful(stream);
         std::vector<double> peaks(count);
         period::bootstrap(stream, samples, {known.seed, known.threads, {known.progress, known.progress_data}},
@@ -375,7 +391,8 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
 toliman_status toliman_period_query_sampling(const toliman_period *period, const double *t, size_t n,
                                              toliman_period_sampling *out) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         const period::Cadence cadence = t != nullptr ? period::cadence_of(stream, t, n) : period::cadence_of(stream);
         const period::Grid &grid = stream.grid();
         toliman_period_sampling sampling = {};
@@ -396,7 +413,8 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
 toliman_status toliman_period_save(const toliman_period *period, void *bytes, size_t capacity,
                                    size_t *needed) noexcept {
     return guard([&] {
-        const period::Stream &stream = required(period, "period").stream;
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
         if (bytes == nullptr)
             required(needed, "needed") = stream.saved_size();
         else
@@ -410,13 +428,13 @@ toliman_status toliman_period_load(const void *bytes, size_t size, const toliman
         const MemoryScope scope(memory_of(allocator));
         required(bytes, "bytes");
         required(out, "out");
-        *out = new toliman_period{period::Stream::load(bytes, size)};
+        *out = new toliman_period{{}, period::Stream::load(bytes, size)};
     });
 }
 
 toliman_status toliman_period_save_file(const toliman_period *period, const char *path) noexcept {
     return guard([&] {
-        const std::vector<uint8_t> bytes = required(period, "period").stream.save();
+        const std::vector<uint8_t> bytes = Use(period, "period")->stream.save();
         file::replace(&required(path, "path"), bytes.data(), bytes.size());
     });
 }
@@ -430,7 +448,7 @@ toliman_status toliman_period_load_file(const char *path, const toliman_allocato
         size_t size = 0;
         in_file(path, [&] { size = period::Stream::saved_size(header.data(), header.size()); });
         const std::vector<uint8_t> bytes = file::read(path, size);
-        in_file(path, [&] { *out = new toliman_period{period::Stream::load(bytes.data(), bytes.size())}; });
+        in_file(path, [&] { *out = new toliman_period{{}, period::Stream::load(bytes.data(), bytes.size())}; });
     });
 }
 

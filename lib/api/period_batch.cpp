@@ -32,10 +32,8 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
             fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
         if (known.reserved != 0)
             fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
-        if (n > 0) {
-            required(t, "t");
-            required(y, "y");
-        }
+        required_array(t, n, sizeof *t, "t");
+        required_array(y, n, sizeof *y, "y");
         required(power, "power");
         period::BatchJob job;
         job.grid.f0 = f0;

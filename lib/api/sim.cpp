@@ -54,10 +54,6 @@ template <class Use> void with_options(const toliman_sim_options *options, Use u
     use(settings_of(known));
 }
 
-const optics::Simulator &simulator_of(const toliman_sim *sim) {
-    return api::required(sim, "sim").simulator;
-}
-
 void check_displacement(double displacement_px, double limit) {
     if (std::isnan(displacement_px))
         fail(Status::argument, "displacement_px is NaN");
@@ -73,7 +69,8 @@ void check_frames(int64_t first, size_t count, int64_t frames) {
 
 // Fills an image of the caller once all of it is known.
 template <class Fill> void give_image(const toliman_sim *sim, double *image, size_t stride, Fill fill) {
-    const optics::Simulator &simulator = simulator_of(sim);
+    const api::Use use(sim, "sim");
+    const optics::Simulator &simulator = use->simulator;
     const size_t cols = simulator.scene().detector.cols;
     api::required_image(image, stride, cols, "image");
     Buffer<double> whole(simulator.pixels());
@@ -236,7 +233,7 @@ toliman_status toliman_sim_create(const char *path, const toliman_sim_options *o
         api::required(path, "path");
         api::required(out, "out");
         with_options(options, [&](const optics::Settings &settings) {
-            *out = new toliman_sim{optics::Simulator(optics::outline_of(path, settings), settings)};
+            *out = new toliman_sim{{}, optics::Simulator(optics::outline_of(path, settings), settings)};
         });
     });
 }
@@ -247,17 +244,17 @@ toliman_status toliman_sim_create_json(const char *json, size_t size, const char
         api::required(json, "json");
         api::required(out, "out");
         with_options(options, [&](const optics::Settings &settings) {
-            *out = new toliman_sim{optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
+            *out = new toliman_sim{{}, optics::Simulator(outline_of_text(json, size, folder, settings), settings)};
         });
     });
 }
 
 void toliman_sim_destroy(toliman_sim *sim) noexcept {
-    delete sim;
+    api::destroy(sim);
 }
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
-    return api::guard([&] { api::deliver(info_of(simulator_of(sim)), out, "out"); });
+    return api::guard([&] { api::deliver(info_of(api::Use(sim, "sim")->simulator), out, "out"); });
 }
 
 toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
@@ -284,7 +281,8 @@ toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *
 
 toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
-        const optics::Simulator &simulator = simulator_of(sim);
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
         api::deliver(plan_of(simulator.scene(), simulator.pupil(), simulator.plan()), out, "out");
     });
 }
@@ -301,7 +299,8 @@ const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {
 toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, size_t count, double *times_days,
                                       double *displacements_px) noexcept {
     return api::guard([&] {
-        const optics::Simulator &simulator = simulator_of(sim);
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
         check_frames(first, count, simulator.scene().cadence.frames);
         for (size_t i = 0; i < count; i++) {
             const int64_t k = first + static_cast<int64_t>(i);
@@ -325,7 +324,8 @@ toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, doubl
 
 toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude, double *opd_m) noexcept {
     return api::guard([&] {
-        const optics::Pupil &pupil = simulator_of(sim).pupil();
+        const api::Use use(sim, "sim");
+        const optics::Pupil &pupil = use->simulator.pupil();
         if (amplitude != nullptr)
             std::copy(pupil.amplitude.begin(), pupil.amplitude.end(), amplitude);
         if (opd_m != nullptr)
@@ -336,7 +336,8 @@ toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude, 
 toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, double *wavelength_m, double *weight_a,
                                         double *weight_b) noexcept {
     return api::guard([&] {
-        const optics::Light &light = simulator_of(sim).light();
+        const api::Use use(sim, "sim");
+        const optics::Light &light = use->simulator.light();
         if (count != light.wavelength_m.size())
             fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, light.wavelength_m.size());
         if (wavelength_m != nullptr)
@@ -352,7 +353,8 @@ toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, do
 
 toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count, double *relative_error) noexcept {
     return api::guard([&] {
-        const optics::Simulator &simulator = simulator_of(sim);
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
         const size_t wavelengths = simulator.light().wavelength_m.size();
         if (count != wavelengths)
             fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, wavelengths);
@@ -365,7 +367,8 @@ toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
 
 toliman_status toliman_sim_get_offsets(const toliman_sim *sim, double offsets_px[4]) noexcept {
     return api::guard([&] {
-        const optics::Light &light = simulator_of(sim).light();
+        const api::Use use(sim, "sim");
+        const optics::Light &light = use->simulator.light();
         api::required(offsets_px, "offsets_px");
         const bool single = light.photons[1].empty();
         for (size_t i = 0; i < 4; i++)
@@ -398,7 +401,7 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
 toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px, uint64_t seed, int64_t k,
                                  double *image, size_t stride) noexcept {
     return api::guard([&] {
-        check_displacement(displacement_px, simulator_of(sim).largest_displacement_px());
+        check_displacement(displacement_px, api::Use(sim, "sim")->simulator.largest_displacement_px());
         if (k < 0)
             fail(Status::range, "k = %lld: must be at least 0", static_cast<long long>(k));
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
@@ -411,12 +414,13 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
 toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count,
                                       const double *displacements_px, uint32_t threads, double *images) noexcept {
     return api::guard([&] {
-        const optics::Simulator &simulator = simulator_of(sim);
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
         const bool own = displacements_px != nullptr; // then any frame number will do
         check_frames(first, count, own ? std::numeric_limits<int64_t>::max() : simulator.scene().cadence.frames);
         if (count == 0)
             return;
-        api::required(images, "images");
+        api::required_array(images, count, simulator.pixels() * sizeof *images, "images");
         for (size_t i = 0; own && i < count; i++)
             check_displacement(displacements_px[i], simulator.largest_displacement_px());
         make_frames(simulator, seed, first, count, displacements_px, threads, images);

@@ -21,10 +21,13 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_track {
+struct toliman_track : Handle<toliman_track> {
+    static constexpr char kType[] = "toliman_track";
     toliman_period period;
-    std::optional<track::Tracker> tracker;
+    std::optional<track::Tracker> tracker = {};
     uint32_t flags = 0;
+    const toliman_cae *cae = nullptr; // the estimator, if it is one of these
+    const toliman_linear *linear = nullptr;
 };
 
 static_assert(static_cast<int32_t>(track::Verdict::rejected) == TOLIMAN_TRACK_REJECTED &&
@@ -33,6 +36,33 @@ static_assert(static_cast<int32_t>(track::Verdict::rejected) == TOLIMAN_TRACK_RE
               static_cast<int32_t>(track::Sync::none) == TOLIMAN_SYNC_NONE);
 
 namespace {
+
+// A call that changes the sums, which the caller may be querying as a periodogram.
+class Changing {
+  public:
+    explicit Changing(toliman_track *track) : track_(track, "track"), period_(&track->period, "the tracker's period") {}
+    toliman_track *operator->() const noexcept { return track_.operator->(); }
+    toliman_track &operator*() const noexcept { return *track_; }
+
+  private:
+    Use<toliman_track> track_;
+    Use<toliman_period> period_;
+};
+
+// Keeps the estimator from being trained or destroyed while frames are estimated.
+class EstimatorUse {
+  public:
+    explicit EstimatorUse(const toliman_track &track) {
+        if (track.cae != nullptr)
+            cae_.emplace(track.cae, "options->cae");
+        if (track.linear != nullptr)
+            linear_.emplace(track.linear, "options->linear");
+    }
+
+  private:
+    std::optional<Use<const toliman_cae>> cae_;
+    std::optional<Use<const toliman_linear>> linear_;
+};
 
 constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kLargestGroup = 65536;
@@ -230,8 +260,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;
-    auto made =
-        std::unique_ptr<toliman_track>(new toliman_track{{period::Stream(setup.grid)}, std::nullopt, options.flags});
+    auto made = std::unique_ptr<toliman_track>(new toliman_track{
+        {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     return made;
 }
@@ -434,13 +464,15 @@ toliman_status toliman_track_create(const toliman_track_options *options, tolima
 }
 
 void toliman_track_destroy(toliman_track *track) noexcept {
-    delete track;
+    destroy(track);
 }
 
 toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames, size_t count,
                                   toliman_outcome *outcomes, size_t *done) noexcept {
     return guard([&] {
-        track::Tracker &tracker = *required(track, "track").tracker;
+        const Changing use(track);
+        track::Tracker &tracker = *use->tracker;
+        const EstimatorUse estimator(*use);
         required(done, "done") = 0;
         if (count == 0)
             return;
@@ -459,20 +491,20 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
 }
 
 toliman_status toliman_track_commit(toliman_track *track) noexcept {
-    return guard([&] { required(track, "track").tracker->commit(); });
+    return guard([&] { Use(track, "track")->tracker->commit(); });
 }
 
 toliman_status toliman_track_save(toliman_track *track) noexcept {
-    return guard([&] { required(track, "track").tracker->save(); });
+    return guard([&] { Use(track, "track")->tracker->save(); });
 }
 
 toliman_status toliman_track_merge(toliman_track *track, const char *folder, uint32_t flags, int64_t *lost) noexcept {
     return guard([&] {
-        track::Tracker &tracker = *required(track, "track").tracker;
+        const Changing use(track);
         if ((flags & ~TOLIMAN_TRACK_SALVAGE) != 0)
             fail(Status::argument, "flags = 0x%x: must be 0 or TOLIMAN_TRACK_SALVAGE", flags);
         const std::unique_ptr<Store> other = open_folder(&required(folder, "folder"), Access::read);
-        const uint64_t lines = tracker.merge(*other, flags != 0);
+        const uint64_t lines = use->tracker->merge(*other, flags != 0);
         if (lost != nullptr)
             *lost = static_cast<int64_t>(lines);
     });
@@ -481,7 +513,8 @@ toliman_status toliman_track_merge(toliman_track *track, const char *folder, uin
 toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first, size_t count,
                                        toliman_track_line *lines, size_t *done) noexcept {
     return guard([&] {
-        const track::Tracker &tracker = *required(track, "track").tracker;
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
         required(done, "done");
         if (first < 0)
             fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
@@ -501,15 +534,16 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
 
 toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
     return guard([&] {
-        const toliman_track &handle = required(track, "track");
-        deliver(info_of(*handle.tracker, handle.flags), out, "out");
+        const Use use(track, "track");
+        deliver(info_of(*use->tracker, use->flags), out, "out");
     });
 }
 
 toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t room,
                                          size_t *count) noexcept {
     return guard([&] {
-        const track::Tracker &tracker = *required(track, "track").tracker;
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
         required(count, "count");
         if (room > 0) {
             const StructArray<toliman_track_stream> found(streams, "streams");
@@ -526,7 +560,8 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
 toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t room,
                                        size_t *points) noexcept {
     return guard([&] {
-        const std::vector<track::ClockPoint> &known = required(track, "track").tracker->plan().clock.points();
+        const Use use(track, "track");
+        const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
         required(points, "points");
         if (clock == nullptr && room > 0)
             fail(Status::argument, "clock is NULL");
@@ -542,19 +577,19 @@ toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *cloc
 
 toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
     return guard([&] {
-        const toliman_track &handle = required(track, "track");
+        const Use use(track, "track");
         required(out, "out");
-        const track::Series series = handle.tracker->series();
+        const track::Series series = use->tracker->series();
         const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
-        const period::Stream &stream = handle.period.stream;
+        const period::Stream &stream = use->period.stream;
         deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
     });
 }
 
 toliman_status toliman_track_get_period(const toliman_track *track, const toliman_period **out) noexcept {
     return guard([&] {
-        const toliman_track &handle = required(track, "track");
-        required(out, "out") = &handle.period;
+        const Use use(track, "track");
+        required(out, "out") = &use->period;
     });
 }
 

@@ -51,6 +51,17 @@ template <class Work> void in_frame(size_t frame, Work work) {
     }
 }
 
+// Runs a callback of the caller. What it throws, if it is written in C++, cancels the call.
+template <class Call> auto in_callback(const char *name, Call call) {
+    try {
+        return call();
+    } catch (const std::exception &error) {
+        fail(Status::cancelled, "the %s callback threw an exception: %s", name, error.what());
+    } catch (...) {
+        fail(Status::cancelled, "the %s callback threw an exception", name);
+    }
+}
+
 // The calling thread's last message; set by the border only.
 void set_last_error(const char *text) noexcept;
 const char *last_error() noexcept;

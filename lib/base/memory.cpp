@@ -4,6 +4,8 @@
 
 #include "base/error.hpp"
 
+#include "base/error.hpp"
+
 namespace toliman {
 
 namespace {
@@ -13,7 +15,8 @@ thread_local Memory current;
 } // namespace
 
 void *Memory::take(size_t size, size_t alignment) const {
-    void *memory = allocate != nullptr ? allocate(size, alignment, user_data) : std::aligned_alloc(alignment, size);
+    void *memory = allocate != nullptr ? in_callback("allocate", [&] { return allocate(size, alignment, user_data); })
+                                       : std::aligned_alloc(alignment, size);
     if (memory == nullptr)
         fail(Status::memory, "out of memory: %zu bytes more were asked for", size);
     return memory;

@@ -18,7 +18,7 @@ void Log::warn(const char *format, ...) const {
     va_start(arguments, format);
     print_text(text, sizeof text, format, arguments);
     va_end(arguments);
-    call(kLevelWarning, text, user_data);
+    in_callback("log", [&] { call(kLevelWarning, text, user_data); });
 }
 
 } // namespace toliman

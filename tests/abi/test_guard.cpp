@@ -30,7 +30,8 @@ int main() {
     require(TOLIMAN_E_MEMORY, "out of memory", [] { throw std::bad_alloc(); });
     require(TOLIMAN_E_MEMORY, "temporarily unavailable",
             [] { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)); });
-    require(TOLIMAN_E_INTERNAL, "too long", [] { throw std::length_error("too long"); });
+    require(TOLIMAN_E_MEMORY, "out of memory", [] { throw std::length_error("too long"); });
+    require(TOLIMAN_E_INTERNAL, "odd", [] { throw std::logic_error("odd"); });
     require(TOLIMAN_E_INTERNAL, "unknown exception", [] { throw 7; });
 
     bool ran = false;

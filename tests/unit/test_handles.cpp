@@ -1,5 +1,6 @@
 // The owning handles of toliman.hpp: one of each made, used and ended. No CMocka: it would jump over destructors.
 #include <cstdio>
+#include <stdexcept>
 #include <string>
 
 #include <toliman/toliman.hpp>
@@ -41,10 +42,70 @@ int a_failure_is_an_exception() {
     return 1;
 }
 
+int32_t throws(const char *, double, void *) {
+    throw std::string("not an std::exception");
+}
+
+toliman_status throws_while_giving(size_t, size_t, double *, void *) {
+    throw std::runtime_error("no more frames");
+}
+
+void throws_while_logging(int32_t, const char *, void *) {
+    throw std::runtime_error("no log");
+}
+
+void *throws_while_allocating(size_t, size_t, void *) {
+    throw std::runtime_error("no pool");
+}
+
+void releases_nothing(void *, size_t, void *) {}
+
+int ends_with(toliman_status status, const char *message) {
+    const bool as_expected =
+        status == TOLIMAN_E_CANCELLED && std::string(toliman_last_error()).find(message) != std::string::npos;
+    if (!as_expected)
+        std::printf("%s: %s\n", toliman_status_name(status), toliman_last_error());
+    return as_expected ? 0 : 1;
+}
+
+// An exception that leaves a callback ends the call as a cancellation, and the object stays usable.
+int callbacks_may_throw() {
+    using namespace toliman;
+    const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
+    const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
+    toliman_cae_train_options training;
+    toliman_cae_train_options_init(&training, sizeof training);
+    training.progress = throws;
+    training.mode = TOLIMAN_CAE_UNSUPERVISED;
+    training.frame_count = 4;
+    training.frames = throws_while_giving;
+    int failed = ends_with(toliman_cae_train(cae.get(), &training, nullptr), "threw an exception");
+    training.progress = nullptr;
+    failed +=
+        ends_with(toliman_cae_train(cae.get(), &training, nullptr), "frames callback threw an exception: no more");
+
+    toliman_sim_options options;
+    toliman_sim_options_init(&options, sizeof options);
+    options.log = throws_while_logging;
+    std::string saturated = kScene; // which is a warning
+    saturated.replace(saturated.find("\"shape\""), 0, "\"full_well_e\": 1000, ");
+    toliman_sim *out = nullptr;
+    failed +=
+        ends_with(toliman_sim_create_json(saturated.c_str(), saturated.size(), nullptr, &options, &out), "no log");
+
+    const toliman_allocator allocator = {sizeof allocator, 0, throws_while_allocating, releases_nothing, nullptr};
+    toliman_linear *linear = nullptr;
+    failed += ends_with(toliman_linear_create(sim.get(), &allocator, &linear), "no pool");
+    toliman_cae_info info = {};
+    info.struct_size = sizeof info;
+    check(toliman_cae_get_info(cae.get(), &info));
+    return failed;
+}
+
 } // namespace
 
 int main() {
-    const int failed = make_one_of_each() + a_failure_is_an_exception();
+    const int failed = make_one_of_each() + a_failure_is_an_exception() + callbacks_may_throw();
     std::printf("%d failed\n", failed);
     return failed;
 }

@@ -1,0 +1,281 @@
+/* Objects used by two calls at once, as another object, or after their end; counts that no memory holds. */
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cae_scene.h"
+
+#include <toliman/linear.h>
+#include <toliman/toliman.h>
+
+static toliman_period *new_period(int64_t nf) {
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(0.01, 0.001, nf, NULL, &period));
+    return period;
+}
+
+static double value(int i) {
+    return (i * 37 % 101) / 101.0;
+}
+
+enum { THREADS = 4, SAMPLES = 200, FREQUENCIES = 20000 };
+
+typedef struct Pusher {
+    toliman_period *period;
+    int first, in[SAMPLES], others;
+} Pusher;
+
+static void *push_until_in(void *given) {
+    Pusher *p = given;
+    for (int i = 0; i < SAMPLES; i++) {
+        toliman_status status;
+        do {
+            status = toliman_period_push(p->period, p->first + i, value(p->first + i), 1);
+        } while (status == TOLIMAN_E_STATE);
+        if (status != TOLIMAN_OK)
+            p->others++;
+    }
+    return NULL;
+}
+
+static void *push_once(void *given) {
+    Pusher *p = given;
+    for (int i = 0; i < SAMPLES; i++) {
+        const toliman_status status = toliman_period_push(p->period, p->first + i, value(p->first + i), 1);
+        p->in[i] = status == TOLIMAN_OK;
+        if (status != TOLIMAN_OK && status != TOLIMAN_E_STATE)
+            p->others++;
+    }
+    return NULL;
+}
+
+static void *state_of(const toliman_period *period, size_t *size) {
+    assert_ok(toliman_period_save(period, NULL, 0, size));
+    void *bytes = malloc(*size);
+    assert_non_null(bytes);
+    assert_ok(toliman_period_save(period, bytes, *size, size));
+    return bytes;
+}
+
+static void assert_same_state(const toliman_period *a, const toliman_period *b) {
+    size_t size_a, size_b;
+    void *bytes_a = state_of(a, &size_a), *bytes_b = state_of(b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
+    free(bytes_a);
+    free(bytes_b);
+}
+
+/* A push that comes while another runs fails, and has changed nothing: the sums are those of the pushes that returned
+ * TOLIMAN_OK, to the last bit. */
+static void pushes_of_many_threads_exclude_each_other(void **state) {
+    (void)state;
+    void *(*const ways[])(void *) = {push_once, push_until_in};
+    for (int way = 0; way < 2; way++) {
+        toliman_period *shared = new_period(FREQUENCIES), *alone = new_period(FREQUENCIES);
+        pthread_t threads[THREADS];
+        static Pusher pushers[THREADS];
+        for (int i = 0; i < THREADS; i++) {
+            pushers[i] = (Pusher){.period = shared, .first = i * SAMPLES};
+            assert_int_equal(pthread_create(&threads[i], NULL, ways[way], &pushers[i]), 0);
+        }
+        for (int i = 0; i < THREADS; i++)
+            assert_int_equal(pthread_join(threads[i], NULL), 0);
+        for (int i = 0; i < THREADS; i++) {
+            assert_int_equal(pushers[i].others, 0);
+            for (int k = 0; k < SAMPLES; k++)
+                if (way == 1 || pushers[i].in[k])
+                    assert_ok(toliman_period_push(alone, pushers[i].first + k, value(pushers[i].first + k), 1));
+        }
+        assert_same_state(shared, alone);
+        toliman_period_destroy(shared);
+        toliman_period_destroy(alone);
+    }
+}
+
+typedef struct Callback {
+    toliman_period *period;
+    toliman_cae *cae;
+    int calls;
+    toliman_status pushed, read, destroyed_is_there;
+    char message[160];
+} Callback;
+
+static int32_t while_it_runs(const char *stage, double fraction, void *given) {
+    (void)stage;
+    (void)fraction;
+    Callback *c = given;
+    if (c->calls++ > 0)
+        return 0;
+    if (c->period != NULL) {
+        toliman_period_peak peak = {.struct_size = sizeof peak};
+        c->pushed = toliman_period_push(c->period, 1, 1, 1);
+        toliman_last_error_copy(c->message, sizeof c->message);
+        c->read = toliman_period_query_peak(c->period, &peak);
+        toliman_period_destroy(c->period); /* does nothing */
+        c->destroyed_is_there = toliman_period_query_peak(c->period, &peak);
+    } else {
+        toliman_cae_info info = {.struct_size = sizeof info};
+        c->read = toliman_cae_get_info(c->cae, &info);
+        toliman_last_error_copy(c->message, sizeof c->message);
+    }
+    return 0;
+}
+
+/* A const call lets others read, and none change. */
+static void callback_may_read_while_a_const_call_runs(void **state) {
+    (void)state;
+    enum { N = 20 };
+    double t[N], y[N], residuals[3];
+    Callback callback = {.period = new_period(50)};
+    for (int i = 0; i < N; i++) {
+        t[i] = i;
+        y[i] = value(i);
+    }
+    assert_ok(toliman_period_push_many(callback.period, t, y, NULL, N));
+    toliman_period_bootstrap_options options;
+    toliman_period_bootstrap_options_init(&options, sizeof options);
+    options.threads = 1;
+    options.progress = while_it_runs;
+    options.progress_data = &callback;
+    assert_ok(toliman_period_query_bootstrap(callback.period, t, y, NULL, N, &options, 3, residuals));
+    assert_true(callback.calls > 0);
+    assert_int_equal(callback.pushed, TOLIMAN_E_STATE);
+    assert_string_equal(callback.message, "period is in use by another thread, or by the call that runs this callback");
+    assert_int_equal(callback.read, TOLIMAN_OK);
+    assert_int_equal(callback.destroyed_is_there, TOLIMAN_OK);
+    assert_int_equal(toliman_period_count(callback.period), N);
+    assert_ok(toliman_period_push(callback.period, N, 0.5, 1));
+    toliman_period_destroy(callback.period);
+}
+
+static void callback_cannot_use_what_is_being_trained(void **state) {
+    (void)state;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    Callback callback = {.cae = make_cae(sim, 1, 0, NULL)};
+    toliman_cae_train_options options;
+    toliman_cae_train_options_init(&options, sizeof options);
+    options.steps = 1;
+    options.progress = while_it_runs;
+    options.progress_data = &callback;
+    assert_ok(toliman_cae_train(callback.cae, &options, NULL));
+    assert_int_equal(callback.read, TOLIMAN_E_STATE);
+    toliman_cae_destroy(callback.cae);
+    toliman_sim_destroy(sim);
+}
+
+typedef struct Estimating {
+    toliman_track *track;
+    const toliman_period *sums;
+    toliman_status info, peak;
+} Estimating;
+
+static int32_t estimate(const double *image, size_t rows, size_t cols, double *out, void *given) {
+    (void)rows;
+    (void)cols;
+    Estimating *e = given;
+    toliman_track_info info = {.struct_size = sizeof info};
+    double power;
+    e->info = toliman_track_get_info(e->track, &info);
+    e->peak = toliman_period_query_power(e->sums, TOLIMAN_POWER_STANDARD, 0, 1, &power);
+    *out = image[0];
+    return 0;
+}
+
+/* Neither the tracker nor its periodogram can be read while a push changes them. */
+static void tracker_cannot_be_read_while_it_changes(void **state) {
+    (void)state;
+    Estimating e = {NULL, NULL, TOLIMAN_OK, TOLIMAN_OK};
+    toliman_track_options options;
+    toliman_track_options_init(&options, sizeof options);
+    options.capacity = 10;
+    options.estimate = estimate;
+    options.estimate_data = &e;
+    options.sigma = 1;
+    options.rows = options.cols = 4;
+    options.hole_bytes = 0;
+    options.f0 = options.df = 0.1;
+    options.nf = 5;
+    assert_ok(toliman_track_create(&options, &e.track));
+    assert_ok(toliman_track_get_period(e.track, &e.sums));
+    const uint16_t pixels[16] = {7};
+    const toliman_frame frame = {.struct_size = sizeof frame,
+                                 .pixel = TOLIMAN_PIXEL_U16,
+                                 .session = "s",
+                                 .roi = "r",
+                                 .pixels = pixels,
+                                 .rows = 4,
+                                 .cols = 4};
+    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done = 0;
+    assert_ok(toliman_track_push(e.track, &frame, 1, &outcome, &done));
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(e.info, TOLIMAN_E_STATE);
+    assert_int_equal(e.peak, TOLIMAN_E_STATE);
+    toliman_track_destroy(e.track);
+}
+
+static void another_objects_pointer_is_refused(void **state) {
+    (void)state;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    double sigma = -1, power;
+    assert_fails(
+        toliman_period_query_power((const toliman_period *)(const void *)linear, TOLIMAN_POWER_STANDARD, 0, 1, &power),
+        TOLIMAN_E_ARGUMENT, "period is no toliman_period, or was destroyed");
+    assert_fails(toliman_linear_get_sigma((const toliman_linear *)(const void *)sim, &sigma), TOLIMAN_E_ARGUMENT,
+                 "linear is no toliman_linear");
+    assert_true(sigma == -1);
+    toliman_period_destroy((toliman_period *)(void *)linear); /* does nothing */
+    assert_non_null(strstr(toliman_last_error(), "toliman_period is no toliman_period"));
+    assert_ok(toliman_linear_get_sigma(linear, &sigma));
+    toliman_linear_destroy(linear);
+    toliman_sim_destroy(sim);
+}
+
+/* As far as the memory still shows it; a sanitizer would stop the program at the first look. */
+static void destroyed_object_is_refused(void **state) {
+    (void)state;
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    toliman_period *period = new_period(5);
+    toliman_period *volatile hidden = period; /* from the compiler, which knows that it is freed */
+    toliman_period_destroy(period);
+    assert_fails(toliman_period_push(hidden, 1, 1, 1), TOLIMAN_E_ARGUMENT, "was destroyed");
+    toliman_period_destroy(hidden); /* does nothing */
+    period = new_period(5);
+    assert_ok(toliman_period_push(period, 1, 1, 1));
+    toliman_period_destroy(period);
+#endif
+}
+
+static void counts_beyond_memory_are_arguments(void **state) {
+    (void)state;
+    const size_t many = (size_t)1 << 60;
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL);
+    toliman_period *period = new_period(5);
+    double *image = new_image(kPixels), numbers[4] = {0}, out[4];
+    assert_fails(toliman_cae_encode_many(cae, image, many, 1, out), TOLIMAN_E_ARGUMENT, "counts: 1152921504606846976");
+    assert_fails(toliman_sim_frame_many(sim, 1, 0, many, numbers, 1, image), TOLIMAN_E_ARGUMENT, "images: ");
+    assert_fails(toliman_period_push_many(period, numbers, numbers, NULL, many), TOLIMAN_E_ARGUMENT, "t: ");
+    assert_fails(toliman_period_batch(0, 0.1, 3, numbers, numbers, NULL, many, NULL, out), TOLIMAN_E_ARGUMENT, "t: ");
+    assert_int_equal(toliman_period_count(period), 0);
+    free(image);
+    toliman_period_destroy(period);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pushes_of_many_threads_exclude_each_other),
+        cmocka_unit_test(callback_may_read_while_a_const_call_runs),
+        cmocka_unit_test(callback_cannot_use_what_is_being_trained),
+        cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
+        cmocka_unit_test(another_objects_pointer_is_refused),
+        cmocka_unit_test(destroyed_object_is_refused),
+        cmocka_unit_test(counts_beyond_memory_are_arguments),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
