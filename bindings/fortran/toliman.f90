@@ -1360,6 +1360,22 @@ module toliman
             type(toliman_period_options), intent(inout) :: options
         end subroutine
 
+        ! Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s),
+        ! where T is the time span with one step included and s the median step between different times. y and sigma
+        ! may be NULL. mission_span = 0 these are all samples: T is theirs, the bounds of values and sigmas are
+        ! theirs. mission_span > 0 more samples are to come: T is mission_span (in units of t) if that is larger,
+        ! values may spread 2^20 times as far, sigmas be 8 times smaller and 4 times larger.
+        function toliman_period_suggest(t, y, sigma, n, mission_span, f0, df, nf, options) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: n
+            real(c_double), value :: mission_span
+            real(c_double), intent(in), optional :: t(*), y(*), sigma(*)
+            real(c_double), intent(out) :: f0, df
+            integer(c_int64_t), intent(out) :: nf
+            type(toliman_period_options), intent(inout), optional :: options
+            integer(c_int32_t) :: answer
+        end function
+
         ! Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL.
         function toliman_period_create(f0, df, nf, options, out) bind(C) result(answer)
             import
@@ -1850,6 +1866,7 @@ module toliman
     public :: toliman_linear_get_series
     public :: toliman_linear_get_components_info
     public :: toliman_period_options_init
+    public :: toliman_period_suggest
     public :: toliman_period_create
     public :: toliman_period_destroy
     public :: toliman_period_push
@@ -1989,6 +2006,7 @@ module toliman
     type, public :: toliman_periodogram
         type(c_ptr) :: handle = c_null_ptr
     contains
+        procedure, nopass :: suggest => periodogram_suggest
         procedure :: create => periodogram_create
         procedure :: push => periodogram_push
         procedure :: push_many => periodogram_push_many
@@ -2895,6 +2913,38 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_linear_get_components_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T
+    ! is the time span with one step included and s the median step between different times. y and sigma may be NULL.
+    ! mission_span = 0 these are all samples: T is theirs, the bounds of values and sigmas are theirs. mission_span >
+    ! 0 more samples are to come: T is mission_span (in units of t) if that is larger, values may spread 2^20 times as
+    ! far, sigmas be 8 times smaller and 4 times larger. t(n), y(n), sigma(n).
+    subroutine periodogram_suggest(mission_span, f0, df, nf, t, y, sigma, options, stat, errmsg)
+        real(c_double), intent(in), optional, contiguous :: t(:), y(:), sigma(:)
+        real(c_double), intent(in) :: mission_span
+        real(c_double), intent(out) :: f0, df
+        integer(c_int64_t), intent(out) :: nf
+        type(toliman_period_options), intent(inout), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = 0
+        if (present(sigma)) of_n = size(sigma, 1, c_size_t)
+        if (present(y)) of_n = size(y, 1, c_size_t)
+        if (present(t)) of_n = size(t, 1, c_size_t)
+        if (present(t)) then
+            if (.not. fits(size(t, 1, c_size_t), of_n, 't', 1, stat, errmsg)) return
+        end if
+        if (present(y)) then
+            if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        end if
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_suggest(t, y, sigma, of_n, mission_span, f0, df, nf, options)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL.

@@ -81,6 +81,20 @@ typedef struct toliman_period_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
+/* Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T is
+ * the time span with one step included and s the median step between different times. y and sigma may be NULL.
+ *   mission_span = 0  these are all samples: T is theirs, the bounds of values and sigmas are theirs.
+ *   mission_span > 0  more samples are to come: T is mission_span (in units of t) if that is larger, values may spread
+ *                     2^20 times as far, sigmas be 8 times smaller and 4 times larger. With n = 0, s is one unit of t.
+ * Sets *f0, *df, *nf, and *options (may be NULL; struct_size must be set): TOLIMAN_PERIOD_WIDE, time_offset the first
+ * time, value_offset the median value, value_bound, sigma_floor and sigma_ceiling. Members that may be changed before
+ * toliman_period_create: all. TOLIMAN_E_ARGUMENT for numbers that are not finite or sigma <= 0; TOLIMAN_E_STATE for
+ * fewer than two different times; TOLIMAN_E_RANGE if the grid would have more than 2e6 frequencies. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const double *t, const double *y,
+                                                                     const double *sigma, size_t n, double mission_span,
+                                                                     double *f0, double *df, int64_t *nf,
+                                                                     toliman_period_options *options) TOLIMAN_NOEXCEPT;
+
 /* Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is
  * taken here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
  * samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1. */

@@ -19,6 +19,7 @@
 #include "period/peak.hpp"
 #include "period/power.hpp"
 #include "period/sampling.hpp"
+#include "period/suggest.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -123,6 +124,30 @@ toliman_status toliman_period_create(double f0, double df, int64_t nf, const tol
         const toliman_period_options known = accept(options, default_options(), "options");
         const MemoryScope scope(memory_of(known.allocator));
         *out = new toliman_period{{}, period::Stream(grid_of(f0, df, nf, known))};
+    });
+}
+
+toliman_status toliman_period_suggest(const double *t, const double *y, const double *sigma, size_t n,
+                                      double mission_span, double *f0, double *df, int64_t *nf,
+                                      toliman_period_options *options) noexcept {
+    return guard([&] {
+        required_array(t, n, sizeof *t, "t");
+        required(f0, "f0");
+        required(df, "df");
+        required(nf, "nf");
+        const period::Grid grid = period::suggest({t, y, sigma, n}, mission_span);
+        toliman_period_options suggested = default_options();
+        suggested.flags = flags_of(grid);
+        suggested.time_offset = grid.time_offset;
+        suggested.value_offset = grid.value_offset;
+        suggested.value_bound = grid.value_bound;
+        suggested.sigma_floor = grid.sigma_floor;
+        suggested.sigma_ceiling = grid.sigma_ceiling;
+        if (options != nullptr)
+            deliver(suggested, options, "options");
+        *f0 = grid.f0;
+        *df = grid.df;
+        *nf = grid.nf;
     });
 }
 

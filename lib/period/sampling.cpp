@@ -30,10 +30,13 @@ Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
     if (static_cast<int64_t>(count) != stream.totals().count)
         fail(Status::argument, "n = %zu times, but %lld samples were pushed", count,
              static_cast<long long>(stream.totals().count));
-    std::vector<double> times(t, t + count);
     for (size_t i = 0; i < count; i++)
-        if (!std::isfinite(times[i]))
-            fail(Status::argument, "sample %zu: t = %g: must be finite", i, times[i]);
+        if (!std::isfinite(t[i]))
+            fail(Status::argument, "sample %zu: t = %g: must be finite", i, t[i]);
+    return cadence_of({t, t + count});
+}
+
+Cadence cadence_of(std::vector<double> times) {
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
     if (times.size() < 2)

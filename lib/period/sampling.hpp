@@ -1,5 +1,7 @@
 // What is known of the samples' times: for false alarm probabilities and for judging a grid.
 #pragma once
+#include <vector>
+
 #include "period/fap.hpp"
 #include "period/stream.hpp"
 
@@ -18,7 +20,9 @@ struct Cadence {
 Cadence cadence_of(const Stream &stream) noexcept;
 // The step of an even series of equal sigmas, exactly.
 double even_step(const Stream &stream) noexcept;
-// From the times that were pushed: the median step between distinct ones. Fails if they are not as many.
+// From finite times: the median step between distinct ones.
+Cadence cadence_of(std::vector<double> times);
+// From the times that were pushed. Fails if they are not as many.
 Cadence cadence_of(const Stream &stream, const double *t, size_t count);
 
 } // namespace toliman::period

@@ -1570,6 +1570,28 @@ TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
         """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
+    "toliman_period_suggest": (
+        c_int32, (
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("n", c_size_t),
+            ("mission_span", c_double),
+            ("f0", POINTER(c_double)),
+            ("df", POINTER(c_double)),
+            ("nf", POINTER(c_int64)),
+            ("options", POINTER(toliman_period_options)),
+        ),
+        """Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T is
+the time span with one step included and s the median step between different times. y and sigma may be NULL.
+  mission_span = 0  these are all samples: T is theirs, the bounds of values and sigmas are theirs.
+  mission_span > 0  more samples are to come: T is mission_span (in units of t) if that is larger, values may spread
+                    2^20 times as far, sigmas be 8 times smaller and 4 times larger. With n = 0, s is one unit of t.
+Sets *f0, *df, *nf, and *options (may be NULL; struct_size must be set): TOLIMAN_PERIOD_WIDE, time_offset the first
+time, value_offset the median value, value_bound, sigma_floor and sigma_ceiling. Members that may be changed before
+toliman_period_create: all. TOLIMAN_E_ARGUMENT for numbers that are not finite or sigma <= 0; TOLIMAN_E_STATE for
+fewer than two different times; TOLIMAN_E_RANGE if the grid would have more than 2e6 frequencies. Since 0.2.""",
+    ),
     "toliman_period_create": (
         c_int32, (
             ("f0", c_double),

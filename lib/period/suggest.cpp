@@ -1,0 +1,100 @@
+// Method: a periodogram of T in time has peaks about 1/T wide, so that a step of 1/(10 T) samples each ten times
+// (VanderPlas 2018, ApJS 236, 16, section 7.1 asks for five or more); the first frequency, 1.5/T, is the lowest whose
+// sinusoid a floating mean does not imitate; the last is 1/(2 step) of the median step, above which even samples repeat
+// what is below. References are subtracted so that the exact sums keep their digits, and their bounds leave room where
+// more samples are to come: a bound that is too wide costs digits, one that is too narrow refuses a sample.
+#include "period/suggest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/error.hpp"
+#include "period/sampling.hpp"
+
+namespace toliman::period {
+
+namespace {
+
+constexpr double kMostFrequencies = 2e6;           // 450 MB of sums
+constexpr double kFiner = 8, kCoarser = 4;         // than the sigmas at hand, those to come may be
+constexpr double kFurther = 0x1p20;                // than the spread at hand, values to come may be
+constexpr double kLargestRatio = 0.9 * kMostRatio; // of sigmas, short of the most
+constexpr double kLeastBound = 1e-99, kMostBound = 1e99;
+
+void check_finite(const double *numbers, size_t count, const char *name) {
+    for (size_t i = 0; i < count; i++)
+        if (!std::isfinite(numbers[i]))
+            fail(Status::argument, "sample %zu: %s = %g: must be finite", i, name, numbers[i]);
+}
+
+Cadence cadence_for(const Samples &samples, double mission_span) {
+    Cadence cadence = {0, 1};
+    if (samples.count > 0)
+        cadence = cadence_of(std::vector<double>(samples.t, samples.t + samples.count));
+    if (!(cadence.step > 0))
+        fail(Status::state, "t: two different times are needed");
+    cadence.span = std::max(cadence.span, mission_span);
+    if (!(cadence.span > 0))
+        fail(Status::state, "n = 0: samples or mission_span are needed");
+    return cadence;
+}
+
+void set_frequencies(Grid &grid, const Cadence &cadence) {
+    grid.f0 = 1.5 / cadence.span;
+    grid.df = 0.1 / cadence.span;
+    const double count = std::fmax(1, std::floor((0.5 / cadence.step - grid.f0) / grid.df * kRounding) + 1);
+    if (!(count <= kMostFrequencies && grid.df > 0))
+        fail(Status::range,
+             "a grid for the median time step, %g, and the time span, %g, would have more than %g frequencies: choose "
+             "f0, df and nf",
+             cadence.step, cadence.span, kMostFrequencies);
+    grid.nf = static_cast<int64_t>(count);
+}
+
+void set_values(Grid &grid, const double *y, size_t count, bool more) {
+    const auto [least, greatest] = std::minmax_element(y, y + count);
+    const double spread = *greatest - *least;
+    std::vector<double> values(y, y + count);
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    grid.value_offset = *middle;
+    const double bound = std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))) * (more ? kFurther : 1);
+    grid.value_bound = std::clamp(bound, kLeastBound, kMostBound);
+}
+
+void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more) {
+    const auto [least, largest] = std::minmax_element(sigma, sigma + count);
+    if (!(*least > 0))
+        fail(Status::argument, "sample %zu: sigma = %g: must be above 0", static_cast<size_t>(least - sigma), *least);
+    grid.sigma_floor = more ? std::min(*least, std::max(*least / kFiner, *largest / kLargestRatio)) : *least;
+    grid.sigma_ceiling =
+        more ? std::max(*largest, std::min(*largest * kCoarser, grid.sigma_floor * kLargestRatio)) : *largest;
+}
+
+} // namespace
+
+Grid suggest(const Samples &samples, double mission_span) {
+    if (!(mission_span >= 0 && std::isfinite(mission_span)))
+        fail(Status::argument, "mission_span = %g: must be at least 0", mission_span);
+    check_finite(samples.t, samples.count, "t");
+    Grid grid;
+    grid.wide_sums = true;
+    set_frequencies(grid, cadence_for(samples, mission_span));
+    if (samples.count > 0) {
+        grid.time_offset = *std::min_element(samples.t, samples.t + samples.count);
+        const bool more = mission_span > 0;
+        if (samples.y != nullptr) {
+            check_finite(samples.y, samples.count, "y");
+            set_values(grid, samples.y, samples.count, more);
+        }
+        if (samples.sigma != nullptr) {
+            check_finite(samples.sigma, samples.count, "sigma");
+            set_sigmas(grid, samples.sigma, samples.count, more);
+            grid.check();
+        }
+    }
+    return grid;
+}
+
+} // namespace toliman::period

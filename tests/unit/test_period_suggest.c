@@ -1,0 +1,109 @@
+/* The grid and options that suit a series, against their definitions and against what a search with them finds. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <toliman/period.h>
+
+#include "assert_close.h"
+
+typedef struct Suggestion {
+    double f0, df;
+    int64_t nf;
+    toliman_period_options options;
+} Suggestion;
+
+static toliman_status suggest(const double *t, const double *y, const double *sigma, size_t n, double mission,
+                              Suggestion *s) {
+    s->options.struct_size = sizeof s->options;
+    return toliman_period_suggest(t, y, sigma, n, mission, &s->f0, &s->df, &s->nf, &s->options);
+}
+
+enum { N = 1095 };
+
+static void daily_samples(void **state) {
+    (void)state;
+    static double t[N], y[N], sigma[N];
+    for (int i = 0; i < N; i++) {
+        t[i] = 100 + (N - 1 - i); /* in any order */
+        y[i] = i % 7 == 0 ? 40 : 42;
+        sigma[i] = i == 3 ? 0.5 : i == 4 ? 4 : 1;
+    }
+    Suggestion s;
+    assert_ok(suggest(t, y, sigma, N, 0, &s));
+    assert_close(s.f0, 1.5 / N, 1e-15, 0);
+    assert_close(s.df, 0.1 / N, 1e-15, 0);
+    assert_int_equal(s.nf, 5 * N - 14); /* to exactly one cycle in two days */
+    assert_true(s.options.time_offset == 100 && s.options.value_offset == 42 && s.options.value_bound == 2);
+    assert_true(s.options.sigma_floor == 0.5 && s.options.sigma_ceiling == 4);
+    assert_int_equal(s.options.flags, TOLIMAN_PERIOD_WIDE);
+    assert_int_equal(s.options.struct_size, sizeof s.options);
+
+    assert_ok(suggest(t, y, sigma, N, 2 * N, &s)); /* as many days are to come */
+    assert_close(s.f0, 0.75 / N, 1e-15, 0);
+    assert_int_equal(s.nf, 10 * N - 14);
+    assert_true(s.options.value_bound == 0x1p21);
+    assert_true(s.options.sigma_floor == 0.0625 && s.options.sigma_ceiling == 16);
+
+    assert_ok(suggest(NULL, NULL, NULL, 0, N, &s)); /* before the first sample, one unit of t apart */
+    assert_int_equal(s.nf, 5 * N - 14);
+    assert_true(s.options.value_bound == 0x1p20 && s.options.sigma_floor == 1);
+    assert_ok(toliman_period_suggest(t, NULL, NULL, N, 0, &s.f0, &s.df, &s.nf, NULL));
+    assert_int_equal(s.nf, 5 * N - 14);
+}
+
+/* What is suggested is taken by create and by every sample, and finds the period. */
+static void a_search_with_it(void **state) {
+    (void)state;
+    enum { M = 200 };
+    double t[M], y[M], sigma[M];
+    uint64_t random = 1;
+    for (int i = 0; i < M; i++) {
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        const double u = (double)(random >> 11) * 0x1p-53;
+        t[i] = 2460000 + 300 * u;
+        y[i] = 1e-6 * sin(2 * 3.14159265358979323846 * t[i] / 17.3) + 5;
+        sigma[i] = 1e-7 * (1 + i % 3);
+    }
+    Suggestion s;
+    assert_ok(suggest(t, y, sigma, M, 0, &s));
+    toliman_period *period = NULL;
+    toliman_period_peak peak = {.struct_size = sizeof peak};
+    assert_ok(toliman_period_create(s.f0, s.df, s.nf, &s.options, &period));
+    assert_ok(toliman_period_push_many(period, t, y, sigma, M));
+    assert_ok(toliman_period_query_fit(period, t, y, sigma, M, &peak));
+    assert_close(peak.period, 17.3, 1e-6, 0);
+    toliman_period_sampling sampling = {.struct_size = sizeof sampling};
+    assert_ok(toliman_period_query_sampling(period, t, M, &sampling));
+    assert_int_equal(sampling.flags, 0);
+    toliman_period_destroy(period);
+}
+
+static void what_is_refused(void **state) {
+    (void)state;
+    const double t[] = {1, 2, 3}, same[] = {1, 1, 1}, bad[] = {1, NAN, 2}, none[] = {1, 0, 1}, far[] = {0, 1e-9, 2e-9, 1e9};
+    const double wide[] = {1e-5, 1, 1e5};
+    Suggestion s = {.f0 = -1, .nf = -1};
+    assert_fails(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "two different times are needed");
+    assert_fails(suggest(NULL, NULL, NULL, 0, 0, &s), TOLIMAN_E_STATE, "samples or mission_span are needed");
+    assert_fails(suggest(bad, NULL, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
+    assert_fails(suggest(t, bad, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
+    assert_fails(suggest(t, t, none, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: sigma = 0");
+    assert_fails(suggest(t, t, wide, 3, 0, &s), TOLIMAN_E_RANGE, "sigma_ceiling");
+    assert_fails(suggest(far, NULL, NULL, 4, 0, &s), TOLIMAN_E_RANGE, "more than 2e+06 frequencies");
+    assert_fails(suggest(t, NULL, NULL, 3, -1, &s), TOLIMAN_E_ARGUMENT, "mission_span = -1");
+    assert_fails(suggest(t, NULL, NULL, 3, NAN, &s), TOLIMAN_E_ARGUMENT, "mission_span = nan");
+    assert_fails(toliman_period_suggest(t, NULL, NULL, 3, 0, NULL, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT,
+                 "f0 is NULL");
+    assert_fails(toliman_period_suggest(NULL, NULL, NULL, 3, 0, &s.f0, &s.df, &s.nf, NULL), TOLIMAN_E_ARGUMENT,
+                 "t is NULL");
+    assert_true(s.f0 == -1 && s.nf == -1);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(daily_samples),
+        cmocka_unit_test(a_search_with_it),
+        cmocka_unit_test(what_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
