@@ -145,6 +145,13 @@ class Installed(unittest.TestCase):
         self.assertNotIn("libtoliman", self.build_by_cmake("C", "p.c", "toliman::toliman_static", "COMPONENTS static"))
         self.assertNotIn("libtoliman", self.build_by_cmake("CXX", "p.cpp", "toliman::toliman_static"))
 
+    def test_static_library_has_no_other_names(self):
+        """A name of the library's insides could meet one of the host's."""
+        table = self.run_tool("nm", "-g", "--defined-only", self.lib / "libtoliman.a")
+        names = {line.split()[-1] for line in table.splitlines() if len(line.split()) == 3}
+        self.assertEqual({name for name in names if not name.startswith("toliman_")}, set())
+        self.assertIn("toliman_period_push", names)
+
     def test_cmake_refuses(self):
         folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
         for version, components, text in (("0.0", "", "compatible"), ("9", "", "compatible"), ("", "COMPONENTS nonsense", "FALSE")):

@@ -11,7 +11,8 @@ target_include_directories(toliman_settings INTERFACE ${PROJECT_SOURCE_DIR}/lib 
                            ${PROJECT_BINARY_DIR}/include)
 target_include_directories(toliman_settings SYSTEM INTERFACE ${RANDOM123_INCLUDE} ${LAPACKE_INCLUDE})
 target_compile_options(toliman_settings INTERFACE -fvisibility=hidden -ffunction-sections -fdata-sections
-                       $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>)
+                       $<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>
+                       $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-fno-gnu-unique>)
 
 add_library(toliman_objects OBJECT ${sources})
 set(toliman_needs fftw3_threads PkgConfig::TOLIMAN_NEEDS Threads::Threads)
@@ -56,7 +57,23 @@ set_target_properties(toliman PROPERTIES VERSION 0.${PROJECT_VERSION_MINOR} SOVE
                       LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
 target_include_directories(toliman INTERFACE ${toliman_includes})
 
-add_library(toliman_static STATIC $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
+# The static library is one object in which only toliman_* is global, so that no other name meets one of
+# the host's; unused functions go with --gc-sections. Sanitizers and counters need the objects as they are.
+set(toliman_static_objects $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
+if(NOT TOLIMAN_SANITIZE AND NOT TOLIMAN_COVERAGE)
+  set(whole ${PROJECT_BINARY_DIR}/toliman_whole.o)
+  set(toliman_static_object ${PROJECT_BINARY_DIR}/toliman.o)
+  add_custom_command(
+    OUTPUT ${toliman_static_object}
+    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o ${whole} ${toliman_static_objects}
+    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=toliman_* ${whole} ${toliman_static_object}
+    DEPENDS ${toliman_static_objects}
+    BYPRODUCTS ${whole}
+    COMMAND_EXPAND_LISTS VERBATIM)
+  set(toliman_static_objects ${toliman_static_object})
+endif()
+add_library(toliman_static STATIC ${toliman_static_objects})
+set_target_properties(toliman_static PROPERTIES LINKER_LANGUAGE CXX)
 target_link_libraries(toliman_static PRIVATE ${toliman_needs})
 target_include_directories(toliman_static INTERFACE ${toliman_includes})
 set_target_properties(toliman_static PROPERTIES OUTPUT_NAME toliman)
