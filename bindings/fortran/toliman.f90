@@ -502,11 +502,9 @@ module toliman
     ! (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
     integer(c_int32_t), parameter, public :: TOLIMAN_POWER_PSD = 3
 
-    ! Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
-    ! 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
-    ! every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
-    ! series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
-    ! leave out frequencies far below one cycle in the time span.
+    ! Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
+    ! its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
+    ! where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 8
 
     ! The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
@@ -564,7 +562,7 @@ module toliman
 
     ! False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
     ! Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL.
-    ! somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it
+    ! somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
     integer(c_int32_t), parameter, public :: TOLIMAN_FAP_BALUEV = 0
     ! the same, were there just f T independent frequencies. Too small: at 0.01 by 3
     integer(c_int32_t), parameter, public :: TOLIMAN_FAP_NAIVE = 1
@@ -613,7 +611,7 @@ module toliman
     type, bind(C), public :: toliman_period_batch_options
         integer(c_int32_t) :: struct_size = 40
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, default 0
-        ! of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13
+        ! of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13
         real(c_double) :: tolerance = 0.0_c_double
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
         integer(c_int32_t) :: reserved = 0
@@ -1360,11 +1358,11 @@ module toliman
             type(toliman_period_options), intent(inout) :: options
         end subroutine
 
-        ! Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s),
-        ! where T is the time span with one step included and s the median step between different times. y and sigma
-        ! may be NULL. mission_span = 0 these are all samples: T is theirs, the bounds of values and sigmas are
-        ! theirs. mission_span > 0 more samples are to come: T is mission_span (in units of t) if that is larger,
-        ! values may spread 2^20 times as far, sigmas be 8 times smaller and 4 times larger.
+        ! Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one
+        ! step, s the median step between different times. y, sigma and options may be NULL; options->struct_size must
+        ! be set. mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T =
+        ! mission_span, whose values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times
+        ! larger; with n = 0, s is 1.
         function toliman_period_suggest(t, y, sigma, n, mission_span, f0, df, nf, options) bind(C) result(answer)
             import
             integer(c_size_t), value :: n
@@ -1656,8 +1654,8 @@ module toliman
             type(toliman_period_batch_options), intent(inout) :: options
         end subroutine
 
-        ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of
-        ! a streaming periodogram, there is no state. sigma and options may be NULL; n may be 0.
+        ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
+        ! streaming periodogram, but without a state. sigma and options may be NULL; n may be 0.
         function toliman_period_batch(f0, df, nf, t, y, sigma, n, options, power) bind(C) result(answer)
             import
             real(c_double), value :: f0, df
@@ -2915,11 +2913,11 @@ contains
         call conclude(toliman_linear_get_components_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T
-    ! is the time span with one step included and s the median step between different times. y and sigma may be NULL.
-    ! mission_span = 0 these are all samples: T is theirs, the bounds of values and sigmas are theirs. mission_span >
-    ! 0 more samples are to come: T is mission_span (in units of t) if that is larger, values may spread 2^20 times as
-    ! far, sigmas be 8 times smaller and 4 times larger. t(n), y(n), sigma(n).
+    ! Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s
+    ! the median step between different times. y, sigma and options may be NULL; options->struct_size must be set.
+    ! mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span,
+    ! whose values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0,
+    ! s is 1. t(n), y(n), sigma(n).
     subroutine periodogram_suggest(mission_span, f0, df, nf, t, y, sigma, options, stat, errmsg)
         real(c_double), intent(in), optional, contiguous :: t(:), y(:), sigma(:)
         real(c_double), intent(in) :: mission_span
@@ -3290,8 +3288,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of a
-    ! streaming periodogram, there is no state. sigma and options may be NULL; n may be 0. t(n), y(n), sigma(n),
+    ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
+    ! streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. t(n), y(n), sigma(n),
     ! power(nf).
     subroutine periodogram_batch(f0, df, t, y, power, sigma, options, stat, errmsg)
         real(c_double), intent(in) :: f0, df

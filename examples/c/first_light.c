@@ -28,10 +28,12 @@ int main(int argc, char **argv) {
     check(toliman_cae_create(sim, info.seed, NULL, &cae));
     check(toliman_cae_train(cae, NULL, NULL));
 
-    /* Frequencies from 1.5 cycles in the whole series up to one cycle in two frames. */
-    const double frames = (double)info.frames;
+    /* Frequencies from 1.5 cycles in the whole series up to one cycle in two frames, a day apart. */
+    double f0, df;
+    int64_t nf;
     toliman_period *period = NULL;
-    check(toliman_period_create(1.5 / frames, 0.1 / frames, (int64_t)(5 * info.frames - 14), NULL, &period));
+    check(toliman_period_suggest(NULL, NULL, NULL, 0, (double)info.frames, &f0, &df, &nf, NULL));
+    check(toliman_period_create(f0, df, nf, NULL, &period));
 
     double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
     if (image == NULL)

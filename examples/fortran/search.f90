@@ -9,21 +9,18 @@ program search
     type(toliman_period_options) :: options
     type(toliman_period_peak) :: peak, fit
     real(c_double), allocatable :: t(:), y(:), sigma(:)
-    real(c_double) :: span
+    real(c_double) :: f0, df
+    integer(c_int64_t) :: nf
     character(len=500) :: path, errmsg
     integer :: stat
 
     call get_command_argument(1, path)
     call read_series(trim(path), t, y, sigma)
 
-    ! Periods from two days to two thirds of the time span, ten frequencies to a peak. What is fixed for the life of
-    ! the sums: the time that they are counted from, and the sigmas to come.
-    span = maxval(t) - minval(t)
+    ! The frequencies and options that suit these samples.
     call toliman_period_options_init(options, c_sizeof(options))
-    options%time_offset = t(1)
-    options%sigma_floor = minval(sigma)
-    options%sigma_ceiling = maxval(sigma)
-    call periodogram%create(1.5d0/span, 0.1d0/span, int(5*span, c_int64_t) - 14, options)
+    call periodogram%suggest(0d0, f0, df, nf, t, y, sigma, options)
+    call periodogram%create(f0, df, nf, options)
 
     ! With stat= the program goes on and sees for itself; without it a failure ends it with the library's message.
     call periodogram%push_many(t, y, sigma, stat, errmsg)

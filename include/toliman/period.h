@@ -2,9 +2,9 @@
  *
  * Data flow (functions toliman_period_...)
  *
- *   f0, df, nf -> create      state bytes -> load, load_file
- *   (options_init)  |                         |
- *                   +-----------+-------------+
+ *   suggest -> f0, df, nf -> create      state bytes -> load, load_file
+ *            (options_init)     |                        |
+ *                               +------------------------+
  *                               v
  *                        toliman_period  <- push, push_many, push_pair, push_ns  <- t, y, sigma
  *                               |        <- merge                                <- toliman_period of other shards
@@ -23,21 +23,18 @@
  * Weights      1/sigma^2.
  * Power        1 - (residual of the model)/(residual of the mean alone): in [0, 1], astropy's "standard".
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
- *              For N samples that span T, the step s between them included: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s) miss
- *              no peak.
+ *              toliman_period_suggest gives those that miss no peak.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
  * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE within 1e-13 + 6e-16/sqrt(l) +
  *              1e-28 (1 + m) N/(W l): N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by
  *              which the mean is away from value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance
  *              of cos and sin 2 pi f t. It is near 1/2 for ordinary times and sigmas, so that the power has 14 digits;
  *              it is small, (f T)^4 or so, below half a cycle in the time span T, and likewise where f leaves samples
- *              of short nights, or even ones near an alias, to a small part of a cycle.
- *              toliman_period_query_sampling says whether it is too small for narrow sums.
+ *              of short nights, or even ones near an alias, to a small part of a cycle: query_sampling tells.
  *              Cosine and sine count as coincident, and only one of them is fitted, where l is below 1e-25 (narrow
  *              sums: 1e-17) of the sum of both eigenvalues or below 2e-30 N/W + 4e-31 (narrow sums: 5e-16 N/W + 4e-16).
  *              Where the bound exceeds 1e-3, as it does there, results have the flag TOLIMAN_PERIOD_INACCURATE.
- *              Queries refuse values that scatter too little for value_bound and the sigmas to have 12 digits
- *              (TOLIMAN_E_RANGE).
+ *              TOLIMAN_E_RANGE for values that scatter too little for value_bound and the sigmas to have 12 digits.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -81,15 +78,12 @@ typedef struct toliman_period_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T is
- * the time span with one step included and s the median step between different times. y and sigma may be NULL.
- *   mission_span = 0  these are all samples: T is theirs, the bounds of values and sigmas are theirs.
- *   mission_span > 0  more samples are to come: T is mission_span (in units of t) if that is larger, values may spread
- *                     2^20 times as far, sigmas be 8 times smaller and 4 times larger. With n = 0, s is one unit of t.
- * Sets *f0, *df, *nf, and *options (may be NULL; struct_size must be set): TOLIMAN_PERIOD_WIDE, time_offset the first
- * time, value_offset the median value, value_bound, sigma_floor and sigma_ceiling. Members that may be changed before
- * toliman_period_create: all. TOLIMAN_E_ARGUMENT for numbers that are not finite or sigma <= 0; TOLIMAN_E_STATE for
- * fewer than two different times; TOLIMAN_E_RANGE if the grid would have more than 2e6 frequencies. Since 0.2. */
+/* Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s the
+ * median step between different times. y, sigma and options may be NULL; options->struct_size must be set.
+ * mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span, whose
+ * values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0, s is 1.
+ * *options gets wide sums and the offsets and bounds of these samples. TOLIMAN_E_ARGUMENT for numbers that are not
+ * finite or sigma <= 0; TOLIMAN_E_STATE for one time only; TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const double *t, const double *y,
                                                                      const double *sigma, size_t n, double mission_span,
                                                                      double *f0, double *df, int64_t *nf,
@@ -186,11 +180,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 #define TOLIMAN_POWER_LOG 2      /* -ln(R/R0) */
 #define TOLIMAN_POWER_PSD 3      /* (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1 */
 
-/* Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
- * 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
- * every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
- * series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
- * leave out frequencies far below one cycle in the time span. */
+/* Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
+ * its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
+ * where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13. */
 #define TOLIMAN_PERIOD_INACCURATE 8u
 
 /* Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
@@ -280,9 +272,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 
 /* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
  * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL. */
-#define TOLIMAN_FAP_BALUEV                                                                                             \
-    0                        /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it   \
-                              */
+#define TOLIMAN_FAP_BALUEV 0 /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it */
 #define TOLIMAN_FAP_NAIVE 1  /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
 #define TOLIMAN_FAP_SINGLE 2 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
 /* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
@@ -362,8 +352,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
- * impossible content: before 1.0 only this version's bytes load. allocator may be NULL. The caller destroys *out. Since
- * 0.1. */
+ * impossible content: before 1.0 only this version's bytes load. allocator may be NULL. Destroy *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   const toliman_allocator *allocator,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -379,9 +368,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const cha
 /* How toliman_period_batch works. Since 0.1. */
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, default 0 */
-    double
-        tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13 */
+    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, default 0 */
+    double tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13 */
     uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
@@ -391,19 +379,17 @@ typedef struct toliman_period_batch_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of a
- * streaming periodogram, there is no state. sigma and options may be NULL; n may be 0. Every power is within the
- * tolerance of the exact one, whatever the times, values and sigmas: a non-uniform FFT gives sums of known error, from
- * which the error of each power follows, and powers that are not good enough (few cycles in the time span, cosine and
- * sine that nearly coincide, weights of very different size) are repeated by compensated direct sums, or where these
- * cancel by exact ones. Small archives are summed directly, as is quicker. Special cases are as of query_power: the
- * power is 0 for constant values and 1 for as many free parameters as samples, and where the smaller eigenvalue of
- * cosine and sine is below 1e-17 of both they coincide. Memory while it runs: 35 bytes a sample and 170 a frequency, 20
- * more on each further thread up to six; 225 more a frequency if exact sums are needed. Same input, same bits on one
- * kind of processor: FFTW's last bits differ between kinds, those of direct sums do not. TOLIMAN_E_ARGUMENT for what is
- * not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for another tolerance, |t| above 1e100, |y| above 1e300,
- * phases of more than 2^50 cycles, and where exact sums are needed but sigmas differ by more than 1e8;
- * TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all. Since 0.1. */
+/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
+ * streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. Every power is within the
+ * tolerance of the exact one: a non-uniform FFT gives sums of known error, and powers that are not good enough are
+ * computed again by compensated direct sums, or where these cancel by exact ones; small archives are summed directly.
+ * Special cases are as of query_power, but cosine and sine coincide where the smaller eigenvalue is below 1e-17 of
+ * both. Memory while it runs: 35 bytes per sample and 170 per frequency, 20 more on each further thread up to six; 225
+ * more per frequency if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last bits differ
+ * between kinds. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for
+ * another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cycles, n beyond all memory, and where
+ * exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
+ * a whole or not at all. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

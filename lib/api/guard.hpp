@@ -42,7 +42,7 @@ inline void required(const void *pointer, const char *name) {
 // An array argument of `count` elements of `bytes` each: no more than memory can hold, and not NULL unless it is empty.
 inline void required_array(const void *pointer, size_t count, size_t bytes, const char *name) {
     if (count > PTRDIFF_MAX / bytes)
-        fail(Status::argument, "%s: %zu elements of %zu bytes: more than memory can hold", name, count, bytes);
+        fail(Status::range, "%s: %zu elements of %zu bytes: does not fit in memory", name, count, bytes);
     if (count > 0)
         required(pointer, name);
 }

@@ -13,6 +13,7 @@ from astropy.timeseries import LombScargle
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
 from toliman import AccuracyWarning, Error, Periodogram, suited_grid  # noqa: E402
 
 t = numpy.arange(200.0)
@@ -120,6 +121,25 @@ class Arguments(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "time_offset_ns = "):
             Periodogram(**GRID, time_offset_ns=2**64)
 
+    def test_period_in_one_call(self):
+        """Against astropy on the same grid, and the fit of a Periodogram."""
+        random = numpy.random.default_rng(3)
+        t = 2460000 + numpy.sort(random.uniform(0, 200, 150))
+        dy = random.uniform(0.5, 2, t.size)
+        y = 40 + 3 * numpy.sin(2 * numpy.pi * t / 17.3) + random.normal(0, dy)
+        found = toliman.period(t, y, dy)
+        self.assertLess(abs(found.period - 17.3), 4 * found.period_error)
+        self.assertLess(found.log10_fap, -20)
+        grid = suited_grid(t)
+        power = LombScargle(t, y, dy).power(grid.f0 + grid.df * numpy.arange(grid.nf))
+        best = grid.f0 + grid.df * int(power.argmax())
+        self.assertLess(abs(found.frequency - best), grid.df)
+        self.assertFalse(toliman.period(t, y).at_edge)
+        with self.assertRaises(toliman.StateError):
+            toliman.period([1, 1, 1], [1, 2, 3])
+        with self.assertRaises(ValueError):
+            toliman.period(t, y, -dy)
+
     def test_suited_grid(self):
         """As the program's for the same times."""
         for times in (numpy.arange(1095.0), numpy.sort(numpy.random.default_rng(1).uniform(0, 50, 70))):
@@ -132,9 +152,10 @@ class Arguments(unittest.TestCase):
             self.assertAlmostEqual(grid.f0 / told["grid"]["f0"], 1, delta=1e-15)
             self.assertAlmostEqual(grid.df / told["grid"]["df"], 1, delta=1e-15)
             Periodogram(*grid).close()
-        for bad in ([1.0], [2.0, 2.0], [0, numpy.nan]):
-            with self.assertRaisesRegex(ValueError, "t: must"):
+        for bad, why in (([1.0], "t: two different times"), ([2.0, 2.0], "t: two different times"), ([0, numpy.nan], "t = nan")):
+            with self.assertRaisesRegex(Error, why):
                 suited_grid(bad)
+        self.assertEqual(suited_grid([], 1095), suited_grid(numpy.arange(1095.0)))
 
     def test_bootstrap_tells_its_progress(self):
         seen = []

@@ -10,7 +10,7 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
-from toliman import REASONS, VERDICTS, Error, Frame, InputError, Periodogram, Tracker  # noqa: E402
+from toliman import REASONS, VERDICTS, Error, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
 
 DAY = 86400 * 10**9
 GRID = (0.01, 0.001, 400)
@@ -163,7 +163,8 @@ class Pushing(unittest.TestCase):
 
     def test_closing_while_it_works(self):
         def estimate(image):
-            ours.close()
+            with self.assertRaisesRegex(StateError, "in use by"):  # its frames cannot be committed now
+                ours.close()
             return 1.0
         ours = tracker(estimate)
         self.assertEqual(ours.push(frame_of(1)).value, 1.0)

@@ -199,6 +199,12 @@ static toliman_status inits(attempt *a) {
     toliman_period_batch_options_init((void *)(a->out + 512), sizeof(toliman_period_batch_options));
     return TOLIMAN_OK;
 }
+static toliman_status suggest(attempt *a) {
+    toliman_period_options options = {.struct_size = sizeof options};
+    fill();
+    return toliman_period_suggest(t, y, NULL, SAMPLES, 0, (double *)a->out, (double *)(a->out + 8),
+                                  (int64_t *)(a->out + 16), &options);
+}
 static toliman_status get_info(attempt *a) {
     return toliman_period_get_info(samples(), (void *)a->out);
 }
@@ -296,6 +302,7 @@ static const scenario all[] = {
     ON_ONE(reset),
     LOOKS(count, 0),
     {.function = "toliman_period_options_init", .call = inits},
+    {.function = "toliman_period_suggest", .call = suggest},
     {.function = "toliman_period_bootstrap_options_init", .call = inits},
     {.function = "toliman_period_batch_options_init", .call = inits},
     LOOKS(get_info, sizeof(toliman_period_info)),

@@ -80,7 +80,8 @@ static void a_search_with_it(void **state) {
 
 static void what_is_refused(void **state) {
     (void)state;
-    const double t[] = {1, 2, 3}, same[] = {1, 1, 1}, bad[] = {1, NAN, 2}, none[] = {1, 0, 1}, far[] = {0, 1e-9, 2e-9, 1e9};
+    const double t[] = {1, 2, 3}, same[] = {1, 1, 1}, bad[] = {1, NAN, 2}, none[] = {1, 0, 1},
+                 far[] = {0, 1e-9, 2e-9, 1e9};
     const double wide[] = {1e-5, 1, 1e5};
     Suggestion s = {.f0 = -1, .nf = -1};
     assert_fails(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "two different times are needed");

@@ -105,6 +105,11 @@ def function(model, item):
             f"        {quoted(item.doc, 0)},\n    ),\n")
 
 
+def objects_of(item, handles):
+    """The arguments of a function that are objects."""
+    return [argument for argument in item.arguments if argument.type.base in handles and argument.type.pointers == 1]
+
+
 def write(model):
     """The whole file."""
     text, functions, before = HEAD, "", Constant
@@ -122,5 +127,12 @@ def write(model):
         heading = type(item) is Constant and item.heading
         text += ("\n" if heading or type(item) is not before else "") + part
         before = type(item)
-    text += "\n\n# name: (type of the result, ((argument, its type), ...), comment)\nFUNCTIONS = {\n" + functions + "}\n"
+    handles = {item.name for item in model.items if isinstance(item, Handle)}
+    text += "\n\n# Functions of objects: whether they change the object which is their first argument.\nOF_OBJECTS = {\n"
+    for item in model.items:
+        objects = objects_of(item, handles) if isinstance(item, Function) else []
+        if objects:
+            text += f'    "{item.name}": {item.arguments[0] in objects and not item.arguments[0].type.const},\n'
+    text += "}\n"
+    text += "\n# name: (type of the result, ((argument, its type), ...), comment)\nFUNCTIONS = {\n" + functions + "}\n"
     return re.sub(r"\n{4,}", "\n\n\n", text + TAIL)

@@ -20,22 +20,23 @@ Remarks of the library go to Python's logging under the name "toliman". Objects 
 
 toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.
 """
-from ._library import (Cancelled, Error, InputError, NoMemoryError, NotFoundError, UnsupportedError, WriteError,
-                       abi_version, library_path, version)
+from ._library import (Cancelled, CapacityError, Error, InputError, NoMemoryError, NotFoundError, StateError,
+                       UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PeriodogramInfo, Plan,
                        Sampling, SceneInfo, Stream, TrackInfo, Training)
 from .cae import CAE, Reconstruction
 from .linear import Components, Template
 from .machine import blas_speed, machine
-from .period import AccuracyWarning, Grid, Peak, Periodogram, batch, suited_grid
+from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
 from .track import REASONS, VERDICTS, Frame, Tracker
 
 __version__ = version()
 __all__ = [
-    "AccuracyWarning", "CAE", "Cancelled", "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Frame", "Grid",
-    "InputError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Peak", "Periodogram",
-    "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "Stream",
-    "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch",
-    "blas_speed", "library_path", "machine", "plan", "shipped_scenes", "suited_grid", "version",
+    "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
+    "Error", "Frame", "Grid", "InputError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError",
+    "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling",
+    "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training",
+    "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine",
+    "period", "plan", "shipped_scenes", "suited_grid", "version",
 ]

@@ -7,6 +7,7 @@ import typing
 import weakref
 
 from . import _raw
+from ._gate import Gate
 from ._library import check, library
 from ._shown import Result
 
@@ -23,7 +24,8 @@ Self = typing.TypeVar("Self", bound="Handle")
 
 class Handle:
     """Owns a C object; close(), a with statement or the garbage collector frees it, at the end of the calls that run in
-    other threads. One thread at a time, but for calls that change nothing; long calls let other threads run."""
+    other threads. Threads may share it: a call that changes it waits until others end, and these wait for it. A call from
+    a callback of its own call does not wait: it fails, unless both only read."""
 
     _kind: type  # of _raw
     _end: str = ""  # the C function that frees it; none of what belongs to another object
@@ -45,13 +47,14 @@ class Handle:
         """The pointer that a create or load function of C gives as its last argument. It owns the object: calls hold it,
         and so do the pointers of objects that need this one. keep: what must live as long."""
         made: typing.Any = ctypes.POINTER(cls._kind)()
+        made.gate = Gate()
         check(create(*arguments, ctypes.byref(made)))
         if cls._end:
             address = ctypes.c_void_p.from_buffer(made).value or 0  # cast() would make it refer to itself
             finalizer = weakref.finalize(made, _free, cls._end, cls._kind, address, keep)
             finalizer.atexit = cls._kind is _raw.toliman_track  # others may be at work in daemon threads
         else:
-            made.keep = keep
+            made.keep, made.gate = keep, getattr(keep, "gate", made.gate)
         return made
 
     @property

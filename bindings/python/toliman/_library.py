@@ -5,9 +5,11 @@ import ctypes
 import os
 import pathlib
 import sys
+import types
 import typing
 
 from . import _raw
+from ._gate import gated
 
 SONAME = f"libtoliman.so.{_raw.TOLIMAN_VERSION_MAJOR}.{_raw.TOLIMAN_VERSION_MINOR}"
 
@@ -47,11 +49,20 @@ class UnsupportedError(Error, NotImplementedError):
     """Valid, but this version cannot do it."""
 
 
+class StateError(Error, RuntimeError):
+    """The object is not ready for this call: too few samples, nothing trained yet, or in use by another call."""
+
+
+class CapacityError(Error):
+    """A capacity that was fixed when the object was made is used up."""
+
+
 class Cancelled(Error):
     """The progress callback asked to stop."""
 
 
-for _kind in (Error, InputError, NotFoundError, WriteError, NoMemoryError, UnsupportedError, Cancelled):
+for _kind in (Error, InputError, NotFoundError, WriteError, NoMemoryError, UnsupportedError, StateError, CapacityError,
+              Cancelled):
     _kind.__module__ = "toliman"  # as who catches them writes it
 
 _KINDS: dict[int, type[Error]] = {
@@ -65,6 +76,8 @@ _KINDS: dict[int, type[Error]] = {
     _raw.TOLIMAN_E_CANCELLED: Cancelled,
     _raw.TOLIMAN_E_RANGE: InputError,
     _raw.TOLIMAN_E_MISMATCH: InputError,
+    _raw.TOLIMAN_E_CAPACITY: CapacityError,
+    _raw.TOLIMAN_E_STATE: StateError,
 }
 
 
@@ -125,7 +138,17 @@ def _fit(found: ctypes.CDLL) -> ctypes.CDLL:
     return found
 
 
-library = _fit(_load())
+_found = _fit(_load())
+
+
+def _functions() -> types.SimpleNamespace:
+    """Functions of the library; those of objects wait for their turn."""
+    made = {name: getattr(_found, name) for name in _raw.FUNCTIONS}
+    made.update((name, gated(made[name], changes)) for name, changes in _raw.OF_OBJECTS.items())
+    return types.SimpleNamespace(**made)
+
+
+library = _functions()
 
 
 def version() -> str:
@@ -140,4 +163,4 @@ def abi_version() -> int:
 
 def library_path() -> str:
     """Where the library was found; a bare name is one that the system found."""
-    return library._name
+    return _found._name

@@ -10,6 +10,7 @@ import time
 import typing
 
 from . import _raw
+from ._gate import in_callback
 from ._library import Cancelled, check
 
 # Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; a true answer stops.
@@ -91,7 +92,8 @@ class Watch:
         """Code of the caller's that C calls. C cannot carry what it raises: check() raises the first of it again."""
         try:
             self._outside = True
-            return work(*arguments)
+            with in_callback():
+                return work(*arguments)
         except BaseException as raised:
             self._raised = self._raised or raised
             return _raw.TOLIMAN_E_CANCELLED

@@ -645,11 +645,9 @@ TOLIMAN_POWER_MODEL = 1  # R0/R - 1
 TOLIMAN_POWER_LOG = 2  # -ln(R/R0)
 TOLIMAN_POWER_PSD = 3  # (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
 
-# Flag of a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds
-# 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of
-# every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even
-# series have one phase there. The bound is computed from the sums. TOLIMAN_PERIOD_WIDE lessens it by 1e13; otherwise
-# leave out frequencies far below one cycle in the time span.
+# Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
+# its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
+# where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
 TOLIMAN_PERIOD_INACCURATE = 8
 
 
@@ -736,7 +734,7 @@ class toliman_period_peak(Sized):
 
 # False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
 # Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL.
-TOLIMAN_FAP_BALUEV = 0  # somewhere on the grid: an upper bound, nearly reached. For one query; peaks carry it
+TOLIMAN_FAP_BALUEV = 0  # somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
 TOLIMAN_FAP_NAIVE = 1  # the same, were there just f T independent frequencies. Too small: at 0.01 by 3
 TOLIMAN_FAP_SINGLE = 2  # at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
 
@@ -794,7 +792,7 @@ class toliman_period_sampling(Sized):
 class toliman_period_batch_options(Sized):
     """How toliman_period_batch works. Since 0.1.
     flags: TOLIMAN_PERIOD_FIXED_MEAN, default 0
-    tolerance: of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, which see to 1e-13
+    tolerance: of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL"""
 
@@ -1098,6 +1096,83 @@ class toliman_track_stream(Sized):
         ("roi", c_char * 72),
     ]
 
+
+# Functions of objects: whether they change the object which is their first argument.
+OF_OBJECTS = {
+    "toliman_sim_destroy": True,
+    "toliman_sim_get_info": False,
+    "toliman_sim_get_plan": False,
+    "toliman_sim_get_name": False,
+    "toliman_sim_get_series": False,
+    "toliman_sim_get_image": False,
+    "toliman_sim_get_pupil": False,
+    "toliman_sim_get_spectrum": False,
+    "toliman_sim_get_plate_scale": False,
+    "toliman_sim_get_offsets": False,
+    "toliman_sim_propagate": False,
+    "toliman_sim_expect": False,
+    "toliman_sim_frame": False,
+    "toliman_sim_frame_many": False,
+    "toliman_cae_create": False,
+    "toliman_cae_destroy": True,
+    "toliman_cae_train": True,
+    "toliman_cae_get_train_options": False,
+    "toliman_cae_get_info": False,
+    "toliman_cae_encode": False,
+    "toliman_cae_encode_many": False,
+    "toliman_cae_decode": False,
+    "toliman_cae_get_target": False,
+    "toliman_cae_reconstruct": False,
+    "toliman_cae_save": False,
+    "toliman_cae_save_file": False,
+    "toliman_linear_create": False,
+    "toliman_linear_destroy": True,
+    "toliman_linear_encode": False,
+    "toliman_linear_get_sigma": False,
+    "toliman_linear_create_components": False,
+    "toliman_linear_destroy_components": True,
+    "toliman_linear_push_frame": True,
+    "toliman_linear_reset_components": True,
+    "toliman_linear_train_components": True,
+    "toliman_linear_get_series": False,
+    "toliman_linear_get_components_info": False,
+    "toliman_period_destroy": True,
+    "toliman_period_push": True,
+    "toliman_period_push_many": True,
+    "toliman_period_push_pair": True,
+    "toliman_period_push_ns": True,
+    "toliman_period_retract": True,
+    "toliman_period_retract_pair": True,
+    "toliman_period_retract_ns": True,
+    "toliman_period_retract_many": True,
+    "toliman_period_merge": True,
+    "toliman_period_copy": False,
+    "toliman_period_reset": True,
+    "toliman_period_count": False,
+    "toliman_period_get_info": False,
+    "toliman_period_query_power": False,
+    "toliman_period_query_model": False,
+    "toliman_period_query_peak": False,
+    "toliman_period_query_peaks": False,
+    "toliman_period_query_fit": False,
+    "toliman_period_query_fap": False,
+    "toliman_period_query_level": False,
+    "toliman_period_query_bootstrap": False,
+    "toliman_period_query_sampling": False,
+    "toliman_period_save": False,
+    "toliman_period_save_file": False,
+    "toliman_track_destroy": True,
+    "toliman_track_push": True,
+    "toliman_track_commit": True,
+    "toliman_track_save": True,
+    "toliman_track_merge": True,
+    "toliman_track_get_lines": False,
+    "toliman_track_get_info": False,
+    "toliman_track_get_streams": False,
+    "toliman_track_get_clock": False,
+    "toliman_track_get_period": False,
+    "toliman_track_query_fit": False,
+}
 
 # name: (type of the result, ((argument, its type), ...), comment)
 FUNCTIONS = {
@@ -1582,15 +1657,12 @@ TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
             ("nf", POINTER(c_int64)),
             ("options", POINTER(toliman_period_options)),
         ),
-        """Suggests a grid and options for the samples t[n], y[n], sigma[n]: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), where T is
-the time span with one step included and s the median step between different times. y and sigma may be NULL.
-  mission_span = 0  these are all samples: T is theirs, the bounds of values and sigmas are theirs.
-  mission_span > 0  more samples are to come: T is mission_span (in units of t) if that is larger, values may spread
-                    2^20 times as far, sigmas be 8 times smaller and 4 times larger. With n = 0, s is one unit of t.
-Sets *f0, *df, *nf, and *options (may be NULL; struct_size must be set): TOLIMAN_PERIOD_WIDE, time_offset the first
-time, value_offset the median value, value_bound, sigma_floor and sigma_ceiling. Members that may be changed before
-toliman_period_create: all. TOLIMAN_E_ARGUMENT for numbers that are not finite or sigma <= 0; TOLIMAN_E_STATE for
-fewer than two different times; TOLIMAN_E_RANGE if the grid would have more than 2e6 frequencies. Since 0.2.""",
+        """Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s the
+median step between different times. y, sigma and options may be NULL; options->struct_size must be set.
+mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span, whose
+values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0, s is 1.
+*options gets wide sums and the offsets and bounds of these samples. TOLIMAN_E_ARGUMENT for numbers that are not
+finite or sigma <= 0; TOLIMAN_E_STATE for one time only; TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -1851,8 +1923,7 @@ merge of other references, which is not exact. Since 0.1.""",
             ("out", POINTER(POINTER(toliman_period))),
         ),
         """Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
-impossible content: before 1.0 only this version's bytes load. allocator may be NULL. The caller destroys *out. Since
-0.1.""",
+impossible content: before 1.0 only this version's bytes load. allocator may be NULL. Destroy *out. Since 0.1.""",
     ),
     "toliman_period_save_file": (
         c_int32, (("period", POINTER(toliman_period)), ("path", c_char_p)),
@@ -1884,19 +1955,17 @@ reads the header first, and no more of a file that has not the size it tells. Si
             ("options", POINTER(toliman_period_batch_options)),
             ("power", POINTER(c_double)),
         ),
-        """Power of an archive of n samples at f0 + k df, k < nf, into power[nf]: model, weights and grid are those of a
-streaming periodogram, there is no state. sigma and options may be NULL; n may be 0. Every power is within the
-tolerance of the exact one, whatever the times, values and sigmas: a non-uniform FFT gives sums of known error, from
-which the error of each power follows, and powers that are not good enough (few cycles in the time span, cosine and
-sine that nearly coincide, weights of very different size) are repeated by compensated direct sums, or where these
-cancel by exact ones. Small archives are summed directly, as is quicker. Special cases are as of query_power: the
-power is 0 for constant values and 1 for as many free parameters as samples, and where the smaller eigenvalue of
-cosine and sine is below 1e-17 of both they coincide. Memory while it runs: 35 bytes a sample and 170 a frequency, 20
-more on each further thread up to six; 225 more a frequency if exact sums are needed. Same input, same bits on one
-kind of processor: FFTW's last bits differ between kinds, those of direct sums do not. TOLIMAN_E_ARGUMENT for what is
-not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for another tolerance, |t| above 1e100, |y| above 1e300,
-phases of more than 2^50 cycles, and where exact sums are needed but sigmas differ by more than 1e8;
-TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as a whole or not at all. Since 0.1.""",
+        """Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
+streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. Every power is within the
+tolerance of the exact one: a non-uniform FFT gives sums of known error, and powers that are not good enough are
+computed again by compensated direct sums, or where these cancel by exact ones; small archives are summed directly.
+Special cases are as of query_power, but cosine and sine coincide where the smaller eigenvalue is below 1e-17 of
+both. Memory while it runs: 35 bytes per sample and 170 per frequency, 20 more on each further thread up to six; 225
+more per frequency if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last bits differ
+between kinds. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for
+another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cycles, n beyond all memory, and where
+exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
+a whole or not at all. Since 0.1.""",
     ),
     "toliman_track_reason_name": (
         c_char_p, (("reason", c_int32),),

@@ -178,7 +178,7 @@ class Model(Result):
     amplitude_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     phase_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     offset_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    inaccurate: bool = told("a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even series have one phase there. The bound is computed from the sums. wide lessens it by 1e13; otherwise leave out frequencies far below one cycle in the time span.", flag=8)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
 
 
 @result
@@ -201,7 +201,7 @@ class Peak(Result):
     period_error: float = told("frequency_error/frequency^2: the standard error of the period; NaN as above")
     at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=1)
     alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=2)
-    inaccurate: bool = told("a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even series have one phase there. The bound is computed from the sums. wide lessens it by 1e13; otherwise leave out frequencies far below one cycle in the time span.", flag=8)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
 
 
 @result
@@ -215,7 +215,7 @@ class Sampling(Result):
     coarse: bool = told("df > coarsest_df: peaks may pass between two frequencies unseen", flag=1)
     past_ceiling: bool = told("the grid goes beyond ceiling, where even samples repeat what is below", flag=2)
     narrow: bool = told("At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=4)
-    inaccurate: bool = told("a peak, of a model and of toliman_period_sampling: the error bound of the power (Accuracy, above) exceeds 1e-3. Of a peak and of a model it tells of the power at their grid point. Of toliman_period_sampling it tells of every frequency above 0 of the grid; multiples of 1/(2 step) (to 1e-9) do not count, since the samples of an even series have one phase there. The bound is computed from the sums. wide lessens it by 1e13; otherwise leave out frequencies far below one cycle in the time span.", flag=8)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
 
 
 @result

@@ -13,7 +13,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import NotFoundError, above, check, library
+from ._library import NotFoundError, above, check, library, library_path
 from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, whole
 from ._handle import Handle
 from ._log import log
@@ -38,7 +38,7 @@ class Spectrum(typing.NamedTuple):
 def shipped_scenes() -> list[pathlib.Path]:
     """The scenes that come with the library; a scene is found by its name alone where there is no such file."""
     shared = pathlib.Path("share", "toliman", "scenes")
-    library_prefix = pathlib.Path(library._name).resolve().parent.parent
+    library_prefix = pathlib.Path(library_path()).resolve().parent.parent
     folders = [above(4) / shared, above(3) / "examples" / "scenes", library_prefix / shared, "/usr" / shared,
                "/usr/local" / shared]
     return next((sorted(folder.glob("*.json")) for folder in folders if folder.is_dir()), [])

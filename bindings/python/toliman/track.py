@@ -20,7 +20,7 @@ from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
 from .cae import CAE
 from .linear import Template
-from .period import Peak, View, warn_if_inaccurate
+from .periodogram import Peak, View, warn_if_inaccurate
 
 # What makes a number of an image [row][column]: a network, a template, or a function.
 Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
@@ -66,7 +66,7 @@ class Tracker(Handle):
     are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the
     ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
-    lines), frame or none. threads work on the frames of one push_many. One thread at a time.
+    lines), frame or none. threads work on the frames of one push_many.
     Damage to the folder that can be done without is told to Python's logging as "toliman".
     """
 

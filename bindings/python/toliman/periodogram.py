@@ -66,20 +66,39 @@ class Grid(typing.NamedTuple):
     nf: int
 
 
-def suited_grid(t: ArrayLike) -> Grid:
-    """The grid that suits times t, as the program's: 1.5/T, steps of 0.1/T, up to 1/(2 median step), T the time span and
-    a median step.
+def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
+    """The grid that suits times t: 1.5/T, steps of 0.1/T, up to 1/(2 median step), T the time span and a median step, or
+    mission_span, where more samples are to come.
 
         grid = suited_grid(t)
         with Periodogram(*grid) as periodogram: ...
     """
-    times = numpy.unique(plain("t", t))
-    if len(times) < 2 or not numpy.isfinite(times).all():
-        raise ValueError("t: must have two different times, and be finite")
-    step = float(numpy.median(numpy.diff(times)))
-    span = float(times[-1] - times[0]) + step
-    f0, df = 1.5 / span, 0.1 / span
-    return Grid(f0, df, max(1, int((0.5 / step - f0) / df * (1 + 1e-12)) + 1))
+    return _suggested(plain("t", t), None, None, mission_span)[0]
+
+
+def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
+               mission_span: float) -> tuple[Grid, typing.Any]:
+    """A grid and options for samples."""
+    f0, df, nf = ctypes.c_double(), ctypes.c_double(), ctypes.c_int64()
+    options = _raw.toliman_period_options()
+    check(library.toliman_period_suggest(pointer(t), pointer(y), pointer(sigma), t.size, real("mission_span", mission_span),
+                                         ctypes.byref(f0), ctypes.byref(df), ctypes.byref(nf), ctypes.byref(options)))
+    return Grid(f0.value, df.value, nf.value), options
+
+
+def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
+    """The period of samples t, y with standard errors dy, by least squares from the highest peak on the grid that suits
+    them, with its false alarm probability.
+
+        print(toliman.period(t, y, dy))
+    """
+    times, values, sigmas = _series(t, y, dy)
+    grid, options = _suggested(times, values, sigmas, 0.0)
+    with Periodogram(*grid, time_offset=options.time_offset, value_offset=options.value_offset,
+                     value_bound=options.value_bound, sigma_floor=options.sigma_floor,
+                     sigma_ceiling=options.sigma_ceiling, wide=True) as periodogram:
+        periodogram.push_many(times, values, sigmas)
+        return periodogram.fit(times, values, sigmas)
 
 
 def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,

@@ -1,0 +1,84 @@
+"""Threads in one object: none is lost, none is wrong, and nobody waits for ever."""
+import pathlib
+import sys
+import threading
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings/python"))
+import numpy  # noqa: E402
+
+from toliman import Frame, Periodogram, StateError, Tracker  # noqa: E402
+
+GRID = (0.01, 0.0005, 20000)
+THREADS, SAMPLES = 4, 150
+
+
+def in_threads(work):
+    raised = []
+
+    def run(number):
+        try:
+            work(number)
+        except BaseException as error:  # noqa: B902
+            raised.append(error)
+
+    threads = [threading.Thread(target=run, args=(number,)) for number in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    if any(thread.is_alive() for thread in threads):
+        raise AssertionError("a thread waits for ever")
+    if raised:
+        raise raised[0]
+
+
+class Threads(unittest.TestCase):
+    def test_pushes_are_those_of_one_thread(self):
+        t = numpy.arange(THREADS * SAMPLES, dtype=float)
+        y = numpy.sin(t)
+        for _ in range(6):
+            with Periodogram(*GRID) as shared, Periodogram(*GRID) as alone:
+                def push(number, shared=shared):
+                    for k in range(number, len(t), THREADS):
+                        shared.push(t[k], y[k])
+                        if k % 40 == 0:
+                            self.assertGreater(shared.info.count, 0)
+
+                in_threads(push)
+                alone.push_many(t, y)
+                self.assertEqual(shared.info.count, len(t))
+                self.assertEqual(shared.to_bytes(), alone.to_bytes())
+
+    def test_merges_of_each_other_do_not_wait_for_each_other(self):
+        with Periodogram(0.1, 0.1, 2000) as a, Periodogram(0.1, 0.1, 2000) as b:
+            a.push(1, 1)
+
+            def merge(number):
+                for _ in range(10):
+                    (a if number % 2 else b).merge(b if number % 2 else a)
+                    (a if number % 2 else b).reset()
+
+            in_threads(merge)
+
+    def test_a_callback_is_refused_what_its_call_excludes(self):
+        seen = []
+
+        def estimate(image):
+            for ask in (lambda: tracker.info, lambda: tracker.period.info):
+                with self.assertRaises(StateError) as caught:
+                    ask()
+                seen.append(str(caught.exception))
+            return float(image[0, 0])
+
+        tracker = Tracker(estimate, 0.1, 0.1, 5, sigma=1, rows=4, cols=4, hole_bytes=0, estimator_id=1, threads=2)
+        frames = [Frame(numpy.full((4, 4), k + 1, numpy.uint16), k, k * 10**9) for k in range(4)]
+        outcomes = tracker.push_many(frames)
+        self.assertEqual([outcome.verdict for outcome in outcomes], ["accepted"] * 4)
+        self.assertEqual(len(seen), 8)
+        self.assertIn("in use by another thread", seen[0])
+        self.assertEqual(tracker.info.accepted, 4)
+
+
+if __name__ == "__main__":
+    unittest.main()
