@@ -1,6 +1,6 @@
 // toliman-mpi: frames of a scene over the ranks of a job, and one exact periodogram of them all.
-#include <CLI/App.hpp>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <sstream>
 
@@ -9,6 +9,7 @@
 #include "common/output.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
+#include "options/help.hpp"
 #include "options/seed.hpp"
 #include "options/suggest.hpp"
 #include "ranks.hpp"
@@ -41,6 +42,7 @@ struct Options {
 // The text where the command line asks for --help or --version, and empty otherwise.
 std::string parse(int argc, char **argv, Options &options) {
     CLI::App app(kDescription, "toliman-mpi");
+    app.formatter(std::make_shared<HelpFormatter>());
     app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
     add_scene(app, options.scene);
     CLI::Option *seed = add_seed(app, options.seed, "seed of the noise, default the scene's");

@@ -41,8 +41,8 @@ The first file's grid and references stay. With equal ones the result has the bi
 would give, in any shards and order; others of the same frequencies are turned to the first's. No file may be given
 twice, as itself or as a copy, and sigmas stand in all files or in none.
 
-Of state folders grid and clock are the first's, unless both are given, and counts are those of all together. A folder that is refused because
-its ledger is damaged can be brought into a new one, with --salvage, less the lines that are lost:
+Of state folders grid and clock are the first's, unless both are given, and counts are those of all together. A folder
+that is refused because its ledger is damaged can be brought into a new one, with --salvage, less the lines that are lost:
   toliman merge mission --salvage --out mission_saved)";
 
 // The same samples make the same bytes: a state given twice would count them twice.

@@ -64,12 +64,14 @@ be cut, are told with their number, passed over and counted; with --strict the e
 
 --save-state keeps the exact sums; with --follow every minute and whatever ends it, an error or a signal as well.
 --from-state goes on from them, with or without more samples, to the same bits as all samples at once (`toliman merge`
-adds up such files). What may come is fixed when sums begin: sigmas from 1/8 of the least to 4 times the largest at hand,
-values within 2^20 of the first one with --follow, else within 2^20 times their spread of the median. --sigma-floor,
---sigma-ceiling and --value-bound say otherwise. Samples with and without sigma do not mix. From sums alone the peak is refined by a parabola, without an error of its own; amplitude, phase and
-offset are those of the grid's frequency nearest to it.
+adds up such files). The first samples set limits for all later ones. Sigmas: from 1/8 of the least to 4 times the
+largest. Values with --follow: within 2^20 of the first. Otherwise: from the median by up to 2^20 times their spread.
+--sigma-floor, --sigma-ceiling and --value-bound set other limits. Samples with and without sigma do not mix. From sums
+alone the peak is refined by a parabola, without an error of its own; amplitude, phase and offset are those of the
+grid's frequency nearest to it.
 
-The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time.
+The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time. A
+signal that is no sinusoid, as of an eccentric orbit, may have its peak some standard errors from its period.
 An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
 
 const std::map<std::string, uint32_t> kNormalisations = {{"standard", TOLIMAN_POWER_STANDARD},

@@ -35,7 +35,11 @@ Examples:
 Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
 series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which
 `toliman report` makes a page with figures. Beside the network stand the template estimator, the
-untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.)";
+untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.
+
+The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1, in the means of up to 110
+frames: the mean squared error (in parentheses: of noise alone), and 1 - the structural similarity, 0 for equal images.
+These are mmse, photon_floor and mssim of result.json.)";
 
 void remark(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
@@ -160,8 +164,8 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
                 pipeline.estimate.peak.log10_fap);
     std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
                 pipeline.no_signal.peak.log10_fap);
-    std::printf("pictures      MMSE %.4g (photon floor %.4g), 1 - MSSIM %.2g\n", pipeline.mmse, pipeline.photon_floor,
-                1 - pipeline.mssim);
+    std::printf("decoder       mean squared error %.4g (noise alone %.4g), 1 - structural similarity %.2g\n",
+                pipeline.mmse, pipeline.photon_floor, 1 - pipeline.mssim);
     const Timings &spent = pipeline.timings;
     std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
                 spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);

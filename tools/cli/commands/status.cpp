@@ -26,8 +26,8 @@ Examples:
 Shows frames by what became of them, sessions and how many frame ids are missing between the first and the last of each,
 and the period with its false alarm probability at one look and for who looks after every frame (sequential). Received
 are all arrivals; repeated those that had come before, also by giving the same files again. Of rejected frames every
-arrival counts, as a good copy may still come. A session whose name is lost is shown as # and its digest. Quarantined frames came and count for nothing, so that no id of theirs
-is missing. What the end of a short file or a bad line had is not in the folder: the lines of track have told of it.)";
+arrival counts, as a good copy may still come. A session whose name is lost is shown as # and its digest. Quarantined
+frames are not used, but since they arrived they are not listed as missing. What the end of a short file or a bad line had is not in the folder: the lines of track have told of it.)";
 
 constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
 
@@ -125,7 +125,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
                   "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
                   "  repeated    %12lld\n  rejected    %12lld\n"
                   "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
-                  "  streams     %12lld   regions of a session\n",
+                  "  sessions and regions: %3lld\n",
                   folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
                   number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
                   number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));

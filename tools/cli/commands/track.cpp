@@ -54,7 +54,7 @@ DATE-OBS + EXPTIME/2, in the scale TIMESYS: UTC (also if it is missing), TAI, TT
 1970-01-01T00:00:00 TAI, for folders without --clock. Without XPOSURE or EXPTIME a time is taken as mid-exposure, with a
 warning. It is that of a cube's first frame; the others follow as the table FRAMES of `toliman simulate` says, or by
 --cadence. A file without these keywords has the times of that table, or those of its frames' numbers times --cadence.
-What a file says goes before --cadence; the rule is told for each file. FRAME1 is the number of a file's first frame,
+Times in a file override --cadence; stderr says for each file which rule was used. FRAME1 is the number of a file's first frame,
 default 0: with it many files may have one --session. .npy files have no FRAME1: each begins at time 0. A warning tells
 where files have the same times by --cadence.
 
