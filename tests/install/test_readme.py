@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -13,35 +14,6 @@ from debian import System, installed_by_make
 
 BUILD = pathlib.Path(os.environ["TOLIMAN_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-# Around README's lines: a sinusoid of 17 days.
-C = """#include <math.h>
-#include <stdio.h>
-#include <toliman/toliman.h>
-int main(void) {
-    double t[200], y[200], f0 = 0.01, df = 0.001;
-    int64_t nf = 400;
-    size_t n = 200;
-    for (size_t i = 0; i < n; i++)
-        t[i] = (double)i, y[i] = sin(2 * 3.14159265358979 * t[i] / 17);
-%s    printf("%%.1f\\n", peak.period);
-    toliman_period_destroy(p);
-    return 0;
-}
-"""
-FORTRAN = """program lines
-%sinteger :: i
-real(c_double), parameter :: f0 = 0.01d0, df = 0.001d0, t(200) = [(real(i, c_double), i = 1, 200)]
-real(c_double) :: y(200), sigma(200) = 1d-6
-integer(c_int64_t), parameter :: nf = 400
-type(toliman_period_peak) :: peak
-integer(c_int32_t) :: stat
-character(len=200) :: errmsg
-y = 1d-6*sin(2*3.14159265358979d0*t/17)
-%sprint '(f0.1)', peak%%period
-end program
-"""
 
 
 def lines_of(language):
@@ -74,14 +46,11 @@ class Readme(unittest.TestCase):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
         home = pathlib.Path(kept.name)
-        (home / "a.c").write_text(C % "".join("    " + line for line in lines_of("c").splitlines(keepends=True)))
-        fortran = lines_of("fortran").splitlines(keepends=True)
-        statements = next(i for i, line in enumerate(fortran) if line.startswith("call"))
-        (home / "a.f90").write_text(FORTRAN % ("".join(fortran[:statements]),
-                                               "".join(fortran[statements:])))
+        (home / "a.c").write_text(lines_of("c"))
+        (home / "a.f90").write_text(lines_of("fortran"))
         library = ["-L", BUILD / "lib", f"-Wl,-rpath,{BUILD / 'lib'}", "-ltoliman"]
         for command in (
-            ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "-I", BUILD / "include", "a.c", "-lm"],
+            ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "-I", BUILD / "include", "a.c"],
             ["gfortran", "-std=f2018", "-O0", ROOT / "bindings" / "fortran" / "toliman.f90", "a.f90"],
         ):
             subprocess.run([*command, *library], cwd=home, check=True)
@@ -121,6 +90,15 @@ class Readme(unittest.TestCase):
         command = re.search(r"\*\*Python\.\*\*.*?In the clone:\s`(.*?)`", (ROOT / "README.md").read_text(), re.DOTALL)[1]
         self.system.add(["python3-numpy"])
         self.assertRegex(self.run_line(command), r"(?m)^period +(9\.9|10\.0)")
+
+    def test_keys_of_a_planet(self):
+        for file in (ROOT / "examples" / "scenes").iterdir():
+            shutil.copy(file, self.home)
+        scene = json.loads((self.home / "mission.json").read_text())
+        scene.update(json.loads("{" + lines_of("json").strip().rstrip(",") + "}"))
+        (self.home / "mission.json").write_text(json.dumps(scene))
+        self.settings = "PATH=$PWD/build/bin:$PATH\n"
+        self.assertRegex(self.run_line("toliman plan ./mission.json"), r"modelled .*signal")
 
     def test_lines_of_the_shell(self):
         for name in ("chapter.json", "mission.json"):
