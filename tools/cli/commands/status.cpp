@@ -125,7 +125,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
                   "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
                   "  repeated    %12lld\n  rejected    %12lld\n"
                   "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
-                  "  sessions and regions: %3lld\n",
+                  "  sessions and regions: %2lld\n",
                   folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
                   number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
                   number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
