@@ -1668,6 +1668,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
+        function toliman_track_verdict_name(verdict) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: verdict
+            type(c_ptr) :: answer
+        end function
+
         ! A few words for a reason ("hole"), "?" for an unknown one.
         function toliman_track_reason_name(reason) bind(C) result(answer)
             import
@@ -1896,6 +1903,7 @@ module toliman
     public :: toliman_period_load_file
     public :: toliman_period_batch_options_init
     public :: toliman_period_batch
+    public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
     public :: toliman_track_load_options
@@ -2043,6 +2051,7 @@ module toliman
     type, public :: toliman_tracker
         type(c_ptr) :: handle = c_null_ptr
     contains
+        procedure, nopass :: verdict_name => tracker_verdict_name
         procedure, nopass :: reason_name => tracker_reason_name
         procedure, nopass :: load_options => tracker_load_options
         procedure :: create => tracker_create
@@ -3311,6 +3320,13 @@ contains
         status = toliman_period_batch(f0, df, of_nf, t, y, sigma, of_n, options, power)
         call conclude(status, stat, errmsg)
     end subroutine
+
+    ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
+    function tracker_verdict_name(verdict) result(answer)
+        integer(c_int32_t), intent(in) :: verdict
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_track_verdict_name(verdict))
+    end function
 
     ! A few words for a reason ("hole"), "?" for an unknown one.
     function tracker_reason_name(reason) result(answer)

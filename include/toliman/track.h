@@ -6,7 +6,8 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_lines, get_streams, get_clock    reason_name
+ *                                    +-> query_fit, get_info, get_lines, get_streams, get_clock    verdict_name,
+ * reason_name
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -50,6 +51,9 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_OUTLIER 3
 #define TOLIMAN_TRACK_REJECTED 4
 #define TOLIMAN_TRACK_MERGED 5 /* of lines alone: no frame; lines of another ledger are in, or repeats are counted */
+
+/* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
+TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
 
 /* Why a frame is rejected. */
 #define TOLIMAN_REASON_NONE 0

@@ -435,6 +435,11 @@ toliman_track_info info_of(const track::Tracker &tracker, uint32_t flags) noexce
 
 extern "C" {
 
+const char *toliman_track_verdict_name(int32_t verdict) noexcept {
+    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
+    return verdict >= TOLIMAN_TRACK_ACCEPTED && verdict <= TOLIMAN_TRACK_MERGED ? names[verdict] : "?";
+}
+
 const char *toliman_track_reason_name(int32_t reason) noexcept {
     static const char *const names[TOLIMAN_REASONS] = {"none",       "shape", "over range", "hole",
                                                        "not finite", "clock", "estimate"};

@@ -288,6 +288,7 @@ static toliman_status options_init(attempt *a) {
 static toliman_status reason_name(attempt *a) {
     (void)a;
     must(strcmp(toliman_track_reason_name(TOLIMAN_REASON_HOLE), "hole") == 0, "reason_name");
+    must(strcmp(toliman_track_verdict_name(TOLIMAN_TRACK_OUTLIER), "outlier") == 0, "verdict_name");
     return TOLIMAN_OK;
 }
 static toliman_status get_clock(attempt *a) {
@@ -389,6 +390,7 @@ static const scenario all[] = {
      .stage = put_frames},
     {.function = "toliman_track_options_init", .call = options_init},
     {.function = "toliman_track_reason_name", .call = reason_name},
+    {.function = "toliman_track_verdict_name", .call = reason_name},
     LOOKS(get_clock, 0),
     LOOKS(get_info, sizeof(toliman_track_info)),
     LOOKS(get_lines, sizeof(toliman_track_line)),

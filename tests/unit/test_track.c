@@ -106,6 +106,10 @@ static void every_reason_names_its_pixel(void **unused) {
     assert_string_equal(toliman_track_reason_name(TOLIMAN_REASON_ESTIMATE), "estimate");
     assert_string_equal(toliman_track_reason_name(TOLIMAN_REASONS), "?");
     assert_string_equal(toliman_track_reason_name(-1), "?");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_ACCEPTED), "accepted");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_MERGED), "merged");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_MERGED + 1), "?");
+    assert_string_equal(toliman_track_verdict_name(-1), "?");
 }
 
 static int32_t refuse(const double *image, size_t rows, size_t cols, double *value, void *data) {

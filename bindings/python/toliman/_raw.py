@@ -1967,6 +1967,10 @@ another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cy
 exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
 a whole or not at all. Since 0.1.""",
     ),
+    "toliman_track_verdict_name": (
+        c_char_p, (("verdict", c_int32),),
+        """Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2.""",
+    ),
     "toliman_track_reason_name": (
         c_char_p, (("reason", c_int32),),
         """A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1.""",

@@ -79,7 +79,7 @@ void print_lines(const toliman::tracker &tracker) {
         is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");
         is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
         json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
-        json.set("verdict", std::string(verdict_name(line.verdict)));
+        json.set("verdict", std::string(toliman_track_verdict_name(line.verdict)));
         if (line.verdict == TOLIMAN_TRACK_REJECTED)
             json.set("reason", std::string(toliman_track_reason_name(line.reason)));
         else

@@ -137,11 +137,6 @@ std::string unit_text(double unit_ns) {
 
 } // namespace
 
-const char *verdict_name(int32_t verdict) noexcept {
-    constexpr const char *kNames[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
-    return kNames[verdict];
-}
-
 PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
     : sequential_(NAN), peak_(unknown_peak()), fit_(unknown_peak()) {
     const toliman_period *period = nullptr;

@@ -24,8 +24,6 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 toliman_track_info info_of(const toliman::tracker &tracker);
 // Pairs of camera's time and TAI, one after the other; none where they are the same.
 std::vector<int64_t> clock_of(const toliman::tracker &tracker);
-// Of TOLIMAN_TRACK_ACCEPTED and its like.
-const char *verdict_name(int32_t verdict) noexcept;
 // The last message of the library upon a folder that is damaged, and what to do.
 std::string damage_of(const std::string &folder);
 // Whether the library stopped because the ledger is no longer the file that it wrote.

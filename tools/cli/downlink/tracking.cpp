@@ -118,7 +118,7 @@ void Tracking::flush() {
 void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
     const int32_t verdict = outcome.verdict;
     const bool is_good = verdict == TOLIMAN_TRACK_ACCEPTED, has_value = is_good || verdict == TOLIMAN_TRACK_OUTLIER;
-    Json line = frame_line(arrival.where, &arrival.facts, verdict_name(verdict),
+    Json line = frame_line(arrival.where, &arrival.facts, toliman_track_verdict_name(verdict),
                            verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
     has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
