@@ -14,7 +14,11 @@ program search
     character(len=500) :: path, errmsg
     integer :: stat
 
-    call get_command_argument(1, path)
+    call get_command_argument(1, path, status=stat)
+    if (stat /= 0) then
+        write (error_unit, '(a)') 'usage: search FILE, a series of lines t,y,sigma'
+        stop 2, quiet=.true.
+    end if
     call read_series(trim(path), t, y, sigma)
 
     ! The frequencies and options that suit these samples.
@@ -45,17 +49,26 @@ contains
         real(c_double) :: sample(3)
         integer :: unit, stat
         allocate (t(0), y(0), sigma(0))
-        open (newunit=unit, file=file, status='old', action='read')
+        open (newunit=unit, file=file, status='old', action='read', iostat=stat, iomsg=errmsg)
+        if (stat /= 0) call refuse(file, errmsg)
         do
             read (unit, '(a)', iostat=stat) line
             if (stat /= 0) exit
             if (scan(line(1:1), '0123456789+-.') == 0) cycle
-            read (line, *) sample
+            read (line, *, iostat=stat) sample
+            if (stat /= 0) call refuse(file, 'not a line t,y,sigma: '//line)
             t = [t, sample(1)]
             y = [y, sample(2)]
             sigma = [sigma, sample(3)]
         end do
         close (unit)
+        if (size(t) < 3) call refuse(file, 'holds fewer than 3 lines t,y,sigma')
+    end subroutine
+
+    subroutine refuse(file, why)
+        character(len=*), intent(in) :: file, why
+        write (error_unit, '(3a)') file, ': ', trim(why)
+        stop 3, quiet=.true.
     end subroutine
 
 end program search

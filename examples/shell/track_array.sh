@@ -7,6 +7,10 @@
 #SBATCH --job-name=track
 #SBATCH --cpus-per-task=1
 set -eu
+if [ $# -lt 3 ] || [ -z "${SLURM_ARRAY_TASK_ID:-}" ] || [ -z "${SLURM_ARRAY_TASK_COUNT:-}" ]; then
+    echo "usage: sbatch --array=0-7 $0 SHARDS DOWNLINK OPTIONS OF toliman track..." >&2
+    exit 2
+fi
 shards=$1
 downlink=$2
 shift 2
