@@ -60,6 +60,14 @@ class CopiedTree(unittest.TestCase):
         code, output, calls = self.make()
         self.assertEqual((code, calls.splitlines()[1].split(" -G")[0]), (0, "cmake -S . -B build"), output)
 
+    @unittest.skipIf(os.geteuid() == 0, "root may write anywhere")
+    def test_a_tree_that_cannot_be_written(self):
+        self.tree.chmod(0o500)
+        self.addCleanup(self.tree.chmod, 0o700)
+        code, output, calls = self.make()
+        self.assertEqual((code, calls), (2, ""), output)
+        self.assertIn("build: Permission denied: ", output)
+
     def test_the_trees_own_build_goes_on(self):
         link = self.top / "link"
         link.symlink_to(self.tree)
