@@ -21,6 +21,9 @@ FILES = {
 }
 
 
+FOLDERS = ("void", "state", "run", "plain", "table")
+
+
 class Kinds(ProgramTest):
     def setUp(self):
         super().setUp()
@@ -61,6 +64,20 @@ class Kinds(ProgramTest):
                           ("track", "--weights", None, "--state", "x", "--mission-days", "9", "--dtype", "u16le", "void"))
         (self.folder / "noise").write_bytes(bytes(range(256)))
         self.refuse(3, 'noise: weights blob: does not start with "TLMW"', arguments=("encode", "--weights", "noise", "f.npy"))
+
+    def test_series_and_sums(self):
+        self.refuse_kinds("a series of t, y[, sigma]", ("w.tlmw", "s.tlml", "s.json", "f.fits", "state"), ("period", None))
+        others = [name for name in self.names if name not in ("s.tlmp", *FOLDERS)]
+        self.refuse_kinds("a saved state of toliman period", others, ("merge", None, "s.tlmp", "--out", "x"))
+        self.refuse_kinds("a saved state of toliman period", ("w.tlmw",), ("period", "--from-state", None),
+                          ("merge", None, "--out", "x"))
+
+    def test_the_name_of_a_shipped_scene(self):
+        track = ("track", "--weights", "chapter.json", "--state", "x", "--mission-days", "9", "--dtype", "u16le", "void")
+        for wanted, command in (("a series of t, y[, sigma]", ("period", "chapter.json")), ("toliman weights", track)):
+            self.refuse(3, f"chapter.json: No such file here; the shipped scene of this name is not {wanted}\n",
+                        arguments=command)
+        self.refuse(3, "other.json: No such file or directory\n", arguments=("period", "other.json"))
 
     def test_frames(self):
         for name, what in self.names.items():

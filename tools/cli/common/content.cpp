@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 
 #include "common/failure.hpp"
 #include "common/suffix.hpp"
@@ -84,6 +85,21 @@ bool is_own_fits(const std::string &head) {
     return false;
 }
 
+void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds) {
+    const Identity file = identify(path);
+    if (std::find(kinds.begin(), kinds.end(), file.content) != kinds.end())
+        return;
+    if (file.content == Content::empty)
+        malformed(path, "is empty");
+    if (file.content != Content::unknown)
+        malformed(path, "is " + file.name + ", not " + wanted);
+    std::error_code error;
+    const bool is_name = !path.empty() && path.find('/') == std::string::npos;
+    if (is_name && std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found &&
+        std::filesystem::exists(shipped_scenes() + "/" + path, error))
+        malformed(path, "No such file here; the shipped scene of this name is not " + wanted);
+}
+
 bool is_own_npy(const std::string &head) {
     constexpr size_t prefix = 10;
     const std::string start = "{'descr': '<f8', 'fortran_order': False, 'shape': (";
@@ -122,20 +138,27 @@ std::string kind_remark(const std::string &path) {
     return name.empty() ? "" : "; it is " + name;
 }
 
+std::string shipped_scenes() {
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    return (program.parent_path().parent_path() / "share/toliman/scenes").string();
+}
+
 void need_scene(const std::string &path) {
-    const Identity file = identify(path);
-    if (file.content == Content::empty)
-        malformed(path, "is empty");
-    if (file.content != Content::unknown && file.content != Content::scene && file.content != Content::json)
-        malformed(path, "is " + file.name + ", not a toliman scene (JSON)");
+    need(path, "a toliman scene (JSON)", {Content::scene, Content::json});
 }
 
 void need_weights(const std::string &path) {
-    const Identity file = identify(path);
-    if (file.content == Content::empty)
-        malformed(path, "is empty");
-    if (file.content != Content::unknown && file.content != Content::weights)
-        malformed(path, "is " + file.name + ", not toliman weights");
+    need(path, "toliman weights", {Content::weights});
+}
+
+void need_sums(const std::string &path) {
+    need(path, "a saved state of toliman period", {Content::sums});
+}
+
+void need_series(const std::string &path) {
+    need(path, "a series of t, y[, sigma]",
+         {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
 }
 
 bool is_own(const Identity &file) {

@@ -20,6 +20,11 @@ std::string kind_remark(const std::string &path);
 // reader.
 void need_scene(const std::string &path);
 void need_weights(const std::string &path);
+void need_sums(const std::string &path);
+void need_series(const std::string &path); // or sums, of which its reader says how to give them
+
+// share/toliman/scenes beside the folder of the program, wherever both were moved.
+std::string shipped_scenes();
 
 // Whether the content shows that this program wrote it: a mark of its format, see lib/FORMATS.md. Of scenes nothing
 // does.

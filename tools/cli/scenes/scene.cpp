@@ -40,13 +40,6 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
     return value;
 }
 
-// share/toliman/scenes beside the folder of the program, wherever both were moved.
-std::string shipped_folder() {
-    std::error_code error;
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-    return (program.parent_path().parent_path() / "share/toliman/scenes").string();
-}
-
 // A shipped scene that is nearly of this name, or of this one without its suffix.
 std::string meant_scene(const std::string &name, const std::string &folder) {
     std::vector<std::string> scenes;
@@ -66,7 +59,7 @@ std::string found_scene(const std::string &name, const toliman_sim_options &opti
         need_scene(name);
         return name;
     }
-    const std::string folder = shipped_folder();
+    const std::string folder = shipped_scenes();
     std::string shipped = folder + "/" + name;
     if (!exists(shipped))
         malformed(name, "No such file, neither here nor in " + folder + meant_scene(name, folder));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
 
@@ -136,6 +137,7 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, const S
 }
 
 toliman::periodogram load_state(const std::string &path) {
+    need_sums(path);
     return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str(), nullptr);
 }
 

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <utility>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/lines.hpp"
@@ -278,6 +279,7 @@ Series read_npy_series(const std::string &name) {
 } // namespace
 
 Series read_series(const std::string &name, const std::vector<std::string> &columns) {
+    need_series(name);
     if (is_npy(name))
         return read_npy_series(name);
     SampleReader reader(name, columns);
