@@ -1,9 +1,11 @@
 """Files that the program replaces: stale temporaries, permissions, and which file an error names."""
 import json
 import os
+import select
+import subprocess
 import unittest
 
-from program import ProgramTest
+from program import PROGRAM, ProgramTest
 
 SCENE = {
     "schema": "toliman-scene/1",
@@ -36,6 +38,31 @@ class Output(ProgramTest):
             (self.folder / "x.npy").chmod(mode)
             self.succeed("psf", "scene.json", "--out", "x.npy")
             self.assertEqual((self.folder / "x.npy").stat().st_mode & 0o777, mode)
+
+    def test_no_binary_for_a_terminal(self):
+        (self.folder / "series.csv").write_text("".join(f"{k},{k * k % 7}\n" for k in range(50)))
+        controller, terminal = os.openpty()
+        self.addCleanup(os.close, controller)
+        self.addCleanup(os.close, terminal)
+        for command in (("simulate", "scene.json", "--out", "-"), ("psf", "scene.json", "--out", "-"),
+                        ("period", "series.csv", "--save-state", "-")):
+            with self.subTest(command[0]):
+                done = subprocess.run([PROGRAM, *command], cwd=self.folder, stdout=terminal, stderr=subprocess.PIPE, text=True)
+                self.assertEqual((done.returncode, done.stderr),
+                                 (2, "toliman: -: standard output is a terminal: redirect it or give a file\n"))
+                self.assertEqual(select.select([controller], [], [], 0)[0], [])
+
+    def test_a_reader_that_leaves(self):
+        """Silent, as after `| head`; a disk that is full is told."""
+        for command in (("plan", "scene.json", "--json"), ("psf", "scene.json", "--out", "-")):
+            for full, told in ((False, ""), (True, "No space left on device")):
+                read, write = os.pipe()
+                os.close(read)
+                with open("/dev/full", "wb") if full else os.fdopen(write, "wb") as out:
+                    done = subprocess.run([PROGRAM, *command], cwd=self.folder, stdout=out, stderr=subprocess.PIPE, text=True)
+                if full:
+                    os.close(write)
+                self.assertEqual((done.returncode, told in done.stderr, done.stderr == told), (6, True, not full), command)
 
     def test_a_pipe_is_no_scene(self):
         os.mkfifo(self.folder / "pipe.json")

@@ -59,5 +59,7 @@ int main(int argc, char **argv) {
         restart_with_fast_blas(argv);
         code = parse_and_run(argc, argv);
     });
-    return ending.code == kExitOk ? code : complain(ending.code, ending.why.c_str());
+    if (ending.code == kExitOk)
+        return code;
+    return ending.why.empty() ? static_cast<int>(ending.code) : complain(ending.code, ending.why.c_str());
 }

@@ -229,7 +229,7 @@ int main(int argc, char **argv) {
             const mpi::Ranks ranks;
             run(ranks, argc, argv);
         });
-        if (ending.code != kExitOk)
+        if (!ending.why.empty())
             std::fprintf(stderr, "toliman-mpi: %s\n", ending.why.c_str());
         return ending.code;
     } catch (const mpi::Ended &ended) {

@@ -58,6 +58,8 @@ void check_own(const std::string &path, Replaces what) {
 // A write to a full pipe also fails when a signal comes.
 [[noreturn]] void lost_stdout(int reason) {
     stop_if_asked();
+    if (reason == EPIPE) // as after `| head`
+        throw Failure(kExitOutput, "");
     throw Failure(kExitOutput, std::string("standard output: ") + std::strerror(reason));
 }
 
@@ -68,7 +70,9 @@ void replace_anything() noexcept {
 }
 
 OutputFile::OutputFile(const std::string &path, Replaces what)
-    : path_(path == "-" ? "standard output" : path), file_(nullptr) {
+    : path_(path == "-" ? "standard output" : path), is_stdout_(path == "-"), file_(nullptr) {
+    if (is_stdout_ && what != Replaces::scenes && ::isatty(STDOUT_FILENO) != 0)
+        throw Failure(kExitUsage, "-: standard output is a terminal: redirect it or give a file");
     struct stat facts = {};
     const bool exists = path != "-" && ::stat(path.c_str(), &facts) == 0;
     int descriptor;
@@ -136,6 +140,8 @@ void OutputFile::fail(const std::string &why) const {
 }
 
 void OutputFile::fail() const {
+    if (errno == EPIPE && is_stdout_)
+        lost_stdout(errno);
     fail((errno == EEXIST ? temporary_ + ": " : "") + std::strerror(errno));
 }
 
@@ -225,7 +231,7 @@ void check_apart(const std::string &output, const std::vector<std::string> &inpu
 
 void check_output(const std::string &path) {
     struct stat facts = {};
-    if (path == "-" || (::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode)))
+    if (path != "-" && ::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode))
         return; // opening a pipe would wait for its reader, and closing it send him away
     OutputFile probe(path);
 }

@@ -15,8 +15,8 @@ void replace_anything() noexcept;
 
 // Written beside `path` as `path`.0.tmp, or the next number that is free; commit() renames it, destruction without
 // commit removes it. A symbolic link keeps standing and its target is replaced. "-" (standard output), a pipe or a
-// device is written straight. Until then it is its owner's alone; it takes the permissions of the file that it
-// replaces, or those of any new file of this process.
+// device is written straight, but nothing to a terminal except scenes, which are text. Until then it is its owner's
+// alone; it takes the permissions of the file that it replaces, or those of any new file of this process.
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path, Replaces what = Replaces::results);
@@ -39,7 +39,8 @@ class OutputFile {
     int open_temporary(mode_t mode);
     bool keep_private() noexcept;
     void abandon() noexcept;
-    std::string path_;               // as messages name it
+    std::string path_; // as messages name it
+    bool is_stdout_;
     std::string target_, temporary_; // both empty when written straight; the second also once it is renamed
     mode_t mode_ = 0;                // permissions when whole
     std::FILE *file_;                // null when handed over or closed
@@ -66,8 +67,8 @@ void check_apart(const std::string &output, const std::vector<std::string> &inpu
 // Fails now where an OutputFile would in the end; leaves nothing behind.
 void check_output(const std::string &path);
 
-// Data on stdout; a closed pipe or full disk is exit code 6. A signal ends the waiting for a reader: what is not
-// written then goes before the next text.
+// Data on stdout; a full disk is exit code 6, and so without a message is a pipe that its reader closed. A signal ends
+// the waiting for a reader: what is not written then goes before the next text.
 void print_stdout(const std::string &text);
 
 } // namespace cli
