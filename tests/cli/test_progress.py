@@ -137,7 +137,7 @@ class Progress(ProgramTest):
 
     def test_the_result_that_stays_is_whole(self):
         _, text = Terminal(self, 20).run(*TRACK)
-        self.assertRegex(text, r"\x1b\[Ktrack      12 frames, [^\r]*log10 FAP [-0-9.]+[^\r]*\r\n$")
+        self.assertRegex(text, r"\x1b\[Ktrack      period [^\r]*log10 FAP [-0-9.]+[^\r]*, 12 frames\r\n$")
 
     def test_resized_while_it_runs(self):
         frames = (self.folder / "f.npy").read_bytes()

@@ -212,7 +212,7 @@ class Times(Fits):
             self.assertEqual(remarks[name]["remark"], "unreadable input", cards)
             self.assertIn(text, remarks[name]["text"])
             self.assertEqual(self.errors.count(name + ":"), 1, self.errors)
-        self.assertEqual(self.errors.count("\n"), len(cases))
+        self.assertEqual(self.errors.count("\n"), len(cases) + 1)  # and that no folder is left
         self.assertEqual(self.counts(self.out)["unreadable_inputs"], len(cases))
         self.read(names[:1], "--strict", code=4)
 
@@ -364,11 +364,12 @@ class Files(Fits):
         self.write("x.fits", {"MJD-AVG": "60000", "TIMESYS": "'TAI'"})
         self.track("s", "x.fits", "--clock", "clock.csv", code=2)
         self.assertIn("x.fits: its time (MJD-AVG in TAI) becomes TAI by itself, and the folder has a clock", self.errors)
-        self.track("s", "-", code=2, stdin="x.fits")  # remembered
-        self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["received"], 0)
+        self.assertFalse((self.folder / "s").exists())  # as it has no frame
         self.succeed("simulate", "scene.json", "--out", "day.fits")
-        out = self.track("s", "day.fits")  # the camera's time
+        out = self.track("s", "day.fits", "--clock", "clock.csv")  # the camera's time
         self.assertTrue(all(line["tai_ns"] == line["camera_ns"] + 1000 for line in out if "value" in line))
+        self.track("s", "-", code=2, stdin="x.fits")  # the clock is remembered
+        self.assertIn("the folder has a clock", self.errors)
         out = self.track("same", "x.fits", "--clock", "same.csv")
         self.assertEqual(self.counts(out)["accepted"], 1)
 

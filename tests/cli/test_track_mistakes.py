@@ -1,4 +1,5 @@
 """track and its kin where someone slips: mistyped options, wrong files, clocks and folders. What is said, and what to do."""
+import contextlib
 import json
 import os
 import pty
@@ -105,6 +106,25 @@ class Options(Mistakes):
         (self.folder / "s/ledger.tlml").write_bytes(b"no ledger")
         self.refuse(5, "toliman: s/ledger.tlml: ", arguments=("status", "s/"))
 
+    def test_one_terminal_for_both_outputs(self):
+        """What a reader sees last is the result, and that the state is saved."""
+        self.pair("first/x", self.lines[:3], self.frames[:3])
+        for follow, code, end in (((), 0, "3 frames\r\n"), (("--follow",), 130, " 3 frames\r\n.*state saved: 3 frames\r\n.*")):
+            master, terminal = pty.openpty()
+            run = subprocess.Popen(self.command(f"s{code}", "first", *follow), cwd=self.folder, stdout=terminal, stderr=terminal)
+            shown = ""
+            while shown.count('"frame_id"') < 3:
+                shown += os.read(master, 1 << 16).decode()
+            if follow:
+                run.send_signal(signal.SIGINT)
+            self.assertEqual(run.wait(PATIENCE), code)
+            os.close(terminal)
+            with contextlib.suppress(OSError):
+                while True:
+                    shown += os.read(master, 1 << 16).decode()
+            os.close(master)
+            self.assertRegex(shown[shown.rindex("}\r\n"):], rf"(?s)^\}}\r\n.*track +(no )?period .*{end}$")
+
     def test_a_summary_for_who_watches(self):
         """On a terminal the last note stays; elsewhere nothing is said of a run without faults."""
         master, terminal = pty.openpty()
@@ -114,17 +134,19 @@ class Options(Mistakes):
         os.close(terminal)
         shown = os.read(master, 1 << 16).decode()
         os.close(master)
-        self.assertRegex(shown.split("\x1b[K")[-1], rf"^track +{FRAMES} frames, period .*\n$")
+        self.assertRegex(shown.split("\x1b[K")[-1], rf"^track +period .*, {FRAMES} frames\r?\n$")
         self.track("t", "all")
         self.assertEqual(self.errors, "")
 
 
 class Pixels(Mistakes):
     def test_another_depth_than_the_folder_was_made_for(self):
-        for dtype, other, depth in (("u16le", "u32le", "12"), ("u32le", "u16le", "32")):
-            self.succeed("track", *TEMPLATE, "--state", dtype, *GRID, "--dtype", dtype, "-", input="")
-            self.refuse_track(2, f"--dtype {other}: {dtype} was made for frames of {depth} bits: must be {dtype}",
-                              f"--bit-depth {depth}", "a new folder", state=dtype, arguments=("--dtype", other, "all"))
+        self.pair("narrow/x", self.lines[:2], self.frames[:2].astype("<u2").tobytes())
+        for dtype, other, depth, given in (("u16le", "u32le", "12", "narrow"), ("u32le", "u16le", "32", "all")):
+            self.run_program("track", *TEMPLATE, "--state", dtype, *GRID, "--dtype", dtype, given)
+            self.refuse_track(2, f"--dtype {other}: {dtype} holds frames of {depth} bits: give --dtype {dtype}, or a "
+                              f"new folder; if these {other} files have {depth} bits too, add --bit-depth {depth}\n",
+                              state=dtype, arguments=("--dtype", other, "all"))
             meant = ("--dtype", other, "--bit-depth", depth, "-")
             self.succeed("track", *TEMPLATE, "--state", dtype, *GRID, *meant, input="")
 
@@ -135,8 +157,10 @@ class Pixels(Mistakes):
         for folder, dtype, size, other in (("wide", "u16le", "2 times", "u32le"), ("narrow", "u32le", "half", "u16le")):
             text = f"{folder}/x_frames.bin: holds {size} the bytes of its 2 frames: is it {other}?"
             done = self.run_program("track", *TEMPLATE, "--state", folder + "_s", *GRID, "--dtype", dtype, folder)
-            self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 1), done.stderr)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 2), done.stderr)
             self.assertIn(text, done.stderr)
+            self.assertIn(f"{folder}_s: removed again, as no frame was read\n", done.stderr)
+            self.assertFalse((self.folder / (folder + "_s")).exists())  # binds no later command
             out = [json.loads(line) for line in done.stdout.splitlines()]
             self.assertEqual([line for line in out if "verdict" in line], [])
             self.assertEqual((out[-1]["unreadable_inputs"], out[-1]["received"], out[-1]["long_files"]), (1, 0, 0))
@@ -393,7 +417,7 @@ class Folders(Mistakes):
         self.track("s", "all")
         (self.folder / "rv.csv").write_text("t,y\n1,2\n")
         for given, code, text in ((("none", "nor", "--out", "s"), 3, "none: No such file"), (("s", "--out", "no"), 2, "one state alone"),
-                                  (("rv.csv", "--out", "no"), 3, 'rv.csv: periodogram state: does not begin with "TLMP"'),
+                                  (("rv.csv", "--out", "no"), 3, 'rv.csv: is a CSV file, not a saved state of toliman period'),
                                   (("all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),
                                   (("s", "all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),
                                   (("none", "--salvage", "--out", "no"), 3, "none: No such file")):

@@ -126,9 +126,9 @@ void check_depth(const Options &options, const toliman_track_options &made) {
     if (dtype.empty() || options.bit_depth || made.bit_depth == 0 || wide == (made.bit_depth > 16))
         return;
     const std::string depth = std::to_string(made.bit_depth);
-    throw Failure(kExitUsage, "--dtype " + dtype + ": " + options.state + " was made for frames of " + depth +
-                                  " bits: must be " + (wide ? "u16le" : "u32le") + ", or with --bit-depth " + depth +
-                                  " where they have as many nevertheless, or into a new folder");
+    throw Failure(kExitUsage, "--dtype " + dtype + ": " + options.state + " holds frames of " + depth +
+                                  " bits: give --dtype " + (wide ? "u16le" : "u32le") + ", or a new folder; if these " +
+                                  dtype + " files have " + depth + " bits too, add --bit-depth " + depth);
 }
 
 // Where in a larger frame the image is has to be said.
@@ -212,6 +212,7 @@ void track(Options &options, Progress &progress) {
     const std::optional<toliman_track_options> before = made_with(options.state);
     check_setup(options, before);
     const Estimator estimator(options, progress);
+    const std::string unused = exists(options.state) ? "" : options.state;
     toliman::tracker tracker =
         open_folder(options, track_options(options, estimator, before, progress), before, progress);
     const std::optional<toliman_track_options> made = made_with(options.state);
@@ -219,7 +220,7 @@ void track(Options &options, Progress &progress) {
     downlink.cols = static_cast<size_t>(made->cols);
     downlink.clock = !clock_of(tracker).empty();
     const size_t jobs = options.jobs == 0 ? 64 : options.jobs;
-    Tracking tracking(std::move(tracker), {options.every, jobs, frames, made->rows, made->cols}, progress);
+    Tracking tracking(std::move(tracker), {options.every, jobs, frames, made->rows, made->cols, unused}, progress);
     try {
         Downlink(downlink, tracking).read();
     } catch (...) {

@@ -148,7 +148,7 @@ void Progress::note(const char *stage, const std::string &text) {
 }
 
 void Progress::close(const char *stage, const std::string &text) {
-    if (drawn_)
+    if (style_ == Style::automatic)
         std::fprintf(stderr, "\r\033[K%s%s\n", padded(stage).c_str(), text.c_str());
     drawn_ = false;
 }

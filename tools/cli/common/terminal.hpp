@@ -31,7 +31,7 @@ class Progress {
     void show(const char *stage, double fraction, const std::string &note = "");
     // The same for a work without a known end: words alone.
     void note(const char *stage, const std::string &text);
-    // Leaves a note of the whole work standing, where notes were shown on a terminal. It is not redrawn, so never cut.
+    // Prints the result of the whole work on a terminal. It is not redrawn, so never cut.
     void close(const char *stage, const std::string &text);
     // Ends the bar's line, so that what follows on stderr starts at its beginning.
     void clear();

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "common/decimals.hpp"
 #include "common/failure.hpp"
@@ -42,6 +43,13 @@ bool has_ledger(const std::string &folder) {
 }
 
 } // namespace
+
+void remove_state(const std::string &folder) {
+    for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml"})
+        for (const char *suffix : {".tmp", ""})
+            ::unlink((folder + "/" + name + suffix).c_str());
+    ::rmdir(folder.c_str());
+}
 
 std::string damage_of(const std::string &folder) {
     const std::string text = toliman_last_error();

@@ -24,6 +24,8 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 toliman_track_info info_of(const toliman::tracker &tracker);
 // Pairs of camera's time and TAI, one after the other; none where they are the same.
 std::vector<int64_t> clock_of(const toliman::tracker &tracker);
+// Removes the files of a state folder, the ledger last, and the folder if nothing else is in it.
+void remove_state(const std::string &folder);
 // The last message of the library upon a folder that is damaged, and what to do.
 std::string damage_of(const std::string &folder);
 // Whether the library stopped because the ledger is no longer the file that it wrote.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <unistd.h>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
@@ -108,7 +109,7 @@ void Tracking::flush() {
     if (status != TOLIMAN_OK)
         throw error;
     if (since_update_ >= options_.every)
-        update(Fit::none);
+        progress_.note("track", update(Fit::none));
     if (lines_ - saved_ >= kCheckpoint) {
         check(toliman_track_save(tracker_.get()));
         saved_ = lines_;
@@ -222,7 +223,7 @@ void Tracking::tell(const char *remark, const std::string &where, const std::str
     say(remark_line(remark, where, text));
 }
 
-void Tracking::update(Fit fit) {
+std::string Tracking::update(Fit fit) {
     since_update_ = 0;
     const toliman_track_info info = info_of(tracker_);
     const PeriodFacts period(tracker_, fit);
@@ -236,9 +237,8 @@ void Tracking::update(Fit fit) {
     line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
     line.set_count("passed_over", passed_over_);
     say(line.line());
-    const std::string passed = passed_over_ > 0 ? std::to_string(passed_over_) + " passed over, " : "";
-    const std::string text = std::to_string(info.accepted) + " frames, " + passed + period.text();
-    fit == Fit::made ? progress_.close("track", text) : progress_.note("track", text);
+    const std::string passed = passed_over_ > 0 ? ", " + std::to_string(passed_over_) + " passed over" : "";
+    return period.text() + ", " + std::to_string(info.accepted) + " frames" + passed;
 }
 
 // What only a whole run tells.
@@ -267,8 +267,11 @@ void Tracking::print_acknowledged() {
     std::string text;
     for (; !waiting_.empty() && waiting_.front().lines <= committed; waiting_.pop_front())
         text += waiting_.front().text;
-    if (!text.empty())
-        print_stdout(text);
+    if (text.empty())
+        return;
+    if (::isatty(STDOUT_FILENO) != 0) // the same as that of progress
+        progress_.clear();
+    print_stdout(text);
 }
 
 void Tracking::wait() {
@@ -282,10 +285,22 @@ void Tracking::wait() {
 
 void Tracking::end() {
     flush();
-    update(Fit::made);
+    const std::string result = update(Fit::made);
     save();
+    remove_unused();
     print_acknowledged();
     conclude();
+    progress_.close("track", result);
+}
+
+// A folder without a frame would only bind the next command to options that may have been wrong. It is still locked,
+// and the library has just looked that the ledger is its own.
+bool Tracking::remove_unused() {
+    if (options_.made.empty() || info_of(tracker_).lines > 0)
+        return false;
+    remove_state(options_.made);
+    progress_.tell(options_.made + ": removed again, as no frame was read");
+    return true;
 }
 
 void Tracking::save() {
@@ -301,11 +316,14 @@ void Tracking::save() {
 void Tracking::rescue() {
     try {
         flush();
-        update(Fit::none);
+        const std::string result = update(Fit::none);
         check(toliman_track_save(tracker_.get()));
-        progress_.clear();
+        const bool is_kept = !remove_unused();
+        ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
         conclude();
-        progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
+        progress_.close("track", result);
+        if (is_kept)
+            progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
         progress_.warn(error.what());
         progress_.tell(is_ledger_lost(error.what()) ? kLost : kSafe);

@@ -22,6 +22,7 @@ struct TrackingOptions {
     size_t jobs = 1;            // more than one: frames between two updates are estimated together
     FrameIds frames;            // others are passed over
     int64_t rows = 0, cols = 0; // of the frames that the folder takes
+    std::string made;           // the folder, where it is new and so removed again if no frame comes
 };
 
 class Tracking : public Receiver {
@@ -52,7 +53,8 @@ class Tracking : public Receiver {
     std::string why(const FrameFacts &facts, const toliman_outcome &outcome) const;
     void remark_far(const std::string &where, double value);
     bool is_beyond_clock(const Arrival &arrival) const noexcept;
-    void update(Fit fit);
+    std::string update(Fit fit); // returns it in a line of text
+    bool remove_unused();
     void save();
     void conclude();
     void say(const std::string &text);
