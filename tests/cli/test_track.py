@@ -393,7 +393,9 @@ class Folders(Track):
         self.refuse(3, "shard_0", "same ledger", arguments=("merge", "shard_0", "shard_1", "shard_0", "--out", "no"))
         self.run_program("merge", "m1", "m2", "--out", "m3")
         self.assertEqual(self.sums("m3"), clean)
-        self.refuse(6, "m3", "exists", arguments=("merge", *names, "--out", "m3"))
+        self.refuse(2, "one state alone: give two or more, or --salvage for a damaged folder\n",
+                    arguments=("merge", "shard_0", "--out", "m4"))
+        self.refuse(6, "m3: exists: give a new folder to merge into\n", arguments=("merge", *names, "--out", "m3"))
         self.track("other", "in_1", "--value-limit", "1")
         self.refuse(3, "other", arguments=("merge", "shard_0", "other", "--out", "no"))
         self.refuse(3, "all", arguments=("merge", "shard_0", "all", "--out", "no"))
@@ -403,6 +405,9 @@ class Folders(Track):
         for k in range(0, FRAMES, 5):
             self.pair(f"in/{k}", self.lines[k:k + 5], self.frames[k:k + 5])
         script = SCENES.parent / "shell" / "track_array.sh"
+        done = subprocess.run([script], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+        self.assertTrue(done.stderr.startswith("usage: "), done.stderr)
         arguments = ["shards", "in", "--template", "scene.json", "--dtype", "u32le", *GRID]
         for task in range(3):
             array = {"TOLIMAN": PROGRAM, "SLURM_ARRAY_TASK_ID": str(task), "SLURM_ARRAY_TASK_COUNT": "3"}

@@ -69,7 +69,8 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
 
 [[noreturn]] void refuse_single(const std::string &file) {
     is_folder(file) ? static_cast<void>(known_state(plain(file))) : static_cast<void>(load_state(file));
-    throw Failure(kExitUsage, "merge: one state alone: give two or more");
+    throw Failure(kExitUsage, "merge: one state alone: give two or more" +
+                                  std::string(is_folder(file) ? ", or --salvage for a damaged folder" : ""));
 }
 
 void merge(Options &options, Progress &progress) {

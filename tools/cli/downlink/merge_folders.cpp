@@ -16,8 +16,7 @@ namespace cli {
 
 namespace {
 
-constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms", kCheckpoint[] = "/checkpoint.tlmc",
-                     kNames[] = "/streams.txt";
+constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms";
 constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // lib/FORMATS.md, TLML
 
 std::string salt_of(const std::string &folder) {
@@ -57,15 +56,14 @@ class NewFolder {
   public:
     explicit NewFolder(const std::string &path) : path_(path) {
         if (::mkdir(path.c_str(), 0777) != 0)
-            throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
+            throw Failure(kExitOutput,
+                          path + (errno == EEXIST ? ": exists: give a new folder to merge into"
+                                                  : std::string(": cannot be made: ") + std::strerror(errno)));
     }
     ~NewFolder() {
         if (kept_)
             return;
-        for (const std::string name : {kLedger, kSetup, kCheckpoint, kNames})
-            for (const char *suffix : {"", ".tmp"})
-                ::unlink((path_ + name + suffix).c_str());
-        ::rmdir(path_.c_str());
+        remove_state(path_);
     }
     NewFolder(const NewFolder &) = delete;
     NewFolder &operator=(const NewFolder &) = delete;
