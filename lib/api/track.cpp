@@ -14,7 +14,7 @@
 #include "api/memory.hpp"
 #include "api/peak.hpp"
 #include "api/struct_array.hpp"
-#include "base/name.hpp"
+#include "api/track_results.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
@@ -306,50 +306,6 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     return frame;
 }
 
-toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
-    toliman_outcome out = {};
-    out.verdict = static_cast<int32_t>(outcome.verdict);
-    out.reason = static_cast<int32_t>(outcome.flaw.reason);
-    out.row = static_cast<int64_t>(outcome.flaw.row);
-    out.col = static_cast<int64_t>(outcome.flaw.col);
-    out.pixel = outcome.flaw.value;
-    if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::outlier) {
-        out.value = outcome.value;
-        out.tai_ns = outcome.tai_ns;
-    }
-    return out;
-}
-
-toliman_track_line public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
-    toliman_track_line line = {};
-    line.stream = record.stream;
-    line.frame_id = record.frame_id;
-    line.camera_ns = record.camera_ns;
-    line.tai_ns = outcome.tai_ns;
-    line.value = record.value;
-    line.sigma = record.sigma;
-    line.content = record.content;
-    line.dropped = record.dropped;
-    line.reason = static_cast<int32_t>(record.reason);
-    line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_MERGED : static_cast<int32_t>(outcome.verdict);
-    return line;
-}
-
-toliman_track_stream public_stream(const track::NamedStream &named) noexcept {
-    toliman_track_stream out = {};
-    static_assert(sizeof out.session > kLongestName && sizeof out.roi > kLongestName);
-    out.stream = named.count.digest;
-    out.first_id = named.count.first;
-    out.last_id = named.count.last;
-    out.frames = named.count.frames;
-    __extension__ using Wide = __int128;
-    const Wide ids = static_cast<Wide>(out.last_id) - out.first_id + 1, missing = ids - out.frames;
-    out.missing = missing > INT64_MAX ? INT64_MAX : static_cast<int64_t>(missing);
-    named.session.copy(out.session, kLongestName);
-    named.roi.copy(out.roi, kLongestName);
-    return out;
-}
-
 using Frames = StructArray<const toliman_frame>;
 using Outcomes = StructArray<toliman_outcome>;
 
@@ -403,32 +359,6 @@ toliman_track_options options_of(Store &store) {
         options.period_flags = flags_of(grid);
     }
     return options;
-}
-
-toliman_track_info info_of(const track::Tracker &tracker, uint32_t flags) noexcept {
-    const track::Counts &counts = tracker.counts();
-    toliman_track_info info = {};
-    info.flags = flags;
-    info.received = counts.received;
-    info.accepted = counts.accepted;
-    info.outlier = counts.outlier;
-    info.quarantined = counts.quarantined;
-    info.repeated = counts.repeated;
-    for (size_t i = 0; i < track::kReasons; i++) {
-        info.rejected += counts.rejected[i];
-        info.rejected_by[i] = counts.rejected[i];
-    }
-    info.expected = tracker.expected();
-    info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
-    info.dropped = counts.dropped;
-    info.sessions = static_cast<int64_t>(tracker.stream_count());
-    info.lines = static_cast<int64_t>(tracker.lines());
-    info.committed = static_cast<int64_t>(tracker.committed());
-    info.capacity = tracker.plan().capacity;
-    info.estimator_id = tracker.plan().terms.estimator;
-    info.sigma = tracker.plan().terms.sigma;
-    info.value_limit = tracker.plan().terms.value_limit;
-    return info;
 }
 
 } // namespace
@@ -540,7 +470,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
 toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
     return guard([&] {
         const Use use(track, "track");
-        deliver(info_of(*use->tracker, use->flags), out, "out");
+        deliver(public_info(*use->tracker, use->flags), out, "out");
     });
 }
 
