@@ -26,11 +26,11 @@ module toliman
     end interface
 
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MAJOR = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MINOR = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_MINOR = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_VERSION_PATCH = 0
-    character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.1.0'
-    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 100
-    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 0
+    character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.2.0'
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 200
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0 ! done
     integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! a bug in the library
     integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! NULL, NaN or otherwise impossible argument
@@ -65,8 +65,8 @@ module toliman
     public :: toliman_progress_fn
 
     ! Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
-    integer(c_int32_t), parameter, public :: TOLIMAN_LOG_INFO = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_LOG_WARNING = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_LOG_INFO = 21
+    integer(c_int32_t), parameter, public :: TOLIMAN_LOG_WARNING = 22
 
     abstract interface
         ! Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
@@ -135,24 +135,23 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
         type(c_funptr) :: log = c_null_funptr ! may be NULL
         type(c_ptr) :: log_data = c_null_ptr
-        integer(c_int32_t) :: engine = 0 ! TOLIMAN_ENGINE_...; 0 = automatic, which is the matrix DFT
+        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
     ! Ways to propagate light: Engines, in the conventions of toliman/sim.h.
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_AUTOMATIC = 0 ! the matrix DFT
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_MATRIX_DFT = 1 ! exact pixel positions
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENGINE_PADDED_FFT = 2 ! no mask, amplitude or OPD files
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_PADDED_FFT = 332 ! no mask, amplitude or OPD files
 
     ! Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
-    integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_PHOTON = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_ELECTRON = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_UNIT_DN = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_PHOTON = 301
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_ELECTRON = 302
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_DN = 303
 
     ! Facts of a ready scene. Since 0.1.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 208 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! samples of the spectrum
         integer(c_int64_t) :: rows = 0 ! of a frame
         integer(c_int64_t) :: cols = 0
@@ -186,15 +185,15 @@ module toliman
         ! Cramer-Rao bound with all eight nuisances unknown; may be infinite
         real(c_double) :: crb_marginal_px = 0.0_c_double
         real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the mean frame, in the frame's unit
-        integer(c_int64_t) :: unit = 0 ! of frames and expected images: TOLIMAN_UNIT_PHOTON, _ELECTRON or _DN
-        integer(c_int64_t) :: bit_depth = 0 ! of the scene's detector; 0 = counts are not rounded
+        integer(c_int32_t) :: unit = 0 ! of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN
+        integer(c_int32_t) :: bit_depth = 0 ! of the scene's detector; 0 = counts are not rounded
     end type
 
     ! What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
     ! expected image against the scene without that choice; a test holds them against the true ones. Since 0.1.
     type, bind(C), public :: toliman_sim_plan_info
         integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_plan_info)
-        integer(c_int32_t) :: engine = 0 ! TOLIMAN_ENGINE_MATRIX_DFT or TOLIMAN_ENGINE_PADDED_FFT
+        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT
         integer(c_int32_t) :: scene_wavelengths = 0 ! of the spectrum as the scene has it
         integer(c_int32_t) :: wavelengths = 0 ! propagated: as many, or fewer Chebyshev nodes in 1/lambda
         integer(c_int32_t) :: order = 0 ! of the series in the displacement
@@ -232,46 +231,48 @@ module toliman
 
     ! Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter.
     ! the whole frame without displacement, with dark current and bias
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_BOTH = 0
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BOTH = 311
     ! also the derivative with respect to the relative flux of A
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_STAR_A = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_STAR_B = 2 ! TOLIMAN_E_ARGUMENT for a single star
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_SEPARATION = 3 ! d/d separation, per px
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_CURVATURE = 4 ! second derivative, per px^2
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_STAR_A = 312
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_STAR_B = 313 ! TOLIMAN_E_ARGUMENT for a single star
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SEPARATION = 314 ! d/d separation, per px
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_CURVATURE = 315 ! second derivative, per px^2
     ! d/d common shift towards higher columns, per px
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_SHIFT_X = 5
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_SHIFT_Y = 6 ! d/d common shift towards higher rows, per px
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_X = 316
+    ! d/d common shift towards higher rows, per px
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_Y = 317
 
     ! Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
     ! no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel.
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_VARIANCE = 7
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_ROLL = 8 ! d/d roll, per rad
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_SCALE = 9 ! d/d relative plate scale
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_FOCUS = 10 ! d/d defocus, per nm rms
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_VARIANCE = 318
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! d/d roll, per rad
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! d/d relative plate scale
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_FOCUS = 321 ! d/d defocus, per nm rms
     ! d/d light that falls on every pixel alike, per photon
-    integer(c_int32_t), parameter, public :: TOLIMAN_IMAGE_BACKGROUND = 11
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BACKGROUND = 322
 
     ! Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
     ! latent, and the same way back.
     !   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
     !   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
     !           that there is toliman_cae_reconstruct but no toliman_cae_decode
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_FLIGHT = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_PAPER = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_FLIGHT = 201
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_PAPER = 202
 
     ! What the network sees of a frame's 256x256 crop.
     !   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
     !   RESIDUAL  (counts - reference)/mean sigma of the frame
     !   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_WHITENED = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_RESIDUAL = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_RAW = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_WHITENED = 211
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RESIDUAL = 212
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RAW = 213
 
     ! What a network is. Since 0.1.
     type, bind(C), public :: toliman_cae_options
         integer(c_int32_t) :: struct_size = 24
-        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER
-        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW
+        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER
+        ! TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
+        integer(c_int32_t) :: input = 0
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
@@ -284,8 +285,8 @@ module toliman
     !                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
     !   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
     !                 any prior. The latent then has no unit and may have either sign
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_TIED = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_UNSUPERVISED = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_TIED = 221
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
     abstract interface
         ! Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
@@ -305,7 +306,7 @@ module toliman
     ! How to train; 0 is the default throughout. Since 0.1.
     type, bind(C), public :: toliman_cae_train_options
         integer(c_int32_t) :: struct_size = 96
-        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED
+        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED
         integer(c_int32_t) :: steps = 0 ! TIED: 0 = 300
         integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: passes over the training frames, in all; 0 = 300
         ! in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0; UNSUPERVISED: 0 = 1e-3,
@@ -357,7 +358,7 @@ module toliman
         integer(c_int64_t) :: crop_row = 0 ! first row and column of the 256x256 crop
         integer(c_int64_t) :: crop_col = 0
         integer(c_int32_t) :: projected = 0 ! nuisance images projected out
-        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_WHITENED, ...
+        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_WHITENED, ...
         real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with exactly those free
         real(c_double) :: cosine = 0.0_c_double ! after training; 0 before
         ! factor between the input and the first convolution: 1e-3 for TIED, else 1
@@ -368,21 +369,21 @@ module toliman
     ! How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
     ! bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
     ! has the bytes and what each costs in accuracy. Since 0.1.
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENCODING_FLOAT32 = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENCODING_BF16 = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_ENCODING_FP16 = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FLOAT32 = 231
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_BF16 = 232
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FP16 = 233
 
     ! What a blob holds. Since 0.1.
     type, bind(C), public :: toliman_cae_save_options
         integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_ENCODING_..., default FLOAT32
+        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_CAE_ENCODING_..., default FLOAT32
         integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images; default FLOAT32
         ! default 0; 1: also where the last training stands, for toliman_cae_train to go on with
         integer(c_int32_t) :: training = 0
     end type
 
     ! What a collection takes. Since 0.1.
-    type, bind(C), public :: toliman_linear_components_options
+    type, bind(C), public :: toliman_components_options
         integer(c_int32_t) :: struct_size = 24
         ! 0: residuals against the scene's reference over the scene's sigma, less the nuisances of preprocess.project;
         ! 1: counts
@@ -393,14 +394,14 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
 
-    ! Ways to find components, see toliman_linear_train_components.
-    integer(c_int32_t), parameter, public :: TOLIMAN_LINEAR_PCA = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_LINEAR_DICTIONARY = 1
+    ! Ways to find components, see toliman_components_train.
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_PCA = 401
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_DICTIONARY = 402
 
     ! How to train. Since 0.1.
-    type, bind(C), public :: toliman_linear_train_options
+    type, bind(C), public :: toliman_components_train_options
         integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: method = 0 ! TOLIMAN_LINEAR_PCA (default) or TOLIMAN_LINEAR_DICTIONARY
+        integer(c_int32_t) :: method = 0 ! TOLIMAN_COMPONENTS_PCA (default) or TOLIMAN_COMPONENTS_DICTIONARY
         integer(c_int32_t) :: components = 0 ! 1 ... 64, less than frames; 0 = 1
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
         integer(c_int32_t) :: iterations = 0 ! of the dictionary, at most; 0 = 200
@@ -413,8 +414,8 @@ module toliman
     end type
 
     ! What a training came to. Since 0.1.
-    type, bind(C), public :: toliman_linear_training
-        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_linear_training)
+    type, bind(C), public :: toliman_components_training
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_components_training)
         integer(c_int32_t) :: iterations = 0 ! done; 0 for PCA
         ! 1: the last iteration added less than 1e-5 of the gain; 0: their number ended it
         integer(c_int32_t) :: converged = 0
@@ -424,8 +425,8 @@ module toliman
     end type
 
     ! Facts of a collection. Since 0.1.
-    type, bind(C), public :: toliman_linear_components_info
-        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_linear_components_info)
+    type, bind(C), public :: toliman_components_info
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_components_info)
         integer(c_int32_t) :: raw = 0
         integer(c_int32_t) :: bin = 0
         integer(c_int32_t) :: projected = 0 ! nuisance images projected out; 0 if raw
@@ -496,16 +497,16 @@ module toliman
 
     ! Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
     ! mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite.
-    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_STANDARD = 0 ! P = 1 - R/R0, in [0, 1]
-    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_MODEL = 1 ! R0/R - 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_LOG = 2 ! -ln(R/R0)
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_STANDARD = 101 ! P = 1 - R/R0, in [0, 1]
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_MODEL = 102 ! R0/R - 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_LOG = 103 ! -ln(R/R0)
     ! (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_POWER_PSD = 3
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_PSD = 104
 
     ! Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
     ! its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
     ! where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 8
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 16
 
     ! The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
     type, bind(C), public :: toliman_period_model
@@ -526,11 +527,11 @@ module toliman
     end type
 
     ! Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 4
 
     ! Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
     ! distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
 
     ! A peak and what it means. Since 0.1.
     type, bind(C), public :: toliman_period_peak
@@ -543,8 +544,9 @@ module toliman
         real(c_double) :: log10_residual = 0.0_c_double ! log10(1 - power), formed from residual/total; -4900 at least
         ! full width at half maximum of the peak, in frequency; +infinity if a side never falls so low
         real(c_double) :: fwhm = 0.0_c_double
-        real(c_double) :: fwhm_error = 0.0_c_double ! fwhm/f^2: error of the period as the chapter's formula prints it
-        real(c_double) :: half_width_error = 0.0_c_double ! half of it, as the chapter's table prints it
+        ! fwhm/f^2: error of the period as the chapter's formula prints it
+        real(c_double) :: fwhm_period = 0.0_c_double
+        real(c_double) :: half_width_period = 0.0_c_double ! half of it, as the chapter's table prints it
         ! least-squares standard error, +infinity if the samples cannot tell; NaN from query_peak, which sees no
         ! samples. As all errors scaled by the residuals: of the sigmas only the proportions count
         real(c_double) :: frequency_error = 0.0_c_double
@@ -560,41 +562,15 @@ module toliman
         real(c_double) :: period_error = 0.0_c_double
     end type
 
-    ! False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
-    ! Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL.
-    ! somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
-    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_BALUEV = 0
-    ! the same, were there just f T independent frequencies. Too small: at 0.01 by 3
-    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_NAIVE = 1
-    ! at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
-    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_SINGLE = 2
-
-    ! Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
-    ! each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
-    ! whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
-    ! and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
-    ! Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
-    ! Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
-    integer(c_int32_t), parameter, public :: TOLIMAN_FAP_SEQUENTIAL = 3
-
-    ! How toliman_period_query_bootstrap works. Since 0.1.
-    type, bind(C), public :: toliman_period_bootstrap_options
-        integer(c_int32_t) :: struct_size = 32
-        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
-        integer(c_int64_t) :: seed = 0
-        type(c_funptr) :: progress = c_null_funptr ! may be NULL
-        type(c_ptr) :: progress_data = c_null_ptr
-    end type
-
     ! Flags of toliman_period_sampling.
     ! df > coarsest_df: peaks may pass between two frequencies unseen
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
     ! the grid goes beyond ceiling, where even samples repeat what is below
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_PAST_CEILING = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_PAST_CEILING = 64
 
     ! At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
     ! or coincide, which narrow sums cannot tell from each other.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NARROW = 4
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NARROW = 128
 
     ! What the samples' times are worth, and whether the grid suits them. Since 0.1.
     type, bind(C), public :: toliman_period_sampling
@@ -619,36 +595,62 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
+    ! False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
+    ! Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_PERIOD_FAP_SEQUENTIAL.
+    ! somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_BALUEV = 111
+    ! the same, were there just f T independent frequencies. Too small: at 0.01 by 3
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_NAIVE = 112
+    ! at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
+
+    ! Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
+    ! each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
+    ! whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
+    ! and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
+    ! Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
+    ! Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
+
+    ! How toliman_period_query_bootstrap works. Since 0.1.
+    type, bind(C), public :: toliman_period_bootstrap_options
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
+        integer(c_int64_t) :: seed = 0
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
     ! Verdicts, as above.
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ACCEPTED = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_DUPLICATE = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_QUARANTINED = 2
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_OUTLIER = 3
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REJECTED = 4
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
     ! of lines alone: no frame; lines of another ledger are in, or repeats are counted
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_MERGED = 5
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
 
     ! Why a frame is rejected.
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_NONE = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_SHAPE = 1 ! other rows or columns than the tracker's
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_OVER_RANGE = 2 ! a pixel above the bit depth
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
+    ! other rows or columns than the tracker's
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_SHAPE = 512
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_OVER_RANGE = 513 ! a pixel above the bit depth
     ! so many bytes of pixels of 0 in a row as a lost packet leaves
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_HOLE = 3
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_NOT_FINITE = 4 ! a pixel that is NaN or infinite
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_HOLE = 514
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! a pixel that is NaN or infinite
     ! a time for which there is no TAI, or which is too far off for the periodogram
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_CLOCK = 5
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! the estimator failed or gave no finite value
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASON_ESTIMATE = 6
-    integer(c_int32_t), parameter, public :: TOLIMAN_REASONS = 7
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
 
     ! Kinds of pixels, in the byte order of the machine, which is little-endian.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 2
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 3
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 4
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 5
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 6
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
 
     ! A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
     type, bind(C), public :: toliman_frame
@@ -669,10 +671,10 @@ module toliman
     end type
 
     ! What became of a frame. Since 0.1.
-    type, bind(C), public :: toliman_outcome
-        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_outcome), of the first at least
-        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_...
-        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_REASON_...
+    type, bind(C), public :: toliman_track_outcome
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_track_outcome), of the first at least
+        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
+        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
         integer(c_int32_t) :: reserved = 0
         ! of the pixel that is over range, not finite or completes a hole; of shape: the frame's
         integer(c_int64_t) :: row = 0
@@ -707,10 +709,10 @@ module toliman
     ! When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
     ! commit and save, and by the next push if it waits for a second.
     ! every `group` lines, and lines that wait for a second at the next push
-    integer(c_int32_t), parameter, public :: TOLIMAN_SYNC_GROUP = 0
-    integer(c_int32_t), parameter, public :: TOLIMAN_SYNC_FRAME = 1 ! every line
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! every line
     ! left to the system: a power cut may lose what toliman_track_get_info calls committed
-    integer(c_int32_t), parameter, public :: TOLIMAN_SYNC_NONE = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_NONE = 523
 
     ! What a tracker is. Since 0.1.
     type, bind(C), public :: toliman_track_options
@@ -759,7 +761,7 @@ module toliman
         ! both must be given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
-        integer(c_int32_t) :: sync = 0 ! TOLIMAN_SYNC_..., default GROUP
+        integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_..., default GROUP
         integer(c_int32_t) :: group = 0 ! lines, 1 to 65536; default 64
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
         ! Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during
@@ -769,12 +771,12 @@ module toliman
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
-    ! 0.1.
+    ! A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
+    ! TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
     type, bind(C), public :: toliman_track_line
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_line), of the first at least
-        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_...; of a frame that was denied later, quarantined
-        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_REASON_...
+        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
+        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
         integer(c_int32_t) :: content = 0 ! CRC32 of the frame
         integer(c_int64_t) :: stream = 0 ! FNV-1a of session and region
         integer(c_int64_t) :: frame_id = 0
@@ -789,7 +791,7 @@ module toliman
     ! arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
     ! ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1.
     type, bind(C), public :: toliman_track_info
-        integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_track_info)
+        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
         integer(c_int64_t) :: received = 0 ! frames, by this or earlier runs
         integer(c_int64_t) :: accepted = 0 ! in the periodogram now
@@ -797,8 +799,7 @@ module toliman
         integer(c_int64_t) :: quarantined = 0 ! keys
         ! later arrivals of keys that are known, same or other bytes; here or in folders that were merged
         integer(c_int64_t) :: repeated = 0
-        integer(c_int64_t) :: rejected = 0 ! all; those of a reason below
-        integer(c_int64_t) :: rejected_by(TOLIMAN_REASONS) = 0
+        integer(c_int64_t) :: rejected = 0 ! for all reasons; toliman_track_get_rejected has those for one
         integer(c_int64_t) :: expected = 0 ! frame ids from the first to the last of each session and region
         integer(c_int64_t) :: missing = 0 ! of these, ids that are neither accepted nor outlier nor quarantined
         integer(c_int64_t) :: dropped = 0 ! by the camera, as accepted frames and outliers tell
@@ -898,7 +899,7 @@ module toliman
 
         ! Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its
         ! folder. options may be NULL.
-        function toliman_sim_create(path, options, out) bind(C) result(answer)
+        function toliman_sim_create_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
             type(toliman_sim_options), intent(in), optional :: options
@@ -932,9 +933,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create,
-        ! *out as toliman_sim_get_plan.
-        function toliman_sim_plan(path, options, out) bind(C) result(answer)
+        ! The plan of the scene file at path, without making its images; arguments and errors as
+        ! toliman_sim_create_file, *out as toliman_sim_get_plan.
+        function toliman_sim_plan_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
             type(toliman_sim_options), intent(in), optional :: options
@@ -1246,6 +1247,78 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_components_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_components_options), intent(inout) :: options
+        end subroutine
+
+        ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
+        function toliman_components_create(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_components_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Ends a collection; NULL is allowed.
+        subroutine toliman_components_destroy(components) bind(C)
+            import
+            type(c_ptr), value :: components
+        end subroutine
+
+        ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained.
+        function toliman_components_push(components, counts, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: counts(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Forgets every frame; options and memory stay.
+        function toliman_components_reset(components) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_components_train_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_components_train_options), intent(inout) :: options
+        end subroutine
+
+        ! Finds components of the frames pushed, whose mean is subtracted first.
+        function toliman_components_train(components, options, report) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            type(toliman_components_train_options), intent(in), optional :: options
+            type(toliman_components_training), intent(inout), optional :: report
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their
+        ! mean (atoms are not orthogonal: their shares need not add up); either may be NULL.
+        function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_int32_t), value :: component
+            real(c_double), intent(out), optional :: values(*), share
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fills *out; out->struct_size must be set.
+        function toliman_components_get_info(components, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            type(toliman_components_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
         ! Template estimator of a scene; sim is not kept, allocator may be NULL.
         function toliman_linear_create(sim, allocator, out) bind(C) result(answer)
             import
@@ -1276,78 +1349,6 @@ module toliman
             import
             type(c_ptr), value :: linear
             real(c_double), intent(out) :: sigma_px
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Fills *options, which has `size` bytes, with the defaults.
-        subroutine toliman_linear_components_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_linear_components_options), intent(inout) :: options
-        end subroutine
-
-        ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
-        function toliman_linear_create_components(sim, options, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            type(toliman_linear_components_options), intent(in), optional :: options
-            type(c_ptr), intent(out) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Ends a collection; NULL is allowed.
-        subroutine toliman_linear_destroy_components(components) bind(C)
-            import
-            type(c_ptr), value :: components
-        end subroutine
-
-        ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained.
-        function toliman_linear_push_frame(components, counts, stride) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_size_t), value :: stride
-            real(c_double), intent(in) :: counts(*)
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Forgets every frame; options and memory stay.
-        function toliman_linear_reset_components(components) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Fills *options, which has `size` bytes, with the defaults.
-        subroutine toliman_linear_train_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_linear_train_options), intent(inout) :: options
-        end subroutine
-
-        ! Finds components of the frames pushed, whose mean is subtracted first.
-        function toliman_linear_train_components(components, options, report) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            type(toliman_linear_train_options), intent(in), optional :: options
-            type(toliman_linear_training), intent(inout), optional :: report
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their
-        ! mean (atoms are not orthogonal: their shares need not add up); either may be NULL.
-        function toliman_linear_get_series(components, component, values, share) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_int32_t), value :: component
-            real(c_double), intent(out), optional :: values(*), share
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Fills *out; out->struct_size must be set.
-        function toliman_linear_get_components_info(components, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            type(toliman_linear_components_info), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -1557,49 +1558,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples
-        ! pushed. 0 for P = 0, whatever the samples; never NaN or infinite.
-        function toliman_period_query_fap(period, method, log10_residual, log10_fap) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_int32_t), value :: method
-            real(c_double), value :: log10_residual
-            real(c_double), intent(out) :: log10_fap
-            integer(c_int32_t) :: answer
-        end function
-
-        ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it.
-        ! log10_fap from that of log10(1 - P) = -4900 to 0; errors as above.
-        function toliman_period_query_level(period, method, log10_fap, log10_residual) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_int32_t), value :: method
-            real(c_double), value :: log10_fap
-            real(c_double), intent(out) :: log10_residual
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Fills *options, which has `size` bytes, with the defaults.
-        subroutine toliman_period_bootstrap_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_period_bootstrap_options), intent(inout) :: options
-        end subroutine
-
-        ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their
-        ! number is checked; sigma may be NULL), sorted, the strongest first.
-        function toliman_period_query_bootstrap(period, t, y, sigma, n, options, count, &
-            log10_residuals) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_size_t), value :: n, count
-            real(c_double), intent(in) :: t(*), y(*)
-            real(c_double), intent(in), optional :: sigma(*)
-            type(toliman_period_bootstrap_options), intent(in), optional :: options
-            real(c_double), intent(out) :: log10_residuals(*)
-            integer(c_int32_t) :: answer
-        end function
-
         ! Fills *out; out->struct_size must be set.
         function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
             import
@@ -1668,6 +1626,49 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples
+        ! pushed. 0 for P = 0, whatever the samples; never NaN or infinite.
+        function toliman_period_query_fap(period, method, log10_residual, log10_fap) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_int32_t), value :: method
+            real(c_double), value :: log10_residual
+            real(c_double), intent(out) :: log10_fap
+            integer(c_int32_t) :: answer
+        end function
+
+        ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it.
+        ! log10_fap from that of log10(1 - P) = -4900 to 0; errors as above.
+        function toliman_period_query_level(period, method, log10_fap, log10_residual) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_int32_t), value :: method
+            real(c_double), value :: log10_fap
+            real(c_double), intent(out) :: log10_residual
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_period_bootstrap_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_period_bootstrap_options), intent(inout) :: options
+        end subroutine
+
+        ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their
+        ! number is checked; sigma may be NULL), sorted, the strongest first.
+        function toliman_period_query_bootstrap(period, t, y, sigma, n, options, count, &
+            log10_residuals) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n, count
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*)
+            type(toliman_period_bootstrap_options), intent(in), optional :: options
+            real(c_double), intent(out) :: log10_residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
         function toliman_track_verdict_name(verdict) bind(C) result(answer)
             import
@@ -1719,7 +1720,7 @@ module toliman
             type(c_ptr), value :: track
             integer(c_size_t), value :: count
             type(toliman_frame), intent(in) :: frames(*)
-            type(toliman_outcome), intent(inout) :: outcomes(*)
+            type(toliman_track_outcome), intent(inout) :: outcomes(*)
             integer(c_size_t), intent(out) :: done
             integer(c_int32_t) :: answer
         end function
@@ -1767,6 +1768,15 @@ module toliman
             import
             type(c_ptr), value :: track
             type(toliman_track_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+        function toliman_track_get_rejected(track, reason, frames) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_int32_t), value :: reason
+            integer(c_int64_t), intent(out) :: frames
             integer(c_int32_t) :: answer
         end function
 
@@ -1821,11 +1831,11 @@ module toliman
     public :: toliman_get_machine
     public :: toliman_get_blas_speed
     public :: toliman_sim_options_init
-    public :: toliman_sim_create
+    public :: toliman_sim_create_file
     public :: toliman_sim_create_json
     public :: toliman_sim_destroy
     public :: toliman_sim_get_info
-    public :: toliman_sim_plan
+    public :: toliman_sim_plan_file
     public :: toliman_sim_plan_json
     public :: toliman_sim_get_stage_name
     public :: toliman_sim_get_plan
@@ -1857,19 +1867,19 @@ module toliman
     public :: toliman_cae_load
     public :: toliman_cae_save_file
     public :: toliman_cae_load_file
+    public :: toliman_components_options_init
+    public :: toliman_components_create
+    public :: toliman_components_destroy
+    public :: toliman_components_push
+    public :: toliman_components_reset
+    public :: toliman_components_train_options_init
+    public :: toliman_components_train
+    public :: toliman_components_get_series
+    public :: toliman_components_get_info
     public :: toliman_linear_create
     public :: toliman_linear_destroy
     public :: toliman_linear_encode
     public :: toliman_linear_get_sigma
-    public :: toliman_linear_components_options_init
-    public :: toliman_linear_create_components
-    public :: toliman_linear_destroy_components
-    public :: toliman_linear_push_frame
-    public :: toliman_linear_reset_components
-    public :: toliman_linear_train_options_init
-    public :: toliman_linear_train_components
-    public :: toliman_linear_get_series
-    public :: toliman_linear_get_components_info
     public :: toliman_period_options_init
     public :: toliman_period_suggest
     public :: toliman_period_create
@@ -1892,10 +1902,6 @@ module toliman
     public :: toliman_period_query_peak
     public :: toliman_period_query_peaks
     public :: toliman_period_query_fit
-    public :: toliman_period_query_fap
-    public :: toliman_period_query_level
-    public :: toliman_period_bootstrap_options_init
-    public :: toliman_period_query_bootstrap
     public :: toliman_period_query_sampling
     public :: toliman_period_save
     public :: toliman_period_load
@@ -1903,6 +1909,10 @@ module toliman
     public :: toliman_period_load_file
     public :: toliman_period_batch_options_init
     public :: toliman_period_batch
+    public :: toliman_period_query_fap
+    public :: toliman_period_query_level
+    public :: toliman_period_bootstrap_options_init
+    public :: toliman_period_query_bootstrap
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -1915,6 +1925,7 @@ module toliman
     public :: toliman_track_merge
     public :: toliman_track_get_lines
     public :: toliman_track_get_info
+    public :: toliman_track_get_rejected
     public :: toliman_track_get_streams
     public :: toliman_track_get_clock
     public :: toliman_track_get_period
@@ -1926,10 +1937,10 @@ module toliman
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
     contains
-        procedure :: create => simulator_create
+        procedure :: create_file => simulator_create_file
         procedure :: create_json => simulator_create_json
         procedure :: get_info => simulator_get_info
-        procedure, nopass :: plan => simulator_plan
+        procedure, nopass :: plan_file => simulator_plan_file
         procedure, nopass :: plan_json => simulator_plan_json
         procedure, nopass :: get_stage_name => simulator_get_stage_name
         procedure :: get_plan => simulator_get_plan
@@ -1974,6 +1985,24 @@ module toliman
         final :: autoencoder_finish
     end type
 
+    ! Frames of a scene, collected to find their components. One series of numbers a component comes out, one number a
+    ! frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1.
+    type, public :: toliman_component_set
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
+    contains
+        procedure :: create => component_set_create
+        procedure :: push => component_set_push
+        procedure :: reset => component_set_reset
+        procedure :: train => component_set_train
+        procedure :: get_series => component_set_get_series
+        procedure :: get_info => component_set_get_info
+        procedure :: destroy => component_set_destroy
+        procedure, private :: component_set_assign
+        generic :: assignment(=) => component_set_assign
+        final :: component_set_finish
+    end type
+
     ! Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
     ! projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
     ! object from several threads. Since 0.1.
@@ -1988,24 +2017,6 @@ module toliman
         procedure, private :: linear_estimator_assign
         generic :: assignment(=) => linear_estimator_assign
         final :: linear_estimator_finish
-    end type
-
-    ! Frames of a scene, collected to find their components. One series of numbers a component comes out, one number a
-    ! frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1.
-    type, public :: toliman_component_set
-        type(c_ptr) :: handle = c_null_ptr
-        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
-    contains
-        procedure :: create => component_set_create
-        procedure :: push_frame => component_set_push_frame
-        procedure :: reset => component_set_reset
-        procedure :: train => component_set_train
-        procedure :: get_series => component_set_get_series
-        procedure :: get_info => component_set_get_info
-        procedure :: destroy => component_set_destroy
-        procedure, private :: component_set_assign
-        generic :: assignment(=) => component_set_assign
-        final :: component_set_finish
     end type
 
     ! Streaming periodogram. Const calls may run on one object from several threads. Since 0.1.
@@ -2032,15 +2043,15 @@ module toliman
         procedure :: query_peak => periodogram_query_peak
         procedure :: query_peaks => periodogram_query_peaks
         procedure :: query_fit => periodogram_query_fit
-        procedure :: query_fap => periodogram_query_fap
-        procedure :: query_level => periodogram_query_level
-        procedure :: query_bootstrap => periodogram_query_bootstrap
         procedure :: query_sampling => periodogram_query_sampling
         procedure :: save => periodogram_save
         procedure :: load => periodogram_load
         procedure :: save_file => periodogram_save_file
         procedure :: load_file => periodogram_load_file
         procedure, nopass :: batch => periodogram_batch
+        procedure :: query_fap => periodogram_query_fap
+        procedure :: query_level => periodogram_query_level
+        procedure :: query_bootstrap => periodogram_query_bootstrap
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -2061,6 +2072,7 @@ module toliman
         procedure :: merge => tracker_merge
         procedure :: get_lines => tracker_get_lines
         procedure :: get_info => tracker_get_info
+        procedure :: get_rejected => tracker_get_rejected
         procedure :: get_streams => tracker_get_streams
         procedure :: get_clock => tracker_get_clock
         procedure :: get_period => tracker_get_period
@@ -2257,14 +2269,14 @@ contains
         character(len=*), intent(in) :: session, roi
         integer(c_int64_t), intent(in) :: frame_id, camera_ns
         real(c_double), intent(in), contiguous, target :: pixels(:, :)
-        type(toliman_outcome), intent(inout) :: outcome
+        type(toliman_track_outcome), intent(inout) :: outcome
         integer(c_int64_t), intent(in), optional :: dropped
         real(c_double), intent(in), optional :: sigma
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         character(kind=c_char), allocatable, target :: session_of_c(:), roi_of_c(:)
         type(toliman_frame) :: frames(1)
-        type(toliman_outcome) :: outcomes(1)
+        type(toliman_track_outcome) :: outcomes(1)
         integer(c_size_t) :: done
         allocate (session_of_c, source=c_string(session))
         allocate (roi_of_c, source=c_string(roi))
@@ -2302,7 +2314,7 @@ contains
 
     ! Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
     ! options may be NULL.
-    subroutine simulator_create(self, path, options, stat, errmsg)
+    subroutine simulator_create_file(self, path, options, stat, errmsg)
         class(toliman_simulator), intent(inout) :: self
         character(len=*), intent(in) :: path
         type(toliman_sim_options), intent(in), optional :: options
@@ -2311,7 +2323,7 @@ contains
         type(c_ptr) :: made
         type(toliman_sim_info) :: info
         integer(c_int32_t) :: status
-        status = toliman_sim_create(c_string(path), options, made)
+        status = toliman_sim_create_file(c_string(path), options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -2358,15 +2370,15 @@ contains
         call conclude(toliman_sim_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out
-    ! as toliman_sim_get_plan.
-    subroutine simulator_plan(path, out, options, stat, errmsg)
+    ! The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file,
+    ! *out as toliman_sim_get_plan.
+    subroutine simulator_plan_file(path, out, options, stat, errmsg)
         character(len=*), intent(in) :: path
         type(toliman_sim_options), intent(in), optional :: options
         type(toliman_sim_plan_info), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_sim_plan(c_string(path), options, out), stat, errmsg)
+        call conclude(toliman_sim_plan_file(c_string(path), options, out), stat, errmsg)
     end subroutine
 
     ! The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it.
@@ -2796,6 +2808,89 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
+    subroutine component_set_create(self, sim, options, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_components_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_components_create(sim%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            self%rows = sim%rows
+            self%cols = sim%cols
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. counts(stride, rows).
+    subroutine component_set_push(self, counts, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        real(c_double), intent(in), contiguous :: counts(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(counts, 1, c_size_t)
+        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
+        status = toliman_components_push(self%handle, counts, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Forgets every frame; options and memory stay.
+    subroutine component_set_reset(self, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_reset(self%handle), stat, errmsg)
+    end subroutine
+
+    ! Finds components of the frames pushed, whose mean is subtracted first.
+    subroutine component_set_train(self, options, report, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_components_train_options), intent(in), optional :: options
+        type(toliman_components_training), intent(inout), optional :: report
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_train(self%handle, options, report), stat, errmsg)
+    end subroutine
+
+    ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
+    ! (atoms are not orthogonal: their shares need not add up); either may be NULL. values(frames).
+    subroutine component_set_get_series(self, component, values, share, stat, errmsg)
+        class(toliman_component_set), intent(in) :: self
+        integer(c_int32_t), intent(in) :: component
+        real(c_double), intent(out), optional, contiguous :: values(:)
+        real(c_double), intent(out), optional :: share
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(toliman_components_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_components_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(values)) then
+            if (.not. fits(size(values, 1, c_size_t), int(info%frames, c_size_t), 'values', 1, stat, errmsg)) return
+        end if
+        status = toliman_components_get_series(self%handle, component, values, share)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Fills *out; out->struct_size must be set.
+    subroutine component_set_get_info(self, out, stat, errmsg)
+        class(toliman_component_set), intent(in) :: self
+        type(toliman_components_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
     ! Template estimator of a scene; sim is not kept, allocator may be NULL.
     subroutine linear_estimator_create(self, sim, allocator, stat, errmsg)
         class(toliman_linear_estimator), intent(inout) :: self
@@ -2837,89 +2932,6 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_linear_get_sigma(self%handle, sigma_px), stat, errmsg)
-    end subroutine
-
-    ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
-    subroutine component_set_create(self, sim, options, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        type(toliman_simulator), intent(in) :: sim
-        type(toliman_linear_components_options), intent(in), optional :: options
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(c_ptr) :: made
-        integer(c_int32_t) :: status
-        status = toliman_linear_create_components(sim%handle, options, made)
-        if (status == TOLIMAN_OK) then
-            call self%destroy()
-            self%handle = made
-            self%rows = sim%rows
-            self%cols = sim%cols
-        end if
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. counts(stride, rows).
-    subroutine component_set_push_frame(self, counts, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        real(c_double), intent(in), contiguous :: counts(:, :)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_stride
-        integer(c_int32_t) :: status
-        of_stride = size(counts, 1, c_size_t)
-        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
-        status = toliman_linear_push_frame(self%handle, counts, of_stride)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Forgets every frame; options and memory stay.
-    subroutine component_set_reset(self, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_linear_reset_components(self%handle), stat, errmsg)
-    end subroutine
-
-    ! Finds components of the frames pushed, whose mean is subtracted first.
-    subroutine component_set_train(self, options, report, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        type(toliman_linear_train_options), intent(in), optional :: options
-        type(toliman_linear_training), intent(inout), optional :: report
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_linear_train_components(self%handle, options, report), stat, errmsg)
-    end subroutine
-
-    ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
-    ! (atoms are not orthogonal: their shares need not add up); either may be NULL. values(frames).
-    subroutine component_set_get_series(self, component, values, share, stat, errmsg)
-        class(toliman_component_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: component
-        real(c_double), intent(out), optional, contiguous :: values(:)
-        real(c_double), intent(out), optional :: share
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(toliman_linear_components_info) :: info
-        integer(c_int32_t) :: status
-        status = toliman_linear_get_components_info(self%handle, info)
-        if (status /= TOLIMAN_OK) then
-            call conclude(status, stat, errmsg)
-            return
-        end if
-        if (present(values)) then
-            if (.not. fits(size(values, 1, c_size_t), int(info%frames, c_size_t), 'values', 1, stat, errmsg)) return
-        end if
-        status = toliman_linear_get_series(self%handle, component, values, share)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Fills *out; out->struct_size must be set.
-    subroutine component_set_get_info(self, out, stat, errmsg)
-        class(toliman_component_set), intent(in) :: self
-        type(toliman_linear_components_info), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_linear_get_components_info(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s
@@ -3191,52 +3203,6 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed.
-    ! 0 for P = 0, whatever the samples; never NaN or infinite.
-    subroutine periodogram_query_fap(self, method, log10_residual, log10_fap, stat, errmsg)
-        class(toliman_periodogram), intent(in) :: self
-        integer(c_int32_t), intent(in) :: method
-        real(c_double), intent(in) :: log10_residual
-        real(c_double), intent(out) :: log10_fap
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_query_fap(self%handle, method, log10_residual, log10_fap), stat, errmsg)
-    end subroutine
-
-    ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap
-    ! from that of log10(1 - P) = -4900 to 0; errors as above.
-    subroutine periodogram_query_level(self, method, log10_fap, log10_residual, stat, errmsg)
-        class(toliman_periodogram), intent(in) :: self
-        integer(c_int32_t), intent(in) :: method
-        real(c_double), intent(in) :: log10_fap
-        real(c_double), intent(out) :: log10_residual
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_query_level(self%handle, method, log10_fap, log10_residual), stat, errmsg)
-    end subroutine
-
-    ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number
-    ! is checked; sigma may be NULL), sorted, the strongest first. t(n), y(n), sigma(n), log10_residuals(count).
-    subroutine periodogram_query_bootstrap(self, t, y, log10_residuals, sigma, options, stat, errmsg)
-        class(toliman_periodogram), intent(in) :: self
-        real(c_double), intent(in), contiguous :: t(:), y(:)
-        real(c_double), intent(in), optional, contiguous :: sigma(:)
-        type(toliman_period_bootstrap_options), intent(in), optional :: options
-        real(c_double), intent(out), contiguous :: log10_residuals(:)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_n, of_count
-        integer(c_int32_t) :: status
-        of_n = size(t, 1, c_size_t)
-        of_count = size(log10_residuals, 1, c_size_t)
-        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
-        if (present(sigma)) then
-            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
-        end if
-        status = toliman_period_query_bootstrap(self%handle, t, y, sigma, of_n, options, of_count, log10_residuals)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Fills *out; out->struct_size must be set. t(n).
     subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
@@ -3321,6 +3287,52 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed.
+    ! 0 for P = 0, whatever the samples; never NaN or infinite.
+    subroutine periodogram_query_fap(self, method, log10_residual, log10_fap, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        integer(c_int32_t), intent(in) :: method
+        real(c_double), intent(in) :: log10_residual
+        real(c_double), intent(out) :: log10_fap
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_period_query_fap(self%handle, method, log10_residual, log10_fap), stat, errmsg)
+    end subroutine
+
+    ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap
+    ! from that of log10(1 - P) = -4900 to 0; errors as above.
+    subroutine periodogram_query_level(self, method, log10_fap, log10_residual, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        integer(c_int32_t), intent(in) :: method
+        real(c_double), intent(in) :: log10_fap
+        real(c_double), intent(out) :: log10_residual
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_period_query_level(self%handle, method, log10_fap, log10_residual), stat, errmsg)
+    end subroutine
+
+    ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number
+    ! is checked; sigma may be NULL), sorted, the strongest first. t(n), y(n), sigma(n), log10_residuals(count).
+    subroutine periodogram_query_bootstrap(self, t, y, log10_residuals, sigma, options, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:)
+        type(toliman_period_bootstrap_options), intent(in), optional :: options
+        real(c_double), intent(out), contiguous :: log10_residuals(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n, of_count
+        integer(c_int32_t) :: status
+        of_n = size(t, 1, c_size_t)
+        of_count = size(log10_residuals, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_query_bootstrap(self%handle, t, y, sigma, of_n, options, of_count, log10_residuals)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
     function tracker_verdict_name(verdict) result(answer)
         integer(c_int32_t), intent(in) :: verdict
@@ -3339,7 +3351,7 @@ contains
     subroutine tracker_push(self, frames, outcomes, done, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         type(toliman_frame), intent(in), contiguous :: frames(:)
-        type(toliman_outcome), intent(inout), contiguous :: outcomes(:)
+        type(toliman_track_outcome), intent(inout), contiguous :: outcomes(:)
         integer(c_size_t), intent(out) :: done
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -3403,6 +3415,16 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_track_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+    subroutine tracker_get_rejected(self, reason, frames, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        integer(c_int32_t), intent(in) :: reason
+        integer(c_int64_t), intent(out) :: frames
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_track_get_rejected(self%handle, reason, frames), stat, errmsg)
     end subroutine
 
     ! Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where
@@ -3494,6 +3516,27 @@ contains
     end subroutine
 
     ! Frees the object, which may be created anew.
+    impure elemental subroutine component_set_destroy(self)
+        class(toliman_component_set), intent(inout) :: self
+        call toliman_components_destroy(self%handle)
+        self%handle = c_null_ptr
+        self%rows = -1
+        self%cols = -1
+    end subroutine
+
+    impure elemental subroutine component_set_finish(self)
+        type(toliman_component_set), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine component_set_assign(self, other)
+        class(toliman_component_set), intent(inout) :: self
+        class(toliman_component_set), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_component_set cannot be assigned'
+    end subroutine
+
+    ! Frees the object, which may be created anew.
     impure elemental subroutine linear_estimator_destroy(self)
         class(toliman_linear_estimator), intent(inout) :: self
         call toliman_linear_destroy(self%handle)
@@ -3512,27 +3555,6 @@ contains
         class(toliman_linear_estimator), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_linear_estimator cannot be assigned'
-    end subroutine
-
-    ! Frees the object, which may be created anew.
-    impure elemental subroutine component_set_destroy(self)
-        class(toliman_component_set), intent(inout) :: self
-        call toliman_linear_destroy_components(self%handle)
-        self%handle = c_null_ptr
-        self%rows = -1
-        self%cols = -1
-    end subroutine
-
-    impure elemental subroutine component_set_finish(self)
-        type(toliman_component_set), intent(inout) :: self
-        call self%destroy()
-    end subroutine
-
-    subroutine component_set_assign(self, other)
-        class(toliman_component_set), intent(inout) :: self
-        class(toliman_component_set), intent(in) :: other
-        if (c_associated(self%handle) .or. c_associated(other%handle)) &
-            error stop 'libtoliman: a toliman_component_set cannot be assigned'
     end subroutine
 
     ! Frees the object, which may be created anew.

@@ -20,7 +20,7 @@ int main(int argc, char **argv) {
         return EXIT_FAILURE;
     }
     toliman_sim *sim = NULL;
-    check(toliman_sim_create(argv[1], NULL, &sim));
+    check(toliman_sim_create_file(argv[1], NULL, &sim));
     toliman_sim_info info = {.struct_size = sizeof info};
     check(toliman_sim_get_info(sim, &info));
 

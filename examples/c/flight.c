@@ -98,7 +98,7 @@ int main(int argc, char **argv) {
                            .pixels = pixels,
                            .rows = ROWS,
                            .cols = COLS};
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     for (size_t done; fread(pixels, sizeof *pixels, ROWS * COLS, frames) == ROWS * COLS; frame.frame_id++) {
         frame.camera_ns = frame.frame_id * INT64_C(86400000000000);
         check(toliman_track_push(tracker, &frame, 1, &outcome, &done));

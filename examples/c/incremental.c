@@ -48,15 +48,15 @@ struct host {
  * period is an answer, which is printed whenever it has changed by 5 %. */
 static void on_frame(const toliman_frame *frame, void *user_data) {
     struct host *host = user_data;
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     toliman_period_peak peak = {.struct_size = sizeof peak};
     size_t done;
     double log10_fap;
     check(toliman_track_push(host->tracker, frame, 1, &outcome, &done));
-    if (outcome.verdict != TOLIMAN_TRACK_ACCEPTED || toliman_period_count(host->period) < 5)
+    if (outcome.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED || toliman_period_count(host->period) < 5)
         return; /* a duplicate, say: outcome tells */
     check(toliman_period_query_peak(host->period, &peak));
-    check(toliman_period_query_fap(host->period, TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &log10_fap));
+    check(toliman_period_query_fap(host->period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &log10_fap));
     if (log10_fap > -3 || fabs(peak.period - host->answer) < 0.05 * peak.period)
         return;
     host->answer = peak.period;
@@ -71,7 +71,7 @@ int main(int argc, char **argv) {
     toliman_sim *sim = NULL;
     toliman_linear *estimator = NULL; /* or a toliman_cae with trained weights */
     struct host host = {0};
-    check(toliman_sim_create(argv[1], NULL, &sim));
+    check(toliman_sim_create_file(argv[1], NULL, &sim));
     check(toliman_linear_create(sim, NULL, &estimator));
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);

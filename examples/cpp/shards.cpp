@@ -15,7 +15,7 @@ namespace {
 class Mission {
   public:
     explicit Mission(const char *scene)
-        : sim_(toliman::make<toliman::simulator>(toliman_sim_create, scene, nullptr)),
+        : sim_(toliman::make<toliman::simulator>(toliman_sim_create_file, scene, nullptr)),
           estimator_(toliman::make<toliman::linear_estimator>(toliman_linear_create, sim_.get(), nullptr)) {
         info_.struct_size = sizeof info_;
         toliman::check(toliman_sim_get_info(sim_.get(), &info_));

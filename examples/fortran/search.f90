@@ -34,7 +34,7 @@ program search
     end if
     call periodogram%query_peak(peak)
     call periodogram%query_fit(t, y, fit, sigma)
-    print '(a, f0.2, a, f0.2, a, f0.1)', 'peak at ', peak%period, ' days, half width ', peak%half_width_error, &
+    print '(a, f0.2, a, f0.2, a, f0.1)', 'peak at ', peak%period, ' days, half width ', peak%half_width_period, &
         ', log10 FAP ', peak%log10_fap
     print '(4(a, f0.2), a)', 'period ', fit%period, ' +- ', fit%period_error, ' days, amplitude ', fit%amplitude, &
         ' +- ', fit%amplitude_error, ' m/s'

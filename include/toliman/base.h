@@ -44,6 +44,12 @@
 
 TOLIMAN_BEGIN_DECLS
 
+/* Initialiser of a struct in C: its struct_size, and 0, the default, in every other member. Each struct has its own,
+ * toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT. In C++ it is toliman::sized<toliman_period_options>(),
+ * of toliman.hpp. */
+#define TOLIMAN_INIT(type)                                                                                             \
+    { .struct_size = (uint32_t)sizeof(type) }
+
 /* What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1. */
 typedef int32_t toliman_status;
 #define TOLIMAN_OK 0            /* done */
@@ -79,8 +85,8 @@ TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEX
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1. */
-#define TOLIMAN_LOG_INFO 0
-#define TOLIMAN_LOG_WARNING 1
+#define TOLIMAN_LOG_INFO 21
+#define TOLIMAN_LOG_WARNING 22
 typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
 
 /* Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1. */
@@ -100,6 +106,7 @@ typedef struct toliman_allocator {
     toliman_release_fn release;
     void *user_data;
 } toliman_allocator;
+#define TOLIMAN_ALLOCATOR_INIT TOLIMAN_INIT(toliman_allocator)
 
 /* Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
  * TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1. */
@@ -126,6 +133,7 @@ typedef struct toliman_machine {
     const char *blas_better; /* OPENBLAS_CORETYPE that fits this CPU, "" when the kernels already do */
     const char *fftw;        /* FFTW version */
 } toliman_machine;
+#define TOLIMAN_MACHINE_INIT TOLIMAN_INIT(toliman_machine)
 
 /* Fills *out; out->struct_size must be set. TOLIMAN_E_ARGUMENT if out is NULL or its size unknown. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_get_machine(toliman_machine *out) TOLIMAN_NOEXCEPT;

@@ -32,25 +32,26 @@ typedef struct toliman_cae toliman_cae;
  *   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
  *   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
  *           that there is toliman_cae_reconstruct but no toliman_cae_decode */
-#define TOLIMAN_CAE_FLIGHT 0
-#define TOLIMAN_CAE_PAPER 1
+#define TOLIMAN_CAE_LAYOUT_FLIGHT 201
+#define TOLIMAN_CAE_LAYOUT_PAPER 202
 
 /* What the network sees of a frame's 256x256 crop.
  *   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
  *   RESIDUAL  (counts - reference)/mean sigma of the frame
  *   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter */
-#define TOLIMAN_CAE_WHITENED 0
-#define TOLIMAN_CAE_RESIDUAL 1
-#define TOLIMAN_CAE_RAW 2
+#define TOLIMAN_CAE_INPUT_WHITENED 211
+#define TOLIMAN_CAE_INPUT_RESIDUAL 212
+#define TOLIMAN_CAE_INPUT_RAW 213
 
 /* What a network is. Since 0.1. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    uint32_t layout;                    /* TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER */
-    uint32_t input;                     /* TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW */
-    uint32_t reserved;                  /* 0 */
+    int32_t layout;    /* TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER */
+    int32_t input;     /* TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW */
+    uint32_t reserved; /* 0 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_cae_options;
+#define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t size) TOLIMAN_NOEXCEPT;
@@ -75,8 +76,8 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
  *                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
  *   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
  *                 any prior. The latent then has no unit and may have either sign */
-#define TOLIMAN_CAE_TIED 0
-#define TOLIMAN_CAE_UNSUPERVISED 1
+#define TOLIMAN_CAE_MODE_TIED 221
+#define TOLIMAN_CAE_MODE_UNSUPERVISED 222
 
 /* Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
  * other status ends the running call with it. The same frame must be the same each time, also when a training is taken
@@ -87,7 +88,7 @@ typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *
 /* How to train; 0 is the default throughout. Since 0.1. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    uint32_t mode;        /* TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED */
+    int32_t mode;         /* TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED */
     uint32_t steps;       /* TIED: 0 = 300 */
     uint32_t epochs;      /* UNSUPERVISED: passes over the training frames, in all; 0 = 300 */
     double learning_rate; /* in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -103,6 +104,7 @@ typedef struct toliman_cae_train_options {
     double *losses;      /* [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1 */
     uint64_t loss_count; /* what is beyond them, or was done before a training is taken up, is not written */
 } toliman_cae_train_options;
+#define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
@@ -122,6 +124,7 @@ typedef struct toliman_cae_training {
     double mmse, mssim;     /* means over those frames, as of toliman_cae_reconstruct */
     double photon_floor;
 } toliman_cae_training;
+#define TOLIMAN_CAE_TRAINING_INIT TOLIMAN_INIT(toliman_cae_training)
 
 /* Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
  * unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as before
@@ -151,12 +154,13 @@ typedef struct toliman_cae_info {
     int64_t rows, cols;         /* of the frames it takes */
     int64_t crop_row, crop_col; /* first row and column of the 256x256 crop */
     uint32_t projected;         /* nuisance images projected out */
-    uint32_t input;             /* TOLIMAN_CAE_WHITENED, ... */
+    int32_t input;              /* TOLIMAN_CAE_INPUT_WHITENED, ... */
     double crb_px;              /* Cramer-Rao bound with exactly those free */
     double cosine;              /* after training; 0 before */
     double input_scale;         /* factor between the input and the first convolution: 1e-3 for TIED, else 1 */
     uint64_t seed;              /* of the random weights */
 } toliman_cae_info;
+#define TOLIMAN_CAE_INFO_INIT TOLIMAN_INIT(toliman_cae_info)
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
@@ -205,17 +209,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toli
 /* How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
  * bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
  * has the bytes and what each costs in accuracy. Since 0.1. */
-#define TOLIMAN_ENCODING_FLOAT32 0
-#define TOLIMAN_ENCODING_BF16 1
-#define TOLIMAN_ENCODING_FP16 2
+#define TOLIMAN_CAE_ENCODING_FLOAT32 231
+#define TOLIMAN_CAE_ENCODING_BF16 232
+#define TOLIMAN_CAE_ENCODING_FP16 233
 
 /* What a blob holds. Since 0.1. */
 typedef struct toliman_cae_save_options {
     uint32_t struct_size;
-    int32_t weights_encoding; /* TOLIMAN_ENCODING_..., default FLOAT32 */
+    int32_t weights_encoding; /* TOLIMAN_CAE_ENCODING_..., default FLOAT32 */
     int32_t planes_encoding;  /* of variance, target and nuisance images; default FLOAT32 */
     uint32_t training; /* default 0; 1: also where the last training stands, for toliman_cae_train to go on with */
 } toliman_cae_save_options;
+#define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
 /* Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1. */
 TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;

@@ -11,13 +11,13 @@
  *                               |        -> retract, retract_many, retract_pair, retract_ns: pushes back
  *                               +-> query_power                                power[nf]
  *                               +-> query_peak, query_peaks, query_fit         the period and its error
- *                               +-> query_fap, query_level, query_bootstrap    its chance (bootstrap_options_init)
+ *                               +-> period_fap.h                               its chance
  *                               +-> query_model, query_sampling                what lies behind it
  *                               +-> get_info, count                            facts
  *                               +-> save, save_file                            state bytes
  *                          copy, reset, destroy
  *
- *   t, y, sigma -> batch, batch_options_init -> power[nf]     an archive at once, without a state
+ *   The power of an archive at once, without a state: period_batch.h.
  *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), c free (floating mean) unless TOLIMAN_PERIOD_FIXED_MEAN.
  * Weights      1/sigma^2.
@@ -35,7 +35,7 @@
  *              sums: 1e-17) of the sum of both eigenvalues or below 2e-30 N/W + 4e-31 (narrow sums: 5e-16 N/W + 4e-16).
  *              Where the bound exceeds 1e-3, as it does there, results have the flag TOLIMAN_PERIOD_INACCURATE.
  *              TOLIMAN_E_RANGE for values that scatter too little for value_bound and the sigmas to have 12 digits.
- * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279, and see below.
+ * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H
 #define TOLIMAN_PERIOD_H
@@ -74,6 +74,7 @@ typedef struct toliman_period_options {
     double unit_ns;
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_period_options;
+#define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, size_t size) TOLIMAN_NOEXCEPT;
@@ -168,6 +169,7 @@ typedef struct toliman_period_info {
     int32_t weighted; /* 1: some sample's sigma is not sigma_floor */
     int32_t reserved;
 } toliman_period_info;
+#define TOLIMAN_PERIOD_INFO_INIT TOLIMAN_INIT(toliman_period_info)
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toliman_period *period,
@@ -175,15 +177,17 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
  * mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite. */
-#define TOLIMAN_POWER_STANDARD 0 /* P = 1 - R/R0, in [0, 1] */
-#define TOLIMAN_POWER_MODEL 1    /* R0/R - 1 */
-#define TOLIMAN_POWER_LOG 2      /* -ln(R/R0) */
-#define TOLIMAN_POWER_PSD 3      /* (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1 */
+#define TOLIMAN_PERIOD_POWER_STANDARD 101 /* P = 1 - R/R0, in [0, 1] */
+#define TOLIMAN_PERIOD_POWER_MODEL 102    /* R0/R - 1 */
+#define TOLIMAN_PERIOD_POWER_LOG 103      /* -ln(R/R0) */
+#define TOLIMAN_PERIOD_POWER_PSD                                                                                       \
+    104 /* (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1                               \
+         */
 
 /* Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
  * its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
  * where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13. */
-#define TOLIMAN_PERIOD_INACCURATE 8u
+#define TOLIMAN_PERIOD_INACCURATE 16u
 
 /* Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
  * some power of the grid may be wrong by more than 1e-3. Never NaN: fewer than two distinct values give 0, as many free
@@ -192,7 +196,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
  * if the values scatter too little for value_bound. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
-                                                                         uint32_t normalisation, int64_t first,
+                                                                         int32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
 
 /* The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1. */
@@ -210,6 +214,7 @@ typedef struct toliman_period_model {
     uint32_t flags;
     uint32_t reserved;
 } toliman_period_model;
+#define TOLIMAN_PERIOD_MODEL_INIT TOLIMAN_INIT(toliman_period_model)
 
 /* Least squares at frequency k of the grid, from the sums. TOLIMAN_E_RANGE for k outside the grid and as query_power,
  * TOLIMAN_E_STATE with fewer than five samples or constant values. Since 0.1. */
@@ -217,11 +222,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
                                                                          toliman_period_model *out) TOLIMAN_NOEXCEPT;
 
 /* Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another. */
-#define TOLIMAN_PERIOD_AT_EDGE 1u
+#define TOLIMAN_PERIOD_AT_EDGE 4u
 /* Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
  * distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
  */
-#define TOLIMAN_PERIOD_ALIAS 2u
+#define TOLIMAN_PERIOD_ALIAS 8u
 
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
@@ -232,19 +237,20 @@ typedef struct toliman_period_peak {
     double power;          /* in [0, 1] */
     double log10_residual; /* log10(1 - power), formed from residual/total; -4900 at least */
     double fwhm; /* full width at half maximum of the peak, in frequency; +infinity if a side never falls so low */
-    double fwhm_error;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
-    double half_width_error; /* half of it, as the chapter's table prints it */
-    double frequency_error;  /* least-squares standard error, +infinity if the samples cannot tell; NaN from
-                              * query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
-                              * only the proportions count */
-    double amplitude;        /* of the sinusoid; NaN from query_peak */
-    double amplitude_error;  /* the same; NaN from query_peak */
-    double phase;            /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
-    double offset;           /* NaN as above */
+    double fwhm_period;       /* fwhm/f^2: error of the period as the chapter's formula prints it */
+    double half_width_period; /* half of it, as the chapter's table prints it */
+    double frequency_error;   /* least-squares standard error, +infinity if the samples cannot tell; NaN from
+                               * query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
+                               * only the proportions count */
+    double amplitude;         /* of the sinusoid; NaN from query_peak */
+    double amplitude_error;   /* the same; NaN from query_peak */
+    double phase;             /* rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above */
+    double offset;            /* NaN as above */
     double log10_fap;    /* Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
                           * For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL */
     double period_error; /* frequency_error/frequency^2: the standard error of the period; NaN as above */
 } toliman_period_peak;
+#define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
 /* Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.
  * So they never claim more than the peak has, and up to 1 % less power where df is 0.1/T; 1 - power is resolved to
@@ -270,62 +276,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
- * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL. */
-#define TOLIMAN_FAP_BALUEV 0 /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it */
-#define TOLIMAN_FAP_NAIVE 1  /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
-#define TOLIMAN_FAP_SINGLE 2 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
-/* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
- * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
- * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
- * and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
- * Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
- * Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
-#define TOLIMAN_FAP_SEQUENTIAL 3
-
-/* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
- * P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
- * for P > 0 with fewer than five samples or constant values. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method,
-                                                                       double log10_residual,
-                                                                       double *log10_fap) TOLIMAN_NOEXCEPT;
-
-/* The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
- * that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_level(const toliman_period *period, int32_t method,
-                                                                         double log10_fap,
-                                                                         double *log10_residual) TOLIMAN_NOEXCEPT;
-
-/* How toliman_period_query_bootstrap works. Since 0.1. */
-typedef struct toliman_period_bootstrap_options {
-    uint32_t struct_size;
-    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
-    uint64_t seed;
-    toliman_progress_fn progress; /* may be NULL */
-    void *progress_data;
-} toliman_period_bootstrap_options;
-
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options,
-                                                       size_t size) TOLIMAN_NOEXCEPT;
-
-/* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
- * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
- * its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
- * query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
- * Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
- * periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
- * Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
-    const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
-    const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
-
 /* Flags of toliman_period_sampling. */
-#define TOLIMAN_PERIOD_COARSE 1u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
-#define TOLIMAN_PERIOD_PAST_CEILING 2u /* the grid goes beyond ceiling, where even samples repeat what is below */
+#define TOLIMAN_PERIOD_COARSE 32u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
+#define TOLIMAN_PERIOD_PAST_CEILING 64u /* the grid goes beyond ceiling, where even samples repeat what is below */
 /* At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
  * or coincide, which narrow sums cannot tell from each other. */
-#define TOLIMAN_PERIOD_NARROW 4u
+#define TOLIMAN_PERIOD_NARROW 128u
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
@@ -336,6 +292,7 @@ typedef struct toliman_period_sampling {
     double ceiling;       /* 1/(2 step); the same */
     double independent;   /* frequencies of the grid that are independent of each other: its last one times T, or 1 */
 } toliman_period_sampling;
+#define TOLIMAN_PERIOD_SAMPLING_INIT TOLIMAN_INIT(toliman_period_sampling)
 
 /* Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
  * the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
@@ -364,36 +321,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
                                                                        const toliman_allocator *allocator,
                                                                        toliman_period **out) TOLIMAN_NOEXCEPT;
-
-/* How toliman_period_batch works. Since 0.1. */
-typedef struct toliman_period_batch_options {
-    uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, default 0 */
-    double tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13 */
-    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
-    uint32_t reserved;
-    toliman_progress_fn progress; /* may be NULL */
-    void *progress_data;
-} toliman_period_batch_options;
-
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
-TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
-/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
- * streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. Every power is within the
- * tolerance of the exact one: a non-uniform FFT gives sums of known error, and powers that are not good enough are
- * computed again by compensated direct sums, or where these cancel by exact ones; small archives are summed directly.
- * Special cases are as of query_power, but cosine and sine coincide where the smaller eigenvalue is below 1e-17 of
- * both. Memory while it runs: 35 bytes per sample and 170 per frequency, 20 more on each further thread up to six; 225
- * more per frequency if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last bits differ
- * between kinds. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for
- * another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cycles, n beyond all memory, and where
- * exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
- * a whole or not at all. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
-                                                                   const double *y, const double *sigma, size_t n,
-                                                                   const toliman_period_batch_options *options,
-                                                                   double *power) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -2,9 +2,9 @@
  *
  * Data flow (functions toliman_sim_...)
  *
- *   scene.json -> plan, plan_json                                     what it needs and costs, without its images
- *   scene.json -> create, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols] -> cae.h, linear.h
- *    options_init                             |
+ *   scene.json -> plan_file, plan_json                                what it needs and costs, without its images
+ *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
+ *    options_init                             |                   -> cae.h, linear.h, components.h
  *                                             +-> get_info, get_name, get_plan, get_stage_name    facts and bounds
  *                                             +-> get_series, get_offsets                         what is true
  *                                             +-> get_pupil, get_spectrum, get_plate_scale        light on its way
@@ -39,7 +39,7 @@
  *               365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of
  *               365.25 days.
  *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
- *               series of the displacement has and how pixels are integrated (toliman_sim_plan); below 1e-14 every
+ *               series of the displacement has and how pixels are integrated (toliman_sim_plan_file); below 1e-14 every
  *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
  *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
  *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
@@ -82,15 +82,15 @@ typedef struct toliman_sim_options {
     void *progress_data;
     toliman_log_fn log; /* may be NULL */
     void *log_data;
-    int32_t engine; /* TOLIMAN_ENGINE_...; 0 = automatic, which is the matrix DFT */
+    int32_t engine; /* TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT */
     int32_t reserved;
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_sim_options;
+#define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
 
 /* Ways to propagate light: Engines, in the conventions of toliman/sim.h. */
-#define TOLIMAN_ENGINE_AUTOMATIC 0  /* the matrix DFT */
-#define TOLIMAN_ENGINE_MATRIX_DFT 1 /* exact pixel positions */
-#define TOLIMAN_ENGINE_PADDED_FFT 2 /* no mask, amplitude or OPD files */
+#define TOLIMAN_SIM_ENGINE_MATRIX_DFT 331 /* exact pixel positions */
+#define TOLIMAN_SIM_ENGINE_PADDED_FFT 332 /* no mask, amplitude or OPD files */
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t size) TOLIMAN_NOEXCEPT;
@@ -98,8 +98,9 @@ TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t s
 /* Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
  * options may be NULL. The caller destroys *out. TOLIMAN_E_NOT_FOUND or _FORMAT for this or a named file, _SCENE for
  * impossible content, _UNSUPPORTED, _CANCELLED, _MEMORY. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create(const char *path, const toliman_sim_options *options,
-                                                                 toliman_sim **out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_file(const char *path,
+                                                                      const toliman_sim_options *options,
+                                                                      toliman_sim **out) TOLIMAN_NOEXCEPT;
 
 /* The same from JSON text of `size` bytes in memory; folder is where relative file names start (NULL = the current
  * one). Since 0.1. */
@@ -111,9 +112,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_json(const char
 TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Units of frames and expected images: Unit, in the conventions of toliman/sim.h. */
-#define TOLIMAN_UNIT_PHOTON 0
-#define TOLIMAN_UNIT_ELECTRON 1
-#define TOLIMAN_UNIT_DN 2
+#define TOLIMAN_SIM_UNIT_PHOTON 301
+#define TOLIMAN_SIM_UNIT_ELECTRON 302
+#define TOLIMAN_SIM_UNIT_DN 303
 
 /* Facts of a ready scene. Since 0.1. */
 typedef struct toliman_sim_info {
@@ -143,9 +144,10 @@ typedef struct toliman_sim_info {
     int64_t whole_counts;   /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
     double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
     double peak_counts;     /* brightest pixel of the mean frame, in the frame's unit */
-    int64_t unit;           /* of frames and expected images: TOLIMAN_UNIT_PHOTON, _ELECTRON or _DN */
-    int64_t bit_depth;      /* of the scene's detector; 0 = counts are not rounded */
+    int32_t unit;           /* of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN */
+    int32_t bit_depth;      /* of the scene's detector; 0 = counts are not rounded */
 } toliman_sim_info;
+#define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
@@ -155,7 +157,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman
  * expected image against the scene without that choice; a test holds them against the true ones. Since 0.1. */
 typedef struct toliman_sim_plan_info {
     uint32_t struct_size;      /* in: sizeof(toliman_sim_plan_info) */
-    int32_t engine;            /* TOLIMAN_ENGINE_MATRIX_DFT or TOLIMAN_ENGINE_PADDED_FFT */
+    int32_t engine;            /* TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT */
     int32_t scene_wavelengths; /* of the spectrum as the scene has it */
     int32_t wavelengths;       /* propagated: as many, or fewer Chebyshev nodes in 1/lambda */
     int32_t order;             /* of the series in the displacement */
@@ -181,12 +183,14 @@ typedef struct toliman_sim_plan_info {
     int64_t anchors;          /* points of the orbit about which that series is made anew; 0 = at time 0 only */
     double orbit_px; /* that a star moves along its orbit from time 0 to any frame, at most: speed times time */
 } toliman_sim_plan_info;
+#define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
-/* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as
- * toliman_sim_get_plan. The log hears what it would of toliman_sim_create; pixels that meet the full well or the bit
- * depth are counted on a rough image. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
-                                                               toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
+/* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file, *out
+ * as toliman_sim_get_plan. The log hears what it would of toliman_sim_create_file; pixels that meet the full well or
+ * the bit depth are counted on a rough image. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_file(const char *path,
+                                                                    const toliman_sim_options *options,
+                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
 /* The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *folder,
@@ -210,20 +214,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
                                                                      double *displacements_px) TOLIMAN_NOEXCEPT;
 
 /* Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter. */
-#define TOLIMAN_IMAGE_BOTH 0       /* the whole frame without displacement, with dark current and bias */
-#define TOLIMAN_IMAGE_STAR_A 1     /* also the derivative with respect to the relative flux of A */
-#define TOLIMAN_IMAGE_STAR_B 2     /* TOLIMAN_E_ARGUMENT for a single star */
-#define TOLIMAN_IMAGE_SEPARATION 3 /* d/d separation, per px */
-#define TOLIMAN_IMAGE_CURVATURE 4  /* second derivative, per px^2 */
-#define TOLIMAN_IMAGE_SHIFT_X 5    /* d/d common shift towards higher columns, per px */
-#define TOLIMAN_IMAGE_SHIFT_Y 6    /* d/d common shift towards higher rows, per px */
+#define TOLIMAN_SIM_IMAGE_BOTH 311       /* the whole frame without displacement, with dark current and bias */
+#define TOLIMAN_SIM_IMAGE_STAR_A 312     /* also the derivative with respect to the relative flux of A */
+#define TOLIMAN_SIM_IMAGE_STAR_B 313     /* TOLIMAN_E_ARGUMENT for a single star */
+#define TOLIMAN_SIM_IMAGE_SEPARATION 314 /* d/d separation, per px */
+#define TOLIMAN_SIM_IMAGE_CURVATURE 315  /* second derivative, per px^2 */
+#define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* d/d common shift towards higher columns, per px */
+#define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* d/d common shift towards higher rows, per px */
 /* Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
  * no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel. */
-#define TOLIMAN_IMAGE_VARIANCE 7
-#define TOLIMAN_IMAGE_ROLL 8        /* d/d roll, per rad */
-#define TOLIMAN_IMAGE_SCALE 9       /* d/d relative plate scale */
-#define TOLIMAN_IMAGE_FOCUS 10      /* d/d defocus, per nm rms */
-#define TOLIMAN_IMAGE_BACKGROUND 11 /* d/d light that falls on every pixel alike, per photon */
+#define TOLIMAN_SIM_IMAGE_VARIANCE 318
+#define TOLIMAN_SIM_IMAGE_ROLL 319       /* d/d roll, per rad */
+#define TOLIMAN_SIM_IMAGE_SCALE 320      /* d/d relative plate scale */
+#define TOLIMAN_SIM_IMAGE_FOCUS 321      /* d/d defocus, per nm rms */
+#define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* d/d light that falls on every pixel alike, per photon */
 /* Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
  * smaller stride. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,

@@ -4,8 +4,11 @@
 
 #include <toliman/base.h>
 #include <toliman/cae.h>
+#include <toliman/components.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
+#include <toliman/period_batch.h>
+#include <toliman/period_fap.h>
 #include <toliman/sim.h>
 #include <toliman/track.h>
 

@@ -19,13 +19,21 @@ class error : public std::runtime_error {
     toliman_status status_;
 };
 
+// A struct that knows its size, with 0, the default, in every other member: auto options =
+// sized<toliman_sim_options>().
+template <class Struct> Struct sized() noexcept {
+    Struct made = Struct();
+    made.struct_size = sizeof(Struct);
+    return made;
+}
+
 // Throws unless the call succeeded: check(toliman_sim_get_info(sim.get(), &info)).
 inline void check(toliman_status status) {
     if (status != TOLIMAN_OK)
         throw error(status);
 }
 
-// Owning handles; simulator sim = make<simulator>(toliman_sim_create, "scene.json", nullptr).
+// Owning handles; simulator sim = make<simulator>(toliman_sim_create_file, "scene.json", nullptr).
 template <class T, void (*destroy)(T *)> struct destroyer {
     void operator()(T *object) const noexcept { destroy(object); }
 };
@@ -40,8 +48,8 @@ inline void destroy_cae(toliman_cae *cae) {
 inline void destroy_linear(toliman_linear *linear) {
     toliman_linear_destroy(linear);
 }
-inline void destroy_components(toliman_linear_components *components) {
-    toliman_linear_destroy_components(components);
+inline void destroy_components(toliman_components *components) {
+    toliman_components_destroy(components);
 }
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
@@ -53,7 +61,7 @@ inline void destroy_track(toliman_track *track) {
 using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
-using component_set = handle<toliman_linear_components, destroy_components>;
+using component_set = handle<toliman_components, destroy_components>;
 using periodogram = handle<toliman_period, destroy_period>;
 using tracker = handle<toliman_track, destroy_track>;
 

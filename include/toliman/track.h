@@ -6,8 +6,8 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_lines, get_streams, get_clock    verdict_name,
- * reason_name
+ *                                    +-> query_fit, get_info, get_rejected, get_lines, get_streams, get_clock
+ *                                    |   verdict_name, reason_name
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -45,37 +45,38 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_track toliman_track;
 
 /* Verdicts, as above. */
-#define TOLIMAN_TRACK_ACCEPTED 0
-#define TOLIMAN_TRACK_DUPLICATE 1
-#define TOLIMAN_TRACK_QUARANTINED 2
-#define TOLIMAN_TRACK_OUTLIER 3
-#define TOLIMAN_TRACK_REJECTED 4
-#define TOLIMAN_TRACK_MERGED 5 /* of lines alone: no frame; lines of another ledger are in, or repeats are counted */
+#define TOLIMAN_TRACK_VERDICT_ACCEPTED 501
+#define TOLIMAN_TRACK_VERDICT_DUPLICATE 502
+#define TOLIMAN_TRACK_VERDICT_QUARANTINED 503
+#define TOLIMAN_TRACK_VERDICT_OUTLIER 504
+#define TOLIMAN_TRACK_VERDICT_REJECTED 505
+#define TOLIMAN_TRACK_VERDICT_MERGED                                                                                   \
+    506 /* of lines alone: no frame; lines of another ledger are in, or repeats are counted */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
 
 /* Why a frame is rejected. */
-#define TOLIMAN_REASON_NONE 0
-#define TOLIMAN_REASON_SHAPE 1      /* other rows or columns than the tracker's */
-#define TOLIMAN_REASON_OVER_RANGE 2 /* a pixel above the bit depth */
-#define TOLIMAN_REASON_HOLE 3       /* so many bytes of pixels of 0 in a row as a lost packet leaves */
-#define TOLIMAN_REASON_NOT_FINITE 4 /* a pixel that is NaN or infinite */
-#define TOLIMAN_REASON_CLOCK 5      /* a time for which there is no TAI, or which is too far off for the periodogram */
-#define TOLIMAN_REASON_ESTIMATE 6   /* the estimator failed or gave no finite value */
-#define TOLIMAN_REASONS 7
+#define TOLIMAN_TRACK_REASON_NONE 511
+#define TOLIMAN_TRACK_REASON_SHAPE 512      /* other rows or columns than the tracker's */
+#define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* a pixel above the bit depth */
+#define TOLIMAN_TRACK_REASON_HOLE 514       /* so many bytes of pixels of 0 in a row as a lost packet leaves */
+#define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* a pixel that is NaN or infinite */
+#define TOLIMAN_TRACK_REASON_CLOCK                                                                                     \
+    516 /* a time for which there is no TAI, or which is too far off for the periodogram */
+#define TOLIMAN_TRACK_REASON_ESTIMATE 517 /* the estimator failed or gave no finite value */
 
 /* A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1. */
 TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
 /* Kinds of pixels, in the byte order of the machine, which is little-endian. */
-#define TOLIMAN_PIXEL_U8 0
-#define TOLIMAN_PIXEL_U16 1
-#define TOLIMAN_PIXEL_U32 2
-#define TOLIMAN_PIXEL_I16 3
-#define TOLIMAN_PIXEL_I32 4
-#define TOLIMAN_PIXEL_F32 5
-#define TOLIMAN_PIXEL_F64 6
+#define TOLIMAN_PIXEL_U8 31
+#define TOLIMAN_PIXEL_U16 32
+#define TOLIMAN_PIXEL_U32 33
+#define TOLIMAN_PIXEL_I16 34
+#define TOLIMAN_PIXEL_I32 35
+#define TOLIMAN_PIXEL_F32 36
+#define TOLIMAN_PIXEL_F64 37
 
 /* A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1. */
 typedef struct toliman_frame {
@@ -91,18 +92,20 @@ typedef struct toliman_frame {
     int64_t stride; /* pixels from row to row; 0 means cols */
     double sigma;   /* of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's */
 } toliman_frame;
+#define TOLIMAN_FRAME_INIT TOLIMAN_INIT(toliman_frame)
 
 /* What became of a frame. Since 0.1. */
-typedef struct toliman_outcome {
-    uint32_t struct_size; /* in: sizeof(toliman_outcome), of the first at least */
-    int32_t verdict;      /* TOLIMAN_TRACK_... */
-    int32_t reason;       /* of rejected ones, TOLIMAN_REASON_... */
+typedef struct toliman_track_outcome {
+    uint32_t struct_size; /* in: sizeof(toliman_track_outcome), of the first at least */
+    int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_... */
+    int32_t reason;       /* of rejected ones, TOLIMAN_TRACK_REASON_... */
     int32_t reserved;
     int64_t row, col; /* of the pixel that is over range, not finite or completes a hole; of shape: the frame's */
     double pixel;     /* its value */
     double value;     /* of accepted ones and outliers: the estimate */
     int64_t tai_ns;   /* their time */
-} toliman_outcome;
+} toliman_track_outcome;
+#define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
 /* Estimator of the caller: the value of an image [rows][cols], as crop and bin leave it, and of nothing else. Nonzero
  * or a value that is not finite rejects the frame. With several threads it is called from all of them at once. Since
@@ -118,9 +121,10 @@ typedef int32_t (*toliman_estimate_fn)(const double *image, size_t rows, size_t 
 
 /* When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
  * commit and save, and by the next push if it waits for a second. */
-#define TOLIMAN_SYNC_GROUP 0 /* every `group` lines, and lines that wait for a second at the next push */
-#define TOLIMAN_SYNC_FRAME 1 /* every line */
-#define TOLIMAN_SYNC_NONE 2  /* left to the system: a power cut may lose what toliman_track_get_info calls committed */
+#define TOLIMAN_TRACK_SYNC_GROUP 521 /* every `group` lines, and lines that wait for a second at the next push */
+#define TOLIMAN_TRACK_SYNC_FRAME 522 /* every line */
+#define TOLIMAN_TRACK_SYNC_NONE                                                                                        \
+    523 /* left to the system: a power cut may lose what toliman_track_get_info calls committed */
 
 /* What a tracker is. Since 0.1. */
 typedef struct toliman_track_options {
@@ -159,7 +163,7 @@ typedef struct toliman_track_options {
      * given. */
     const int64_t *clock;
     size_t clock_points;
-    uint32_t sync;                      /* TOLIMAN_SYNC_..., default GROUP */
+    int32_t sync;                       /* TOLIMAN_TRACK_SYNC_..., default GROUP */
     uint32_t group;                     /* lines, 1 to 65536; default 64 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
     /* Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
@@ -168,6 +172,7 @@ typedef struct toliman_track_options {
     toliman_log_fn log;
     void *log_data;
 } toliman_track_options;
+#define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
@@ -198,7 +203,7 @@ TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
  * an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
  * Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames,
-                                                                 size_t count, toliman_outcome *outcomes,
+                                                                 size_t count, toliman_track_outcome *outcomes,
                                                                  size_t *done) TOLIMAN_NOEXCEPT;
 
 /* Brings every line and the count of repeated frames to the disk: all frames that were pushed are then acknowledged.
@@ -222,12 +227,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
-/* A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
- * 0.1. */
+/* A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
+ * TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1. */
 typedef struct toliman_track_line {
     uint32_t struct_size; /* sizeof(toliman_track_line), of the first at least */
-    int32_t verdict;      /* TOLIMAN_TRACK_...; of a frame that was denied later, quarantined */
-    int32_t reason;       /* of rejected ones, TOLIMAN_REASON_... */
+    int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined */
+    int32_t reason;       /* of rejected ones, TOLIMAN_TRACK_REASON_... */
     uint32_t content;     /* CRC32 of the frame */
     uint64_t stream;      /* FNV-1a of session and region */
     int64_t frame_id;
@@ -235,6 +240,7 @@ typedef struct toliman_track_line {
     int64_t dropped;
     double value, sigma; /* 0 and the tracker's where there was none */
 } toliman_track_line;
+#define TOLIMAN_TRACK_LINE_INIT TOLIMAN_INIT(toliman_track_line)
 
 /* Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
  * duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
@@ -256,23 +262,28 @@ typedef struct toliman_track_info {
     int64_t quarantined; /* keys */
     int64_t repeated;    /* later arrivals of keys that are known, same or other bytes; here or in folders that were
                             merged */
-    int64_t rejected;    /* all; those of a reason below */
-    int64_t rejected_by[TOLIMAN_REASONS];
-    int64_t expected;  /* frame ids from the first to the last of each session and region */
-    int64_t missing;   /* of these, ids that are neither accepted nor outlier nor quarantined */
-    int64_t dropped;   /* by the camera, as accepted frames and outliers tell */
-    int64_t sessions;  /* and regions */
-    int64_t lines;     /* of the ledger; in memory, frames that came as good ones */
-    int64_t committed; /* lines that are acknowledged; of READ_ONLY those that the files tell to be */
+    int64_t rejected;    /* for all reasons; toliman_track_get_rejected has those for one */
+    int64_t expected;    /* frame ids from the first to the last of each session and region */
+    int64_t missing;     /* of these, ids that are neither accepted nor outlier nor quarantined */
+    int64_t dropped;     /* by the camera, as accepted frames and outliers tell */
+    int64_t sessions;    /* and regions */
+    int64_t lines;       /* of the ledger; in memory, frames that came as good ones */
+    int64_t committed;   /* lines that are acknowledged; of READ_ONLY those that the files tell to be */
     int64_t capacity;
     uint64_t estimator_id;
     double sigma; /* of a value */
     double value_limit;
 } toliman_track_info;
+#define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
 
 /* Fills *out; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const toliman_track *track,
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
+
+/* Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+ * TOLIMAN_E_ARGUMENT for a reason that toliman_track_reason_name does not know. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
+                                                                         int64_t *frames) TOLIMAN_NOEXCEPT;
 
 /* A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
  * streams.txt was lost and no frame of it came since. Since 0.1. */
@@ -285,6 +296,7 @@ typedef struct toliman_track_stream {
     int64_t missing;           /* ids from the first to the last that are none of these */
     char session[72], roi[72];
 } toliman_track_stream;
+#define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
 /* Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where room
  * is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.1. */

@@ -8,6 +8,7 @@
 #include <toliman/cae.h>
 
 #include "api/bytes_out.hpp"
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -26,24 +27,22 @@ template <class T> T or_default(T value, T otherwise) noexcept {
     return value != 0 ? value : otherwise;
 }
 
-const cae::Layout &layout_of(uint32_t layout) {
-    if (layout > TOLIMAN_CAE_PAPER)
-        fail(Status::argument, "options->layout = %u: must be TOLIMAN_CAE_FLIGHT or TOLIMAN_CAE_PAPER", layout);
-    return layout == TOLIMAN_CAE_FLIGHT ? cae::kFlight : cae::kPaper;
-}
+enum class LayoutName { flight, paper };
 
-cae::Input input_of(uint32_t input) {
-    if (input > TOLIMAN_CAE_RAW)
-        fail(Status::argument,
-             "options->input = %u: must be TOLIMAN_CAE_WHITENED, TOLIMAN_CAE_RESIDUAL or TOLIMAN_CAE_RAW", input);
-    return static_cast<cae::Input>(input);
+constexpr Choice<LayoutName> kLayouts = {TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_LAYOUT_PAPER, "TOLIMAN_CAE_LAYOUT_..."};
+constexpr Choice<cae::Input> kInputs = {TOLIMAN_CAE_INPUT_WHITENED, TOLIMAN_CAE_INPUT_RAW, "TOLIMAN_CAE_INPUT_..."};
+constexpr Choice<cae::Mode> kModes = {TOLIMAN_CAE_MODE_TIED, TOLIMAN_CAE_MODE_UNSUPERVISED, "TOLIMAN_CAE_MODE_..."};
+constexpr Choice<cae::Encoding> kEncodings = {TOLIMAN_CAE_ENCODING_FLOAT32, TOLIMAN_CAE_ENCODING_FP16,
+                                              "TOLIMAN_CAE_ENCODING_..."};
+
+const cae::Layout &layout_of(int32_t layout) {
+    const LayoutName name = kLayouts.take_or(layout, LayoutName::flight, "options->layout");
+    return name == LayoutName::flight ? cae::kFlight : cae::kPaper;
 }
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
-    const toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
-    if (options.mode > TOLIMAN_CAE_UNSUPERVISED)
-        fail(Status::argument, "options->mode = %u: must be TOLIMAN_CAE_TIED or TOLIMAN_CAE_UNSUPERVISED",
-             options.mode);
+    toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
+    options.mode = kModes.give(kModes.take_or(options.mode, cae::Mode::tied, "options->mode"));
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
         fail(Status::argument, "options->learning_rate = %g: must be in [0, 1], 0 for the default",
              options.learning_rate);
@@ -141,22 +140,17 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
     return report;
 }
 
-cae::Encoding known_encoding(int32_t code, const char *name) {
-    if (code < 0 || code >= static_cast<int32_t>(cae::kEncodings))
-        fail(Status::argument, "options->%s = %d: must be 0 (float32), 1 (bf16) or 2 (fp16)", name, code);
-    return static_cast<cae::Encoding>(code);
-}
-
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {
     const Use use(cae, "cae");
     const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
     if (options.training > 1)
         fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
-    return cae::to_blob(network,
-                        {known_encoding(options.weights_encoding, "weights_encoding"),
-                         known_encoding(options.planes_encoding, "planes_encoding")},
-                        options.training != 0 ? training_of(*cae) : nullptr);
+    return cae::to_blob(
+        network,
+        {kEncodings.take_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
+         kEncodings.take_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
+        options.training != 0 ? training_of(*cae) : nullptr);
 }
 
 ImageView<const double> frame_of(const cae::Network &network, const double *counts, size_t stride) {
@@ -192,8 +186,11 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
             fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
-        give({cae::untrained_network(layout,
-                                     cae::Preprocess::from_model(simulator.frame_model(), input_of(known.input)), seed),
+        give({cae::untrained_network(
+                  layout,
+                  cae::Preprocess::from_model(simulator.frame_model(),
+                                              kInputs.take_or(known.input, cae::Input::whitened, "options->input")),
+                  seed),
               std::nullopt},
              out);
     });
@@ -215,7 +212,7 @@ toliman_status toliman_cae_train(toliman_cae *cae, const toliman_cae_train_optio
         if (report != nullptr)
             check_struct_size("report", *report);
         const toliman_cae_training training =
-            known.mode == TOLIMAN_CAE_TIED ? train_tied(*use, known) : train_unsupervised(*use, known);
+            known.mode == TOLIMAN_CAE_MODE_TIED ? train_tied(*use, known) : train_unsupervised(*use, known);
         if (report != nullptr)
             deliver(training, report, "report");
     });
@@ -229,7 +226,7 @@ toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae
             fail(Status::state, "cae: there is no training to go on with");
         const cae::Course &course = training->course;
         toliman_cae_train_options options = {};
-        options.mode = static_cast<uint32_t>(course.mode);
+        options.mode = kModes.give(course.mode);
         options.steps = static_cast<uint32_t>(course.total);
         options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
         options.learning_rate = course.learning_rate;
@@ -249,7 +246,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.trained = network.trained();
         info.layout = network.layout().name;
         info.layout_hash = cae::layout_hash(network.layout());
-        info.input = static_cast<uint32_t>(preprocess.input);
+        info.input = kInputs.give(preprocess.input);
         info.scene_digest = preprocess.scene_digest;
         info.parameters = cae::kParameters;
         info.rows = static_cast<int64_t>(preprocess.rows);

@@ -1,8 +1,9 @@
 // The components of include/toliman/linear.h: unwrap, call, convert.
 #include <algorithm>
 
-#include <toliman/linear.h>
+#include <toliman/components.h>
 
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -13,8 +14,8 @@
 using namespace toliman;
 using namespace toliman::api;
 
-struct toliman_linear_components : Handle<toliman_linear_components> {
-    static constexpr char kType[] = "toliman_linear_components";
+struct toliman_components : Handle<toliman_components> {
+    static constexpr char kType[] = "toliman_components";
     linear::Residuals residuals;
     Buffer<double> gram = {}; // of the frames in residuals; empty: not made yet
     linear::Components trained = {};
@@ -26,7 +27,7 @@ constexpr uint32_t kMostFrames = 16384; // their products fill 2 GiB
 constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
 
-linear::Preparation preparation_of(const toliman_linear_components_options &options, int64_t cadence) {
+linear::Preparation preparation_of(const toliman_components_options &options, int64_t cadence) {
     if (options.raw > 1)
         fail(Status::argument, "options->raw = %u: must be 0 or 1", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
@@ -37,13 +38,15 @@ linear::Preparation preparation_of(const toliman_linear_components_options &opti
     return {options.raw != 0, std::max<size_t>(options.bin, 1), static_cast<size_t>(capacity)};
 }
 
-toliman_linear_train_options known_options(const toliman_linear_train_options *given) {
-    auto options = accept(given, toliman_linear_train_options{}, "options");
+enum class Method { pca, dictionary };
+
+constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_DICTIONARY, "TOLIMAN_COMPONENTS_..."};
+
+toliman_components_train_options known_options(const toliman_components_train_options *given) {
+    auto options = accept(given, toliman_components_train_options{}, "options");
     if (options.reserved != 0)
         fail(Status::argument, "options->reserved = %u: must be 0", options.reserved);
-    if (options.method != TOLIMAN_LINEAR_PCA && options.method != TOLIMAN_LINEAR_DICTIONARY)
-        fail(Status::argument, "options->method = %d: must be %d (PCA) or %d (dictionary)", options.method,
-             TOLIMAN_LINEAR_PCA, TOLIMAN_LINEAR_DICTIONARY);
+    options.method = kMethods.give(kMethods.take_or(options.method, Method::pca, "options->method"));
     if (options.components > kMostComponents)
         fail(Status::argument, "options->components = %u: must be in [1, %u], 0 for 1", options.components,
              kMostComponents);
@@ -54,7 +57,7 @@ toliman_linear_train_options known_options(const toliman_linear_train_options *g
     return options;
 }
 
-linear::DictionaryOptions dictionary_of(const toliman_linear_train_options &options, const Progress &progress) {
+linear::DictionaryOptions dictionary_of(const toliman_components_train_options &options, const Progress &progress) {
     linear::DictionaryOptions known;
     known.count = options.components;
     known.lambda = options.lambda != 0 ? options.lambda : known.lambda;
@@ -68,34 +71,32 @@ linear::DictionaryOptions dictionary_of(const toliman_linear_train_options &opti
 
 extern "C" {
 
-void toliman_linear_components_options_init(toliman_linear_components_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_linear_components_options{}, options, size);
+void toliman_components_options_init(toliman_components_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_components_options{}, options, size);
 }
 
-void toliman_linear_train_options_init(toliman_linear_train_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_linear_train_options{}, options, size);
+void toliman_components_train_options_init(toliman_components_train_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_components_train_options{}, options, size);
 }
 
-toliman_status toliman_linear_create_components(const toliman_sim *sim,
-                                                const toliman_linear_components_options *options,
-                                                toliman_linear_components **out) noexcept {
+toliman_status toliman_components_create(const toliman_sim *sim, const toliman_components_options *options,
+                                         toliman_components **out) noexcept {
     return guard([&] {
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
-        toliman_linear_components *&made = required(out, "out");
-        const auto known = accept(options, toliman_linear_components_options{}, "options");
+        toliman_components *&made = required(out, "out");
+        const auto known = accept(options, toliman_components_options{}, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
-        made = new toliman_linear_components{{}, linear::Residuals(simulator.frame_model(), preparation)};
+        made = new toliman_components{{}, linear::Residuals(simulator.frame_model(), preparation)};
     });
 }
 
-void toliman_linear_destroy_components(toliman_linear_components *components) noexcept {
+void toliman_components_destroy(toliman_components *components) noexcept {
     destroy(components);
 }
 
-toliman_status toliman_linear_push_frame(toliman_linear_components *handle, const double *counts,
-                                         size_t stride) noexcept {
+toliman_status toliman_components_push(toliman_components *handle, const double *counts, size_t stride) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         linear::Residuals &residuals = components->residuals;
@@ -106,7 +107,7 @@ toliman_status toliman_linear_push_frame(toliman_linear_components *handle, cons
     });
 }
 
-toliman_status toliman_linear_reset_components(toliman_linear_components *handle) noexcept {
+toliman_status toliman_components_reset(toliman_components *handle) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         components->residuals.clear();
@@ -115,13 +116,12 @@ toliman_status toliman_linear_reset_components(toliman_linear_components *handle
     });
 }
 
-toliman_status toliman_linear_train_components(toliman_linear_components *handle,
-                                               const toliman_linear_train_options *options,
-                                               toliman_linear_training *report) noexcept {
+toliman_status toliman_components_train(toliman_components *handle, const toliman_components_train_options *options,
+                                        toliman_components_training *report) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         const linear::Residuals &residuals = components->residuals;
-        const toliman_linear_train_options known = known_options(options);
+        const toliman_components_train_options known = known_options(options);
         if (report != nullptr)
             check_struct_size("report", *report);
         if (residuals.frames() <= known.components)
@@ -132,20 +132,20 @@ toliman_status toliman_linear_train_components(toliman_linear_components *handle
         if (components->gram.empty())
             components->gram = residuals.gram(worker_count(known.threads),
                                               [&](double fraction) { progress.report("products", fraction); });
-        components->trained = known.method == TOLIMAN_LINEAR_PCA
+        components->trained = known.method == TOLIMAN_COMPONENTS_PCA
                                   ? linear::principal_components(residuals.frames(), components->gram, known.components)
                                   : linear::sparse_dictionary(residuals.frames(), components->gram, residuals.pixels(),
                                                               dictionary_of(known, progress));
         const linear::Components &trained = components->trained;
         if (report != nullptr)
-            deliver(toliman_linear_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
-                                            trained.converged ? 1u : 0u, 0, trained.objective},
+            deliver(toliman_components_training{sizeof *report, static_cast<uint32_t>(trained.iterations),
+                                                trained.converged ? 1u : 0u, 0, trained.objective},
                     report, "report");
     });
 }
 
-toliman_status toliman_linear_get_series(const toliman_linear_components *handle, uint32_t component, double *values,
-                                         double *share) noexcept {
+toliman_status toliman_components_get_series(const toliman_components *handle, uint32_t component, double *values,
+                                             double *share) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         const linear::Components &trained = components->trained;
@@ -161,12 +161,11 @@ toliman_status toliman_linear_get_series(const toliman_linear_components *handle
     });
 }
 
-toliman_status toliman_linear_get_components_info(const toliman_linear_components *handle,
-                                                  toliman_linear_components_info *out) noexcept {
+toliman_status toliman_components_get_info(const toliman_components *handle, toliman_components_info *out) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         const linear::Residuals &residuals = components->residuals;
-        toliman_linear_components_info info = {};
+        toliman_components_info info = {};
         info.raw = residuals.preparation().raw ? 1 : 0;
         info.bin = static_cast<uint32_t>(residuals.preparation().bin);
         info.projected = static_cast<uint32_t>(residuals.projected());

@@ -9,11 +9,4 @@ namespace toliman::api {
 
 template <class T> constexpr size_t kOldest = sizeof(T);
 
-template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, engine);
-template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, place_order);
-template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, amplitude_uas);
-template <> inline constexpr size_t kOldest<toliman_track_options> = offsetof(toliman_track_options, log);
-template <> inline constexpr size_t kOldest<toliman_cae_train_options> = offsetof(toliman_cae_train_options, losses);
-template <> inline constexpr size_t kOldest<toliman_period_model> = offsetof(toliman_period_model, flags);
-
 } // namespace toliman::api

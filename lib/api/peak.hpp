@@ -17,8 +17,8 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     out.power = peak.power;
     out.log10_residual = peak.log10_residual;
     out.fwhm = peak.fwhm;
-    out.fwhm_error = peak.fwhm / (peak.frequency * peak.frequency);
-    out.half_width_error = out.fwhm_error / 2;
+    out.fwhm_period = peak.fwhm / (peak.frequency * peak.frequency);
+    out.half_width_period = out.fwhm_period / 2;
     out.frequency_error = peak.frequency_error;
     out.amplitude = peak.amplitude;
     out.amplitude_error = peak.amplitude_error;

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include <toliman/period.h>
+#include <toliman/period_fap.h>
 
 #include "api/bytes_out.hpp"
+#include "api/choice.hpp"
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -90,9 +92,9 @@ template <class Work> void for_all(const period::Stream &stream, const Given &gi
 
 // What a false alarm probability of the caller's method depends on.
 period::Fap fap_method(int32_t method) {
-    if (method < 0 || method >= period::kFapMethods)
-        fail(Status::argument, "method = %d: must be one of TOLIMAN_FAP_..., 0 to %d", method, period::kFapMethods - 1);
-    return static_cast<period::Fap>(method);
+    constexpr Choice<period::Fap> kMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
+                                              "TOLIMAN_PERIOD_FAP_..."};
+    return kMethods.take(method, "method");
 }
 
 void check_meaningful(const period::Stream &stream) {
@@ -100,13 +102,13 @@ void check_meaningful(const period::Stream &stream) {
         fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
 }
 
-double normalised(double power, uint32_t normalisation, double half_chi_square) noexcept {
+double normalised(double power, int32_t normalisation, double half_chi_square) noexcept {
     constexpr double kLeastResidual = 1e-15;
     const double residual = std::max(kLeastResidual, 1 - power);
-    return normalisation == TOLIMAN_POWER_MODEL ? power / residual
-           : normalisation == TOLIMAN_POWER_LOG ? -std::log(residual)
-           : normalisation == TOLIMAN_POWER_PSD ? power * half_chi_square
-                                                : power;
+    return normalisation == TOLIMAN_PERIOD_POWER_MODEL ? power / residual
+           : normalisation == TOLIMAN_PERIOD_POWER_LOG ? -std::log(residual)
+           : normalisation == TOLIMAN_PERIOD_POWER_PSD ? power * half_chi_square
+                                                       : power;
 }
 
 } // namespace
@@ -269,15 +271,15 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
     });
 }
 
-toliman_status toliman_period_query_power(const toliman_period *period, uint32_t normalisation, int64_t first,
+toliman_status toliman_period_query_power(const toliman_period *period, int32_t normalisation, int64_t first,
                                           size_t count, double *power) noexcept {
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
         required(power, "power");
-        if (normalisation > TOLIMAN_POWER_PSD)
-            fail(Status::argument, "normalisation = %u: must be TOLIMAN_POWER_STANDARD, MODEL, LOG or PSD",
-                 normalisation);
+        if (normalisation < TOLIMAN_PERIOD_POWER_STANDARD || normalisation > TOLIMAN_PERIOD_POWER_PSD)
+            fail(Status::argument, "normalisation = %d: must be one of TOLIMAN_PERIOD_POWER_..., %d to %d",
+                 normalisation, TOLIMAN_PERIOD_POWER_STANDARD, TOLIMAN_PERIOD_POWER_PSD);
         const int64_t nf = stream.grid().nf;
         if (first < 0 || first > nf || count > static_cast<size_t>(nf - first))
             fail(Status::range, "first = %lld, count = %zu: the grid has %lld frequencies",

@@ -1,5 +1,6 @@
-// toliman_period_batch of include/toliman/period.h
+// include/toliman/period_batch.h
 #include <toliman/period.h>
+#include <toliman/period_batch.h>
 
 #include "api/guard.hpp"
 #include "period/batch.hpp"

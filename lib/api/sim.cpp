@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -24,9 +25,9 @@ using toliman::Status;
 
 namespace {
 
-static_assert(static_cast<int>(optics::Unit::photon) == TOLIMAN_UNIT_PHOTON &&
-              static_cast<int>(optics::Unit::electron) == TOLIMAN_UNIT_ELECTRON &&
-              static_cast<int>(optics::Unit::dn) == TOLIMAN_UNIT_DN);
+constexpr api::Choice<optics::EngineKind> kEngines = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT,
+                                                      "TOLIMAN_SIM_ENGINE_..."};
+constexpr api::Choice<optics::Unit> kUnits = {TOLIMAN_SIM_UNIT_PHOTON, TOLIMAN_SIM_UNIT_DN, "TOLIMAN_SIM_UNIT_..."};
 
 toliman_sim_options known_options(const toliman_sim_options *options) {
     return api::accept(options, toliman_sim_options{}, "options");
@@ -39,11 +40,7 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.log = {known.log, known.log_data};
     if (known.reserved != 0)
         fail(Status::argument, "options->reserved = %d: must be 0", known.reserved);
-    if (known.engine < TOLIMAN_ENGINE_AUTOMATIC || known.engine > TOLIMAN_ENGINE_PADDED_FFT)
-        fail(Status::argument, "engine = %d: must be in [%d, %d]", known.engine, TOLIMAN_ENGINE_AUTOMATIC,
-             TOLIMAN_ENGINE_PADDED_FFT);
-    if (known.engine == TOLIMAN_ENGINE_PADDED_FFT)
-        settings.engine = optics::EngineKind::padded_fft;
+    settings.engine = kEngines.take_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
     return settings;
 }
 
@@ -82,41 +79,42 @@ template <class Fill> void give_image(const toliman_sim *sim, double *image, siz
 const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind) {
     const optics::Images &images = simulator.images();
     switch (kind) {
-    case TOLIMAN_IMAGE_BOTH:
+    case TOLIMAN_SIM_IMAGE_BOTH:
         return images.both;
-    case TOLIMAN_IMAGE_STAR_A:
+    case TOLIMAN_SIM_IMAGE_STAR_A:
         return images.star[0];
-    case TOLIMAN_IMAGE_STAR_B:
+    case TOLIMAN_SIM_IMAGE_STAR_B:
         if (images.star[1].empty())
             fail(Status::argument, "kind = %d: the scene has star A only", kind);
         return images.star[1];
-    case TOLIMAN_IMAGE_SEPARATION:
+    case TOLIMAN_SIM_IMAGE_SEPARATION:
         return images.motion[0];
-    case TOLIMAN_IMAGE_CURVATURE:
+    case TOLIMAN_SIM_IMAGE_CURVATURE:
         return images.motion[1];
-    case TOLIMAN_IMAGE_SHIFT_X:
+    case TOLIMAN_SIM_IMAGE_SHIFT_X:
         return images.shift_x;
-    case TOLIMAN_IMAGE_SHIFT_Y:
+    case TOLIMAN_SIM_IMAGE_SHIFT_Y:
         return images.shift_y;
-    case TOLIMAN_IMAGE_VARIANCE:
+    case TOLIMAN_SIM_IMAGE_VARIANCE:
         return images.variance;
-    case TOLIMAN_IMAGE_ROLL:
+    case TOLIMAN_SIM_IMAGE_ROLL:
         return images.roll;
-    case TOLIMAN_IMAGE_SCALE:
+    case TOLIMAN_SIM_IMAGE_SCALE:
         return images.scale;
-    case TOLIMAN_IMAGE_FOCUS:
+    case TOLIMAN_SIM_IMAGE_FOCUS:
         return images.focus;
-    case TOLIMAN_IMAGE_BACKGROUND:
+    case TOLIMAN_SIM_IMAGE_BACKGROUND:
         return images.background;
     default:
-        fail(Status::argument, "kind = %d: must be in [%d, %d]", kind, TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_BACKGROUND);
+        fail(Status::argument, "kind = %d: must be one of TOLIMAN_SIM_IMAGE_..., %d to %d", kind,
+             TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_BACKGROUND);
     }
 }
 
 optics::Quantity quantity_of(int32_t kind) noexcept {
-    if (kind == TOLIMAN_IMAGE_BOTH)
+    if (kind == TOLIMAN_SIM_IMAGE_BOTH)
         return optics::Quantity::frame;
-    return kind == TOLIMAN_IMAGE_VARIANCE ? optics::Quantity::variance : optics::Quantity::derivative;
+    return kind == TOLIMAN_SIM_IMAGE_VARIANCE ? optics::Quantity::variance : optics::Quantity::derivative;
 }
 
 double total(const std::vector<double> &values) {
@@ -152,16 +150,15 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
-    info.unit = static_cast<int64_t>(simulator.detector().unit());
-    info.bit_depth = scene.detector.bit_depth;
+    info.unit = kUnits.give(simulator.detector().unit());
+    info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }
 
 toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
     toliman_sim_plan_info info = {};
-    const bool padded = plan.engine == optics::EngineKind::padded_fft;
-    info.engine = padded ? TOLIMAN_ENGINE_PADDED_FFT : TOLIMAN_ENGINE_MATRIX_DFT;
+    info.engine = kEngines.give(plan.engine);
     info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
     info.wavelengths = static_cast<int32_t>(plan.wavelengths);
     info.order = static_cast<int32_t>(plan.order);
@@ -228,7 +225,8 @@ void toliman_sim_options_init(toliman_sim_options *options, size_t size) noexcep
     api::deliver_defaults(toliman_sim_options{}, options, size);
 }
 
-toliman_status toliman_sim_create(const char *path, const toliman_sim_options *options, toliman_sim **out) noexcept {
+toliman_status toliman_sim_create_file(const char *path, const toliman_sim_options *options,
+                                       toliman_sim **out) noexcept {
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");
@@ -257,8 +255,8 @@ toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *ou
     return api::guard([&] { api::deliver(info_of(api::Use(sim, "sim")->simulator), out, "out"); });
 }
 
-toliman_status toliman_sim_plan(const char *path, const toliman_sim_options *options,
-                                toliman_sim_plan_info *out) noexcept {
+toliman_status toliman_sim_plan_file(const char *path, const toliman_sim_options *options,
+                                     toliman_sim_plan_info *out) noexcept {
     return api::guard([&] {
         api::required(path, "path");
         api::required(out, "out");

@@ -30,12 +30,10 @@ struct toliman_track : Handle<toliman_track> {
     const toliman_linear *linear = nullptr;
 };
 
-static_assert(static_cast<int32_t>(track::Verdict::rejected) == TOLIMAN_TRACK_REJECTED &&
-              static_cast<int32_t>(track::Reason::estimate) == TOLIMAN_REASON_ESTIMATE &&
-              track::kReasons == TOLIMAN_REASONS && static_cast<int32_t>(track::Pixel::f64) == TOLIMAN_PIXEL_F64 &&
-              static_cast<int32_t>(track::Sync::none) == TOLIMAN_SYNC_NONE);
-
 namespace {
+
+constexpr Choice<track::Sync> kSyncs = {TOLIMAN_TRACK_SYNC_GROUP, TOLIMAN_TRACK_SYNC_NONE, "TOLIMAN_TRACK_SYNC_..."};
+constexpr Choice<track::Pixel> kPixels = {TOLIMAN_PIXEL_U8, TOLIMAN_PIXEL_F64, "TOLIMAN_PIXEL_..."};
 
 // A call that changes the sums, which the caller may be querying as a periodogram.
 class Changing {
@@ -83,8 +81,6 @@ toliman_track_options known_options(const toliman_track_options *given) {
     const toliman_track_options options = accept(given, default_options(), "options");
     if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
         fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
-    if (options.sync > TOLIMAN_SYNC_NONE)
-        fail(Status::argument, "options->sync = %u: must be one of TOLIMAN_SYNC_..., 0 to 2", options.sync);
     if (options.clock_points > 0)
         required(options.clock, "options->clock");
     if (options.group < 1 || options.group > kLargestGroup)
@@ -244,7 +240,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.capacity = options.capacity;
     plan.workers = worker_count(options.threads);
     plan.group = options.group;
-    plan.sync = static_cast<track::Sync>(options.sync);
+    plan.sync = kSyncs.take_or(options.sync, track::Sync::group, "options->sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
     if (options.estimate != nullptr)
@@ -274,8 +270,8 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     track::check_name(&required(given.session, "frames->session"), "session");
     track::check_name(&required(given.roi, "frames->roi"), "roi");
     required(given.pixels, "frames->pixels");
-    if (given.pixel < 0 || given.pixel >= track::kPixels)
-        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 0 to 6");
+    if (!kPixels.holds(given.pixel))
+        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 37");
     if (given.rows < 1 || given.rows > kLargestSide)
         refuse("rows", given.rows, "in [1, 65536]");
     if (given.cols < 1 || given.cols > kLargestSide)
@@ -287,7 +283,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
         fail(Status::argument, "frames[%zu].sigma = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
-    const auto pixel = static_cast<track::Pixel>(given.pixel);
+    const track::Pixel pixel = kPixels.take(given.pixel, "pixel");
     if (reinterpret_cast<uintptr_t>(given.pixels) % track::size_of(pixel) != 0)
         fail(Status::argument, "frames[%zu].pixels: must be aligned to %zu bytes, the size of a pixel", i,
              track::size_of(pixel));
@@ -307,7 +303,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
 }
 
 using Frames = StructArray<const toliman_frame>;
-using Outcomes = StructArray<toliman_outcome>;
+using Outcomes = StructArray<toliman_track_outcome>;
 
 // Frames from number `done` on, which were checked; adds to it those that are in, also when it fails.
 void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, const Outcomes &outcomes, size_t &done) {
@@ -367,13 +363,13 @@ extern "C" {
 
 const char *toliman_track_verdict_name(int32_t verdict) noexcept {
     static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
-    return verdict >= TOLIMAN_TRACK_ACCEPTED && verdict <= TOLIMAN_TRACK_MERGED ? names[verdict] : "?";
+    const int32_t place = verdict - TOLIMAN_TRACK_VERDICT_ACCEPTED;
+    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_MERGED ? names[place] : "?";
 }
 
 const char *toliman_track_reason_name(int32_t reason) noexcept {
-    static const char *const names[TOLIMAN_REASONS] = {"none",       "shape", "over range", "hole",
-                                                       "not finite", "clock", "estimate"};
-    return reason >= 0 && reason < TOLIMAN_REASONS ? names[reason] : "?";
+    static const char *const names[] = {"none", "shape", "over range", "hole", "not finite", "clock", "estimate"};
+    return kReasons.holds(reason) ? names[static_cast<size_t>(kReasons.take(reason, "reason"))] : "?";
 }
 
 void toliman_track_options_init(toliman_track_options *options, size_t size) noexcept {
@@ -403,7 +399,7 @@ void toliman_track_destroy(toliman_track *track) noexcept {
 }
 
 toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames, size_t count,
-                                  toliman_outcome *outcomes, size_t *done) noexcept {
+                                  toliman_track_outcome *outcomes, size_t *done) noexcept {
     return guard([&] {
         const Changing use(track);
         track::Tracker &tracker = *use->tracker;
@@ -471,6 +467,14 @@ toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_
     return guard([&] {
         const Use use(track, "track");
         deliver(public_info(*use->tracker, use->flags), out, "out");
+    });
+}
+
+toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason, int64_t *frames) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        required(frames, "frames");
+        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.take(reason, "reason"))];
     });
 }
 

@@ -4,15 +4,21 @@
 
 #include <toliman/track.h>
 
+#include "api/choice.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
 
 namespace toliman::api {
 
-inline toliman_outcome public_outcome(const track::Outcome &outcome) noexcept {
-    toliman_outcome out = {};
-    out.verdict = static_cast<int32_t>(outcome.verdict);
-    out.reason = static_cast<int32_t>(outcome.flaw.reason);
+constexpr Choice<track::Verdict> kVerdicts = {TOLIMAN_TRACK_VERDICT_ACCEPTED, TOLIMAN_TRACK_VERDICT_REJECTED,
+                                              "TOLIMAN_TRACK_VERDICT_..."};
+constexpr Choice<track::Reason> kReasons = {TOLIMAN_TRACK_REASON_NONE, TOLIMAN_TRACK_REASON_ESTIMATE,
+                                            "TOLIMAN_TRACK_REASON_..."};
+
+inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexcept {
+    toliman_track_outcome out = {};
+    out.verdict = kVerdicts.give(outcome.verdict);
+    out.reason = kReasons.give(outcome.flaw.reason);
     out.row = static_cast<int64_t>(outcome.flaw.row);
     out.col = static_cast<int64_t>(outcome.flaw.col);
     out.pixel = outcome.flaw.value;
@@ -33,8 +39,8 @@ inline toliman_track_line public_line(const track::Record &record, const track::
     line.sigma = record.sigma;
     line.content = record.content;
     line.dropped = record.dropped;
-    line.reason = static_cast<int32_t>(record.reason);
-    line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_MERGED : static_cast<int32_t>(outcome.verdict);
+    line.reason = kReasons.give(record.reason);
+    line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_VERDICT_MERGED : kVerdicts.give(outcome.verdict);
     return line;
 }
 
@@ -62,10 +68,8 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.outlier = counts.outlier;
     info.quarantined = counts.quarantined;
     info.repeated = counts.repeated;
-    for (size_t i = 0; i < track::kReasons; i++) {
-        info.rejected += counts.rejected[i];
-        info.rejected_by[i] = counts.rejected[i];
-    }
+    for (const int64_t rejected : counts.rejected)
+        info.rejected += rejected;
     info.expected = tracker.expected();
     info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
     info.dropped = counts.dropped;

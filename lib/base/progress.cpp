@@ -7,7 +7,7 @@
 namespace toliman {
 
 namespace {
-constexpr int32_t kLevelWarning = 1; // TOLIMAN_LOG_WARNING
+constexpr int32_t kLevelWarning = 22; // TOLIMAN_LOG_WARNING
 } // namespace
 
 void Log::warn(const char *format, ...) const {

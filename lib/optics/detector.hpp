@@ -9,7 +9,7 @@
 namespace toliman::optics {
 
 enum class Quantity { frame, derivative, variance };
-enum class Unit { photon, electron, dn }; // values equal TOLIMAN_UNIT_*
+enum class Unit { photon, electron, dn };
 
 class DetectorStages {
   public:

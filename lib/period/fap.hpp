@@ -5,7 +5,6 @@
 namespace toliman::period {
 
 enum class Fap : int32_t { baluev, naive, single, sequential };
-constexpr int32_t kFapMethods = 4;
 
 // What they depend on beside the power. Floating and fixed mean count alike.
 struct Sampling {

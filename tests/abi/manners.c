@@ -143,7 +143,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     toliman_sim *none = NULL;
     refused("half a scene", toliman_sim_create_json(json, size / 2, NULL, NULL, &none), TOLIMAN_E_FORMAT);
     snprintf(path, sizeof path, "%s/none.json", folder);
-    assert_true(toliman_sim_create(path, NULL, &none) == TOLIMAN_E_NOT_FOUND);
+    assert_true(toliman_sim_create_file(path, NULL, &none) == TOLIMAN_E_NOT_FOUND);
     memcpy(strstr(json, "0.125"), "-0.25", 5);
     refused("bad scene", toliman_sim_create_json(json, size, NULL, NULL, &none), TOLIMAN_E_SCENE);
     return sim;
@@ -178,25 +178,25 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
 
 static void fit(const toliman_sim *sim, const double *frames) {
     toliman_linear *linear = NULL;
-    toliman_linear_components *components = NULL;
+    toliman_components *components = NULL;
     double value, series[FRAMES];
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     assert_ok(toliman_linear_encode(linear, frames, kSide, &value));
     result("template", &value, sizeof value);
     toliman_linear_destroy(linear);
-    assert_ok(toliman_linear_create_components(sim, NULL, &components));
+    assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_linear_push_frame(components, frames + (size_t)i * kPixels, kSide));
-    toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options, sizeof options);
+        assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
+    toliman_components_train_options options;
+    toliman_components_train_options_init(&options, sizeof options);
     options.threads = 2;
     options.progress = go_on;
-    for (options.method = TOLIMAN_LINEAR_PCA; options.method <= TOLIMAN_LINEAR_DICTIONARY; options.method++) {
-        assert_ok(toliman_linear_train_components(components, &options, NULL));
-        assert_ok(toliman_linear_get_series(components, 0, series, NULL));
+    for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {
+        assert_ok(toliman_components_train(components, &options, NULL));
+        assert_ok(toliman_components_get_series(components, 0, series, NULL));
         result("series", series, sizeof series);
     }
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
 }
 
 static void search(const char *folder) {
@@ -218,7 +218,7 @@ static void search(const char *folder) {
     assert_close(peaks->period, PERIOD_DAYS, 0.01, 0);
     assert_ok(toliman_period_query_peaks(period, 3, peaks, &count));
     result("peaks", peaks, count * sizeof *peaks);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 3 * SAMPLES, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3 * SAMPLES, power));
     result("power", power, sizeof power);
     assert_ok(toliman_period_query_bootstrap(period, t, y, NULL, SAMPLES, NULL, 4, lowest));
     result("bootstrap", lowest, sizeof lowest);
@@ -252,7 +252,7 @@ static void follow(const char *folder) {
     small_frame frame;
     make_frame(&frame, 41);
     frame.pixels[3] = 5000;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_REJECTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
     toliman_track_destroy(track);
     track = make_track(&options);
     assert_ok(toliman_period_save(period_of(track), bytes, sizeof bytes, &size));

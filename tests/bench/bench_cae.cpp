@@ -188,7 +188,7 @@ void leave_for_peers(const std::string &folder, const Layout &layout) {
 
 struct Scene {
     explicit Scene(const char *path) {
-        check(toliman_sim_create(path, nullptr, &sim));
+        check(toliman_sim_create_file(path, nullptr, &sim));
         check(toliman_cae_create(sim, 1, nullptr, &cae));
         check(toliman_cae_train(cae, nullptr, nullptr));
         info.struct_size = sizeof info;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <toliman/period.h>
+#include <toliman/period_batch.h>
 
 #include "base/wide.hpp"
 #include "chosen_isa.hpp"
@@ -150,7 +151,7 @@ void measure_batch(const Series &series) {
     power.resize(static_cast<size_t>(series.nf));
     const timing all = measure(1, 1, [&] {
         check(toliman_period_push_many(period, series.t.data(), series.y.data(), series.sigma.data(), pushed));
-        check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
+        check(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, power.size(), power.data()));
     });
     toliman_period_destroy(period);
     const double share = static_cast<double>(pushed) / static_cast<double>(series.n());
@@ -217,7 +218,7 @@ void measure_frame(const Series &series, bool wide) {
     std::vector<double> power(static_cast<size_t>(series.nf));
     constexpr int kQueries = 100;
     const timing query = measure(5, kQueries, [&] {
-        check(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, power.size(), power.data()));
+        check(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, power.size(), power.data()));
     });
     const double roofline = pass_s(series, wide), nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);

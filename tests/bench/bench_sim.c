@@ -97,7 +97,7 @@ static points points_of(const toliman_sim *sim) {
 
 /* Where two simulators differ most takes the place of a pixel of the frame at large. */
 static void look_where_they_differ(const toliman_sim *a, const toliman_sim *b, points *p) {
-    double *const one = image_of(a, TOLIMAN_IMAGE_BOTH), *const other = image_of(b, TOLIMAN_IMAGE_BOTH);
+    double *const one = image_of(a, TOLIMAN_SIM_IMAGE_BOTH), *const other = image_of(b, TOLIMAN_SIM_IMAGE_BOTH);
     int worst = 0;
     for (int i = 0; i < 256 * 256; i++)
         if (fabs(one[i] - other[i]) > fabs(one[worst] - other[worst]))
@@ -120,7 +120,7 @@ static void displaced(const reference *r, const points *p, long double d, long d
 /* error/peak of the image at the points, and by how much a displacement found with its series is off. */
 static void errors_of(const toliman_sim *sim, const points *p, double d, const long double *still,
                       const long double *moved, double *error, double *shift) {
-    double *const both = image_of(sim, TOLIMAN_IMAGE_BOTH), *const there = doubles(256 * 256);
+    double *const both = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const there = doubles(256 * 256);
     assert_ok(toliman_sim_expect(sim, d, there, 256));
     long double worst = 0, product = 0, norm = 0;
     for (int i = 0; i < POINTS * POINTS; i++) {
@@ -154,7 +154,7 @@ static void measure_choices(void) {
             char *text = with_number(chapter(), "pupil_samples", "256", fft ? 256 : samples[i / 5]);
             text = with_number(text, "accuracy", "1e-9", fft ? 1e-9 : accuracies[i % 5]);
             text = with_number(text, "amplitude_px", "1e-6", far[k]);
-            toliman_sim *const sim = one_core(text, fft ? TOLIMAN_ENGINE_PADDED_FFT : 0);
+            toliman_sim *const sim = one_core(text, fft ? TOLIMAN_SIM_ENGINE_PADDED_FFT : 0);
             const toliman_sim_plan_info plan = plan_of(sim);
             double error, shift;
             errors_of(sim, &p, far[k], still, moved, &error, &shift);

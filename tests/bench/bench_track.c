@@ -46,7 +46,7 @@ static source draw_frames(const toliman_sim *sim, size_t side) {
 static void push_batch(toliman_track *track, const source *from, int64_t first, size_t count) {
     const size_t size = from->side * from->side;
     toliman_frame frames[BATCH];
-    toliman_outcome outcomes[BATCH] = {{.struct_size = sizeof *outcomes}};
+    toliman_track_outcome outcomes[BATCH] = {{.struct_size = sizeof *outcomes}};
     for (size_t i = 0; i < count; i++) {
         const int64_t id = first + (int64_t)i;
         uint32_t *pixels = from->pixels + i * size;

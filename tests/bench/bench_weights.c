@@ -87,8 +87,8 @@ int main(int count, char **arguments) {
 
     double *const still = new_image(kPixels), *const brighter = new_image(kPixels), *const shifted = new_image(kPixels);
     assert_ok(toliman_sim_expect(sim, 0, still, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_STAR_A, brighter, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_SHIFT_X, shifted, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_STAR_A, brighter, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SHIFT_X, shifted, kSide));
     for (int i = 0; i < kPixels; i++) {
         brighter[i] = still[i] + 1e-3 * brighter[i];
         shifted[i] = still[i] + 1e-4 * shifted[i];

@@ -32,12 +32,12 @@ contains
         real(c_double), allocatable :: image(:, :)
         real(c_double) :: five(5), latent
         integer :: stat
-        call sim%create('no/such/scene.json', stat=stat, errmsg=errmsg)
+        call sim%create_file('no/such/scene.json', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         allocate (image(270, 259))
         call sim%expect(0d0, image, stat, errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
-        call sim%create(path)
+        call sim%create_file(path)
         call sim%expect(0d0, image, stat, errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         deallocate (image)

@@ -40,7 +40,7 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     double *images = malloc((size_t)(2 * rows * cols) * sizeof *images), times[3], displacements[3], offsets[4];
     MUST(toliman_sim_expect(sim, 1e-6, image, (size_t)cols));
     show("expect", image[120 * cols + 100]);
-    MUST(toliman_sim_get_image(sim, TOLIMAN_IMAGE_STAR_A, image, (size_t)cols));
+    MUST(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_STAR_A, image, (size_t)cols));
     show("star_a", image[120 * cols + 100]);
     MUST(toliman_sim_frame_many(sim, 3, 5, 2, NULL, 1, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
@@ -89,24 +89,24 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
 
 static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows, int64_t cols) {
     toliman_linear *linear;
-    toliman_linear_components *components;
+    toliman_components *components;
     double value, sigma, values[FRAMES], share, *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, NULL, &linear));
     MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value));
     MUST(toliman_linear_get_sigma(linear, &sigma));
     show("estimate", value);
     show("sigma", sigma);
-    MUST(toliman_linear_create_components(sim, NULL, &components));
+    MUST(toliman_components_create(sim, NULL, &components));
     for (int k = 0; k < FRAMES; k++) {
         MUST(toliman_sim_frame(sim, 1e-3 * k, 3, k, image, (size_t)cols));
-        MUST(toliman_linear_push_frame(components, image, (size_t)cols));
+        MUST(toliman_components_push(components, image, (size_t)cols));
     }
-    MUST(toliman_linear_train_components(components, NULL, NULL));
-    MUST(toliman_linear_get_series(components, 0, values, &share));
+    MUST(toliman_components_train(components, NULL, NULL));
+    MUST(toliman_components_get_series(components, 0, values, &share));
     show("component", values[2]);
     show("share", share);
     free(image);
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
     toliman_linear_destroy(linear);
 }
 
@@ -128,7 +128,7 @@ static void search(void) {
     show("log10_fap", peak.log10_fap);
     MUST(toliman_period_query_fit(period, t, y, NULL, N, &peak));
     show("period_error", peak.period_error);
-    MUST(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 100, 3, power));
+    MUST(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 100, 3, power));
     show("power", power[2]);
     MUST(toliman_period_batch(1.5 / N, 0.1 / N, 5461, t, y, NULL, N, NULL, power));
     show("batch", power[102]);
@@ -155,8 +155,8 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     const toliman_period *period;
     toliman_track_stream streams[2] = {{.struct_size = sizeof *streams}};
     toliman_track_options options;
-    toliman_track_info info = {.struct_size = sizeof info};
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    int64_t rejected;
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done, many;
     double *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, NULL, &linear));
@@ -185,8 +185,8 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     }
     show("tracked", outcome.value);
     show("tai", (double)outcome.tai_ns);
-    MUST(toliman_track_get_info(track, &info));
-    show("rejected", (double)info.rejected_by[TOLIMAN_REASON_NOT_FINITE]);
+    MUST(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_NOT_FINITE, &rejected));
+    show("rejected", (double)rejected);
     MUST(toliman_track_get_streams(track, streams, 2, &many));
     show("streams", (double)many);
     show("frames", (double)streams[0].frames);
@@ -204,7 +204,7 @@ int main(int argc, char **argv) {
     if (argc != 2)
         return 2;
     printf("version %s\n", toliman_version());
-    MUST(toliman_sim_create(argv[1], NULL, &sim));
+    MUST(toliman_sim_create_file(argv[1], NULL, &sim));
     MUST(toliman_sim_get_info(sim, &info));
     show("rows", (double)info.rows);
     show("crb", info.crb_px);

@@ -23,7 +23,7 @@ contains
         type(toliman_sim_info) :: info
         real(c_double), allocatable :: image(:, :)
         print '(2a)', 'version ', toliman_text(toliman_version())
-        call sim%create(path)
+        call sim%create_file(path)
         call sim%get_info(info)
         call show('rows', real(info%rows, c_double))
         call show('crb', info%crb_px)
@@ -45,7 +45,7 @@ contains
         integer :: x, y
         call sim%expect(1d-6, image)
         call show('expect', image(101, 121))
-        call sim%get_image(TOLIMAN_IMAGE_STAR_A, image)
+        call sim%get_image(TOLIMAN_SIM_IMAGE_STAR_A, image)
         call show('star_a', image(101, 121))
         allocate (images(size(image, 1), size(image, 2), 2))
         call sim%frame_many(3_c_int64_t, 5_c_int64_t, 1, images)
@@ -122,7 +122,7 @@ contains
         call components%create(sim)
         do k = 0, frames - 1
             call sim%frame(1d-3*k, 3_c_int64_t, int(k, c_int64_t), image)
-            call components%push_frame(image)
+            call components%push(image)
         end do
         call components%train()
         call components%get_series(0, values, share)
@@ -150,7 +150,7 @@ contains
         call show('log10_fap', peak%log10_fap)
         call period%query_fit(t, y, peak)
         call show('period_error', peak%period_error)
-        call period%query_power(TOLIMAN_POWER_STANDARD, 100_c_int64_t, power(:3))
+        call period%query_power(TOLIMAN_PERIOD_POWER_STANDARD, 100_c_int64_t, power(:3))
         call show('power', power(3))
         call period%batch(1.5d0/n, 0.1d0/n, t, y, power)
         call show('batch', power(103))
@@ -172,8 +172,8 @@ contains
         type(toliman_periodogram) :: period
         type(toliman_track_stream) :: streams(2)
         type(toliman_track_options) :: options
-        type(toliman_track_info) :: info
-        type(toliman_outcome) :: outcome
+        integer(c_int64_t) :: rejected
+        type(toliman_track_outcome) :: outcome
         integer(c_int64_t) :: clock(2, 2), k
         integer(c_size_t) :: many
         call linear%create(sim)
@@ -192,8 +192,8 @@ contains
         end do
         call show('tracked', outcome%value)
         call show('tai', real(outcome%tai_ns, c_double))
-        call tracker%get_info(info)
-        call show('rejected', real(info%rejected_by(TOLIMAN_REASON_NOT_FINITE + 1), c_double))
+        call tracker%get_rejected(TOLIMAN_TRACK_REASON_NOT_FINITE, rejected)
+        call show('rejected', real(rejected, c_double))
         call tracker%get_streams(many, streams)
         call show('streams', real(many, c_double))
         call show('frames', real(streams(1)%frames, c_double))

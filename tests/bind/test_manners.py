@@ -55,10 +55,10 @@ class Coverage(unittest.TestCase):
                     self.assertIn("return", typing.get_type_hints(value), f"{name}.{member}")
 
     def test_words_are_the_header_s(self):
-        self.assertEqual(words("TOLIMAN_UNIT_PHOTON"), ("photon", "electron", "dn"))
-        self.assertEqual(words("TOLIMAN_TRACK_ACCEPTED")[-1], "merged")
-        self.assertEqual(len(toliman.REASONS), _raw.TOLIMAN_REASONS)
-        for number, word in enumerate(toliman.REASONS[1:], 1):
+        self.assertEqual(tuple(words("TOLIMAN_SIM_UNIT").values()), ("photon", "electron", "dn"))
+        self.assertEqual(words("TOLIMAN_TRACK_VERDICT")[_raw.TOLIMAN_TRACK_VERDICT_MERGED], "merged")
+        self.assertEqual(list(toliman.REASONS.values())[-1], "estimate")
+        for number, word in toliman.REASONS.items():
             told = _library.library.toliman_track_reason_name(number).decode()
             self.assertEqual(word.replace("_", " "), told)
 
@@ -95,7 +95,7 @@ class Results(unittest.TestCase):
                 _arguments.whole("n", bad, 4)
 
     def test_words_of_a_newer_library(self):
-        outcome = toliman.Outcome._of(_raw.toliman_outcome(verdict=4, reason=99))
+        outcome = toliman.Outcome._of(_raw.toliman_track_outcome(verdict=_raw.TOLIMAN_TRACK_VERDICT_REJECTED, reason=99))
         self.assertEqual((outcome.verdict, outcome.reason), ("rejected", "99"))
 
     def test_closed_objects(self):
@@ -232,7 +232,7 @@ class Importing(unittest.TestCase):
             (package / "toliman").symlink_to(PACKAGE / "toliman")
             environment = {**os.environ, "PYTHONPATH": str(package), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
             done = subprocess.run([sys.executable, "-c", "import toliman"], env=environment, capture_output=True, text=True)
-        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.1 was not found: build it, install it, or set "
+        self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.2 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 
     def test_wherever_the_package_stands(self):
@@ -253,16 +253,16 @@ class Importing(unittest.TestCase):
                                    "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
                                   env=environment, capture_output=True, text=True)
             if done.returncode == 0:  # it is installed where the system looks
-                self.assertEqual(done.stdout, "libtoliman.so.0.1\n")
+                self.assertEqual(done.stdout, "libtoliman.so.0.2\n")
                 return
-            for tried in (f"{package}/libtoliman.so.0.1", f"{folder}/lib/libtoliman.so.0.1", "\n  libtoliman.so.0.1"):
+            for tried in (f"{package}/libtoliman.so.0.2", f"{folder}/lib/libtoliman.so.0.2", "\n  libtoliman.so.0.2"):
                 self.assertIn(tried, done.stderr)
 
     def test_a_library_of_another_interface(self):
         def refused(why, **functions):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
                 _library._fit(Fit(**functions))
-        refused("its ABI is 7, theirs 0", toliman_abi_version=lambda: 7)
+        refused("its ABI is 7, theirs 1", toliman_abi_version=lambda: 7)
 
         def larger(name):
             return _library.library.toliman_get_struct_size(name) + 8

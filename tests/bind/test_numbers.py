@@ -101,7 +101,7 @@ class Python:
 
     def numbers(self):
         sim = ctypes.POINTER(_raw.toliman_sim)()
-        self.must(library.toliman_sim_create(os.fsencode(SCENE), None, ctypes.byref(sim)))
+        self.must(library.toliman_sim_create_file(os.fsencode(SCENE), None, ctypes.byref(sim)))
         info = _raw.toliman_sim_info()
         self.must(library.toliman_sim_get_info(sim, ctypes.byref(info)))
         self.found.update(rows=info.rows, crb=info.crb_px)
@@ -128,7 +128,7 @@ class Python:
     def track(self, sim, image, rows, cols):
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()
         self.must(library.toliman_linear_create(sim, None, ctypes.byref(linear)))
-        options, info, outcome = _raw.toliman_track_options(), _raw.toliman_track_info(), _raw.toliman_outcome()
+        options, rejected, outcome = _raw.toliman_track_options(), ctypes.c_int64(), _raw.toliman_track_outcome()
         library.toliman_track_options_init(ctypes.byref(options), ctypes.sizeof(options))
         options.linear, options.nf, options.f0, options.df = linear, 5461, 1.5 / N, 0.1 / N
         self.must(library.toliman_track_create(ctypes.byref(options), ctypes.byref(track)))
@@ -141,8 +141,8 @@ class Python:
                                        pixels=ctypes.cast(image, ctypes.c_void_p))
             self.must(library.toliman_track_push(track, ctypes.byref(frame), 1, ctypes.byref(outcome),
                                                  ctypes.byref(ctypes.c_size_t())))
-        self.must(library.toliman_track_get_info(track, ctypes.byref(info)))
-        self.found.update(tracked=outcome.value, rejected=info.rejected_by[_raw.TOLIMAN_REASON_NOT_FINITE])
+        self.must(library.toliman_track_get_rejected(track, _raw.TOLIMAN_TRACK_REASON_NOT_FINITE, ctypes.byref(rejected)))
+        self.found.update(tracked=outcome.value, rejected=rejected.value)
         library.toliman_track_destroy(track)
         library.toliman_linear_destroy(linear)
 

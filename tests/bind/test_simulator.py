@@ -128,7 +128,7 @@ class Scenes(unittest.TestCase):
             toliman.Simulator(scene(accuracy=float("nan")))
         with self.assertRaisesRegex(ValueError, "folder is for a scene that is a dict"):
             toliman.Simulator("chapter.json", folder=".")
-        with self.assertRaisesRegex(ValueError, "engine = 'fast': must be one of automatic, matrix_dft, padded_fft"):
+        with self.assertRaisesRegex(ValueError, "engine = 'fast': must be one of matrix_dft, padded_fft"):
             toliman.Simulator("chapter.json", engine="fast")
         with self.assertRaisesRegex(ValueError, "threads = -1: must be in"):
             toliman.Simulator("chapter.json", threads=-1)

@@ -158,7 +158,7 @@ class PureSignal(ProgramTest):
         numpy.savetxt(self.folder / "signal.csv", numpy.column_stack([t, y]), delimiter=",", fmt="%.17g")
         result = json.loads(self.succeed("period", "signal.csv", "--json"))
         self.assertAlmostEqual(result["peak"]["period"], 1 / 3, delta=1e-12)
-        self.assertAlmostEqual(result["peak"]["half_width_error"], 0.0499, delta=1e-4)
+        self.assertAlmostEqual(result["peak"]["half_width_period"], 0.0499, delta=1e-4)
         self.assertLess(result["log10_fap"], -16000)
         grid = result["grid"]
         highest = grid["f0"] + grid["df"] * (grid["nf"] - 1)

@@ -5,7 +5,7 @@
 #include "cae_scene.h"
 #include "scenario.h"
 
-static toliman_status create_with(uint32_t layout, uint32_t input, void **made) {
+static toliman_status create_with(int32_t layout, int32_t input, void **made) {
     toliman_cae_options options;
     toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
@@ -15,13 +15,13 @@ static toliman_status create_with(uint32_t layout, uint32_t input, void **made) 
 
 static void *make(void) {
     void *made = NULL;
-    assert_ok(create_with(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED, &made));
+    assert_ok(create_with(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED, &made));
     return made;
 }
 
 static void *make_paper(void) {
     void *made = NULL;
-    assert_ok(create_with(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_WHITENED, &made));
+    assert_ok(create_with(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED, &made));
     return made;
 }
 
@@ -65,7 +65,7 @@ static int32_t go_on(const char *stage, double fraction, void *unused) {
 static toliman_cae_train_options unsupervised(uint32_t epochs, uint32_t threads) {
     toliman_cae_train_options options;
     toliman_cae_train_options_init(&options, sizeof options);
-    options.mode = TOLIMAN_CAE_UNSUPERVISED;
+    options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     options.epochs = epochs;
     options.frames = give_frames;
     options.frame_count = 3;
@@ -124,7 +124,7 @@ typedef struct {
 } blob;
 
 static blob blob_of(const toliman_cae *cae, uint32_t training) {
-    const toliman_cae_save_options options = save_options(TOLIMAN_ENCODING_FLOAT32, training);
+    const toliman_cae_save_options options = save_options(TOLIMAN_CAE_ENCODING_FLOAT32, training);
     blob made = {malloc(BLOB_ROOM), 0};
     assert_ok(toliman_cae_save(cae, &options, made.bytes, BLOB_ROOM, &made.size));
     return made;
@@ -165,10 +165,10 @@ static void check_saved(attempt *a, toliman_status status) {
 }
 
 static toliman_status create_flight(attempt *a) {
-    return create_with(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED, &a->made);
+    return create_with(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED, &a->made);
 }
 static toliman_status create_paper(attempt *a) {
-    return create_with(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_WHITENED, &a->made);
+    return create_with(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED, &a->made);
 }
 static toliman_status load(attempt *a) {
     return toliman_cae_load(trained_blob().bytes, trained_blob().size, NULL, (toliman_cae **)&a->made);
@@ -184,7 +184,7 @@ static toliman_status load_file(attempt *a) {
 }
 static toliman_status save(attempt *a) {
     size_t size = 0;
-    const toliman_cae_save_options options = save_options(TOLIMAN_ENCODING_BF16, 0);
+    const toliman_cae_save_options options = save_options(TOLIMAN_CAE_ENCODING_BF16, 0);
     const toliman_status status = toliman_cae_save(network(), &options, a->out, OUT_ROOM, &size);
     must(status == TOLIMAN_OK ? size > 0 : size == 0, "needed");
     return status;

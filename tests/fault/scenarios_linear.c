@@ -28,40 +28,40 @@ static uint64_t digest(const void *linear) {
 static const object_kind fitters = {end, digest};
 
 static void *make_components(void) {
-    toliman_linear_components *components = NULL;
-    assert_ok(toliman_linear_create_components(small_sim(), NULL, &components));
+    toliman_components *components = NULL;
+    assert_ok(toliman_components_create(small_sim(), NULL, &components));
     for (size_t i = 0; i + 1 < FRAMES; i++)
-        assert_ok(toliman_linear_push_frame(components, small_frames() + i * PIXELS, SMALL));
+        assert_ok(toliman_components_push(components, small_frames() + i * PIXELS, SMALL));
     return components;
 }
 
 static toliman_status train_by(void *components, int32_t method, uint32_t threads, void *report) {
-    toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options, sizeof options);
+    toliman_components_train_options options;
+    toliman_components_train_options_init(&options, sizeof options);
     options.method = method;
     options.components = 2;
     options.iterations = 5;
     options.threads = threads;
-    return toliman_linear_train_components(components, &options, report);
+    return toliman_components_train(components, &options, report);
 }
 
 static void *make_trained(void) {
     void *const components = make_components();
-    assert_ok(train_by(components, TOLIMAN_LINEAR_PCA, 1, NULL));
+    assert_ok(train_by(components, TOLIMAN_COMPONENTS_PCA, 1, NULL));
     return components;
 }
 
 static void end_components(void *components) {
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
 }
 
 static uint64_t digest_components(const void *components) {
     double series[FRAMES];
-    toliman_linear_components_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_linear_get_components_info(components, &info));
+    toliman_components_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_components_get_info(components, &info));
     uint64_t hash = fnv1a(FNV_START, &info, sizeof info);
     for (int64_t i = 0; i < info.components; i++) {
-        assert_ok(toliman_linear_get_series(components, (uint32_t)i, series, NULL));
+        assert_ok(toliman_components_get_series(components, (uint32_t)i, series, NULL));
         hash = fnv1a(hash, series, (size_t)info.frames * sizeof *series);
     }
     return hash;
@@ -84,72 +84,64 @@ static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);
 }
 static toliman_status inits(attempt *a) {
-    toliman_linear_components_options_init((void *)a->out, sizeof(toliman_linear_components_options));
-    toliman_linear_train_options_init((void *)(a->out + 256), sizeof(toliman_linear_train_options));
+    toliman_components_options_init((void *)a->out, sizeof(toliman_components_options));
+    toliman_components_train_options_init((void *)(a->out + 256), sizeof(toliman_components_train_options));
     return TOLIMAN_OK;
 }
 static toliman_status create_components(attempt *a) {
-    return toliman_linear_create_components(small_sim(), NULL, (toliman_linear_components **)&a->made);
+    return toliman_components_create(small_sim(), NULL, (toliman_components **)&a->made);
 }
 static toliman_status destroy_components(attempt *a) {
-    toliman_linear_destroy_components(a->object);
+    toliman_components_destroy(a->object);
     a->object = NULL;
     return TOLIMAN_OK;
 }
 static toliman_status push_frame(attempt *a) {
-    return toliman_linear_push_frame(a->object, small_frames() + (FRAMES - 1) * PIXELS, SMALL);
+    return toliman_components_push(a->object, small_frames() + (FRAMES - 1) * PIXELS, SMALL);
 }
 static toliman_status reset(attempt *a) {
-    return toliman_linear_reset_components(a->object);
+    return toliman_components_reset(a->object);
 }
 static toliman_status train_pca(attempt *a) {
-    return train_by(a->object, TOLIMAN_LINEAR_PCA, 1, a->out);
+    return train_by(a->object, TOLIMAN_COMPONENTS_PCA, 1, a->out);
 }
 static toliman_status train_dictionary(attempt *a) {
-    return train_by(a->object, TOLIMAN_LINEAR_DICTIONARY, 3, a->out);
+    return train_by(a->object, TOLIMAN_COMPONENTS_DICTIONARY, 3, a->out);
 }
 static toliman_status get_series(attempt *a) {
     double *const out = (double *)a->out;
-    return toliman_linear_get_series(a->object, 1, out, out + FRAMES);
+    return toliman_components_get_series(a->object, 1, out, out + FRAMES);
 }
 static toliman_status get_components_info(attempt *a) {
-    return toliman_linear_get_components_info(a->object, (void *)a->out);
+    return toliman_components_get_info(a->object, (void *)a->out);
 }
 
 static void put_frames(void) {
     (void)small_frames();
 }
 
-enum { REPORT = sizeof(toliman_linear_training), FACTS = sizeof(toliman_linear_components_info) };
+enum { REPORT = sizeof(toliman_components_training), FACTS = sizeof(toliman_components_info) };
 
 static const scenario all[] = {
     {.function = "toliman_linear_create", .call = create, .made = &fitters, .stage = put_frames},
     {.function = "toliman_linear_destroy", .call = destroy, .make = make, .of = &fitters},
     {.function = "toliman_linear_encode", .call = encode, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
-    {.function = "toliman_linear_components_options_init", .call = inits},
-    {.function = "toliman_linear_train_options_init", .call = inits},
-    {.function = "toliman_linear_create_components", .call = create_components, .made = &collections},
-    {.function = "toliman_linear_destroy_components",
-     .call = destroy_components,
-     .make = make_trained,
-     .of = &collections},
-    {.function = "toliman_linear_push_frame", .call = push_frame, .make = make_trained, .of = &collections},
-    {.function = "toliman_linear_reset_components", .call = reset, .make = make_trained, .of = &collections},
-    {.function = "toliman_linear_train_components",
-     "PCA",
-     train_pca,
-     make_components,
-     &collections,
-     .struct_size = REPORT},
-    {.function = "toliman_linear_train_components",
+    {.function = "toliman_components_options_init", .call = inits},
+    {.function = "toliman_components_train_options_init", .call = inits},
+    {.function = "toliman_components_create", .call = create_components, .made = &collections},
+    {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},
+    {.function = "toliman_components_push", .call = push_frame, .make = make_trained, .of = &collections},
+    {.function = "toliman_components_reset", .call = reset, .make = make_trained, .of = &collections},
+    {.function = "toliman_components_train", "PCA", train_pca, make_components, &collections, .struct_size = REPORT},
+    {.function = "toliman_components_train",
      "dictionary",
      train_dictionary,
      make_trained,
      &collections,
      .struct_size = REPORT},
-    {.function = "toliman_linear_get_series", .call = get_series, .make = make_trained, .of = &collections},
-    {.function = "toliman_linear_get_components_info",
+    {.function = "toliman_components_get_series", .call = get_series, .make = make_trained, .of = &collections},
+    {.function = "toliman_components_get_info",
      .call = get_components_info,
      .make = make_trained,
      .of = &collections,

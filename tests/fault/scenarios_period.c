@@ -209,7 +209,7 @@ static toliman_status get_info(attempt *a) {
     return toliman_period_get_info(samples(), (void *)a->out);
 }
 static toliman_status query_power(attempt *a) {
-    return toliman_period_query_power(a->object, TOLIMAN_POWER_LOG, 0, FREQUENCIES, (double *)a->out);
+    return toliman_period_query_power(a->object, TOLIMAN_PERIOD_POWER_LOG, 0, FREQUENCIES, (double *)a->out);
 }
 static toliman_status query_model(attempt *a) {
     return toliman_period_query_model(samples(), 20, (void *)a->out);
@@ -224,10 +224,10 @@ static toliman_status query_fit(attempt *a) {
     return toliman_period_query_fit(samples(), t, y, NULL, SAMPLES, (void *)a->out);
 }
 static toliman_status query_fap(attempt *a) {
-    return toliman_period_query_fap(samples(), TOLIMAN_FAP_SEQUENTIAL, -3, (double *)a->out);
+    return toliman_period_query_fap(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
 }
 static toliman_status query_level(attempt *a) {
-    return toliman_period_query_level(samples(), TOLIMAN_FAP_SEQUENTIAL, -3, (double *)a->out);
+    return toliman_period_query_level(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
 }
 static toliman_status query_bootstrap(attempt *a) {
     toliman_period_bootstrap_options options;

@@ -178,7 +178,7 @@ static toliman_status create_orbit(attempt *a) {
     return create_of(orbit_text(), 0, 1, &a->made);
 }
 static toliman_status create_fft(attempt *a) {
-    return create_of(fft_text(), TOLIMAN_ENGINE_PADDED_FFT, 1, &a->made);
+    return create_of(fft_text(), TOLIMAN_SIM_ENGINE_PADDED_FFT, 1, &a->made);
 }
 static toliman_status create_half(attempt *a) {
     return toliman_sim_create_json(binary_text(), strlen(binary_text()) / 2, NULL, NULL, (toliman_sim **)&a->made);
@@ -187,7 +187,7 @@ static toliman_status create_impossible(attempt *a) {
     return create_of(impossible_text(), 0, 1, &a->made);
 }
 static toliman_status create(attempt *a) {
-    return toliman_sim_create(in_folder("scene.json"), NULL, (toliman_sim **)&a->made);
+    return toliman_sim_create_file(in_folder("scene.json"), NULL, (toliman_sim **)&a->made);
 }
 
 /* Seconds are measured: others each time. */
@@ -198,7 +198,7 @@ static toliman_status without_seconds(toliman_status status, toliman_sim_plan_in
 }
 static toliman_status plan(attempt *a) {
     toliman_sim_plan_info *const out = (void *)a->out;
-    return without_seconds(toliman_sim_plan(in_folder("scene.json"), NULL, out), out);
+    return without_seconds(toliman_sim_plan_file(in_folder("scene.json"), NULL, out), out);
 }
 static toliman_status plan_json(attempt *a) {
     toliman_sim_plan_info *const out = (void *)a->out;
@@ -230,7 +230,7 @@ static toliman_status frame_many(attempt *a) {
     return toliman_sim_frame_many(small_sim(), 2, 0, FRAMES, NULL, 3, (double *)a->out);
 }
 static toliman_status get_image(attempt *a) {
-    return toliman_sim_get_image(small_sim(), TOLIMAN_IMAGE_FOCUS, (double *)a->out, SMALL);
+    return toliman_sim_get_image(small_sim(), TOLIMAN_SIM_IMAGE_FOCUS, (double *)a->out, SMALL);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_sim_get_info(small_sim(), (void *)a->out);
@@ -275,7 +275,7 @@ static void *make_orbit(void) {
 }
 
 static const scenario all[] = {
-    {.function = "toliman_sim_create", .call = create, .made = &sims, .stage = put_files},
+    {.function = "toliman_sim_create_file", .call = create, .made = &sims, .stage = put_files},
     {.function = "toliman_sim_create_json", .call = create_json, .made = &sims, .stage = put_texts},
     {.function = "toliman_sim_create_json",
      "half a scene",
@@ -298,7 +298,10 @@ static const scenario all[] = {
      .slow = 1},
     {.function = "toliman_sim_create_json", "orbit", create_orbit, .made = &sims, .stage = put_texts, .slow = 1},
     {.function = "toliman_sim_create_json", "padded FFT", create_fft, .made = &sims, .stage = put_texts, .slow = 1},
-    {.function = "toliman_sim_plan", .call = plan, .struct_size = sizeof(toliman_sim_plan_info), .stage = put_files},
+    {.function = "toliman_sim_plan_file",
+     .call = plan,
+     .struct_size = sizeof(toliman_sim_plan_info),
+     .stage = put_files},
     {.function = "toliman_sim_plan_json", .call = plan_json, .struct_size = sizeof(toliman_sim_plan_info)},
     {.function = "toliman_sim_destroy", .call = destroy, .make = make_everything, .of = &sims},
     {.function = "toliman_sim_options_init", .call = options_init},

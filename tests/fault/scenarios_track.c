@@ -287,12 +287,15 @@ static toliman_status options_init(attempt *a) {
 }
 static toliman_status reason_name(attempt *a) {
     (void)a;
-    must(strcmp(toliman_track_reason_name(TOLIMAN_REASON_HOLE), "hole") == 0, "reason_name");
-    must(strcmp(toliman_track_verdict_name(TOLIMAN_TRACK_OUTLIER), "outlier") == 0, "verdict_name");
+    must(strcmp(toliman_track_reason_name(TOLIMAN_TRACK_REASON_HOLE), "hole") == 0, "reason_name");
+    must(strcmp(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_OUTLIER), "outlier") == 0, "verdict_name");
     return TOLIMAN_OK;
 }
 static toliman_status get_clock(attempt *a) {
     return toliman_track_get_clock(a->object, (int64_t *)a->out, 8, (size_t *)(a->out + 8192));
+}
+static toliman_status get_rejected(attempt *a) {
+    return toliman_track_get_rejected(a->object, TOLIMAN_TRACK_REASON_HOLE, (int64_t *)a->out);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_track_get_info(a->object, (void *)a->out);
@@ -322,7 +325,7 @@ static void put_frames(void) {
 #define IN "track.h: on an error *done frames are in, the next is not"
 #define LINES "track.h: some lines may be in, and count again when it is merged again"
 #define DISK "track.h: lines may be on the disk all the same"
-enum { OUTCOME = sizeof(toliman_outcome) };
+enum { OUTCOME = sizeof(toliman_track_outcome) };
 #define LOOKS(name, size)                                                                                              \
     { .function = "toliman_track_" #name, .call = name, .make = make, .of = &trackers, .struct_size = size }
 
@@ -393,6 +396,7 @@ static const scenario all[] = {
     {.function = "toliman_track_verdict_name", .call = reason_name},
     LOOKS(get_clock, 0),
     LOOKS(get_info, sizeof(toliman_track_info)),
+    LOOKS(get_rejected, 0),
     LOOKS(get_lines, sizeof(toliman_track_line)),
     LOOKS(get_streams, sizeof(toliman_track_stream)),
     LOOKS(get_period, 0),

@@ -101,7 +101,7 @@ void push(toliman_track *track, Source &source) {
     std::copy(image.begin(), image.end(), pixels);
     frame.pixels = pixels + (form == 255 ? 1 : 0);
 
-    toliman_outcome outcome = {};
+    toliman_track_outcome outcome = {};
     outcome.struct_size = sizeof outcome;
     size_t done = 0;
     const toliman_track_info before = info_of(track);
@@ -113,8 +113,10 @@ void push(toliman_track *track, Source &source) {
             "counts do not add up");
     if (status != TOLIMAN_OK)
         return;
-    require(outcome.verdict >= TOLIMAN_TRACK_ACCEPTED && outcome.verdict <= TOLIMAN_TRACK_REJECTED, "no verdict");
-    require(outcome.verdict == TOLIMAN_TRACK_REJECTED || std::isfinite(outcome.value), "a value that is not finite");
+    require(outcome.verdict >= TOLIMAN_TRACK_VERDICT_ACCEPTED && outcome.verdict <= TOLIMAN_TRACK_VERDICT_REJECTED,
+            "no verdict");
+    require(outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED || std::isfinite(outcome.value),
+            "a value that is not finite");
 }
 
 } // namespace
@@ -136,7 +138,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     require(toliman_track_get_period(track, &period) == TOLIMAN_OK, toliman_last_error());
     require(toliman_period_count(period) == info_of(track).accepted, "the sums hold other frames");
     double power[kFrequencies];
-    if (toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, kFrequencies, power) == TOLIMAN_OK)
+    if (toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, kFrequencies, power) == TOLIMAN_OK)
         for (const double one : power)
             require(one >= 0 && one <= 1, "impossible power");
     return 0;

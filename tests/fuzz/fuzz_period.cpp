@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <toliman/period.h>
+#include <toliman/period_fap.h>
 
 #include "fuzz.hpp"
 #include "period/stream.hpp"
@@ -23,11 +24,12 @@ Bytes saved(const toliman_period *period) {
 
 void check_power(const toliman_period *period, size_t count) {
     double power[kMostFrequencies];
-    for (uint32_t normalisation = 0; normalisation <= TOLIMAN_POWER_PSD; normalisation++) {
+    for (uint32_t normalisation = 0; normalisation <= TOLIMAN_PERIOD_POWER_PSD; normalisation++) {
         if (toliman_period_query_power(period, normalisation, 0, count, power) != TOLIMAN_OK)
             continue;
         for (size_t k = 0; k < count; k++)
-            require(power[k] >= 0 && (normalisation != TOLIMAN_POWER_STANDARD || power[k] <= 1), "impossible power");
+            require(power[k] >= 0 && (normalisation != TOLIMAN_PERIOD_POWER_STANDARD || power[k] <= 1),
+                    "impossible power");
     }
 }
 
@@ -46,7 +48,7 @@ void check_peak(const toliman_period *period) {
         require(model.power >= 0 && model.power <= 1 && !std::isnan(model.amplitude), "impossible model");
     if (toliman_period_query_sampling(period, nullptr, 0, &sampling) == TOLIMAN_OK)
         require(!std::isnan(sampling.baseline), "impossible sampling");
-    for (int32_t method = TOLIMAN_FAP_BALUEV; method <= TOLIMAN_FAP_SEQUENTIAL; method++)
+    for (int32_t method = TOLIMAN_PERIOD_FAP_BALUEV; method <= TOLIMAN_PERIOD_FAP_SEQUENTIAL; method++)
         if (toliman_period_query_fap(period, method, -3, &fap) == TOLIMAN_OK)
             require(std::isfinite(fap) && fap <= 0, "impossible false alarm probability");
 }

@@ -36,7 +36,7 @@ static uint8_t *made_blob(size_t *size) {
     free(weights), free(planes), free(blob);
     assert_ok(toliman_cae_load(made, *size, NULL, &cae));
     free(made);
-    made = saved_as(cae, TOLIMAN_ENCODING_BF16, TOLIMAN_ENCODING_BF16, size);
+    made = saved_as(cae, TOLIMAN_CAE_ENCODING_BF16, TOLIMAN_CAE_ENCODING_BF16, size);
     toliman_cae_destroy(cae);
     return made;
 }
@@ -52,7 +52,7 @@ static double latent_of(const toliman_cae *cae) {
 
 static toliman_track_options made_options(const char *in) {
     toliman_track_options options = small_options(in);
-    options.sync = TOLIMAN_SYNC_NONE;
+    options.sync = TOLIMAN_TRACK_SYNC_NONE;
     return options;
 }
 
@@ -78,10 +78,11 @@ static void write_files(const char *version) {
     uint8_t *blob = made_blob(&size);
     assert_ok(toliman_cae_load(blob, size, NULL, &cae));
     snprintf(path, sizeof path, "%s/weights.tlmw", version);
-    assert_ok(toliman_cae_save_file(
-        cae,
-        &(toliman_cae_save_options){sizeof(toliman_cae_save_options), TOLIMAN_ENCODING_BF16, TOLIMAN_ENCODING_BF16, 0},
-        path));
+    assert_ok(
+        toliman_cae_save_file(cae,
+                              &(toliman_cae_save_options){sizeof(toliman_cae_save_options), TOLIMAN_CAE_ENCODING_BF16,
+                                                          TOLIMAN_CAE_ENCODING_BF16, 0},
+                              path));
     snprintf(path, sizeof path, "%s/latent.txt", version);
     FILE *file = fopen(path, "w");
     assert_non_null(file);
@@ -107,8 +108,8 @@ static void read_state(const char *version) {
     snprintf(path, sizeof path, "%s/state.tlmp", version);
     assert_ok(toliman_period_load_file(path, NULL, &period));
     assert_int_equal(toliman_period_count(period), SAMPLES);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, GRID, power));
-    assert_ok(toliman_period_query_power(made, TOLIMAN_POWER_STANDARD, 0, GRID, expected));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, power));
+    assert_ok(toliman_period_query_power(made, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, expected));
     for (int i = 0; i < GRID; i++)
         assert_close(power[i], expected[i], 1e-12, 1e-14);
     assert_ok(toliman_period_push(period, 500, 1, 1)); /* and it goes on */
@@ -144,8 +145,8 @@ static void read_mission(const char *version) {
             push_number(expected, id);
     assert_same_periods(period_of(track), period_of(expected));
     assert_int_equal(info_of(track).quarantined, 1);
-    assert_int_equal(push_number(track, LAST), TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(push_number(track, LAST + 1), TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_number(track, LAST), TOLIMAN_TRACK_VERDICT_DUPLICATE);
+    assert_int_equal(push_number(track, LAST + 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);
     toliman_track_destroy(track);
     toliman_track_destroy(expected);
     remove_folder(path);

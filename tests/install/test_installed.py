@@ -24,7 +24,7 @@ int main(void) {
     for (int i = 0; i < 100; i++)
         if (toliman_period_push(period, i, sin(2 * acos(-1.0) * i / 10), 1.0) != TOLIMAN_OK)
             return 2;
-    if (toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 10, power) != TOLIMAN_OK)
+    if (toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 10, power) != TOLIMAN_OK)
         return 3;
     toliman_period_destroy(period);
     if (toliman_get_blas_speed(&gflops) != TOLIMAN_OK || !(gflops > 0))
@@ -42,7 +42,7 @@ int main() {
     for (int i = 0; i < 100; i++)
         toliman::check(toliman_period_push(period.get(), i, std::sin(2 * std::acos(-1.0) * i / 10), 1.0));
     double power[10];
-    toliman::check(toliman_period_query_power(period.get(), TOLIMAN_POWER_STANDARD, 0, 10, power));
+    toliman::check(toliman_period_query_power(period.get(), TOLIMAN_PERIOD_POWER_STANDARD, 0, 10, power));
     std::printf("%s %.12f\n", toliman_version(), power[5]);
 }
 """

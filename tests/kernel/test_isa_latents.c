@@ -5,7 +5,7 @@ int shim_choose_isa(int isa);
 
 enum { kFrames = 6 };
 
-static void check_layout(uint32_t layout, uint32_t steps, double allowed) {
+static void check_layout(int32_t layout, uint32_t steps, double allowed) {
     assert_true(shim_choose_isa(0));
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_cae_options options;
@@ -39,14 +39,14 @@ static void test_flight(void **unused) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_sim_info facts = {.struct_size = sizeof facts};
     assert_ok(toliman_sim_get_info(sim, &facts));
-    check_layout(TOLIMAN_CAE_FLIGHT, 100, 1e-5 * facts.crb_px);
+    check_layout(TOLIMAN_CAE_LAYOUT_FLIGHT, 100, 1e-5 * facts.crb_px);
     toliman_sim_destroy(sim);
 }
 
 /* Its latent has no unit and a sigma of about a tenth over frames. */
 static void test_paper(void **unused) {
     (void)unused;
-    check_layout(TOLIMAN_CAE_PAPER, 0, 1e-5);
+    check_layout(TOLIMAN_CAE_LAYOUT_PAPER, 0, 1e-5);
 }
 
 int main(void) {

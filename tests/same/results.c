@@ -56,7 +56,7 @@ static void arrange(size_t *places, size_t count) {
 
 static void make_frames(const toliman_sim *sim, double *frames) {
     double *image = new_image(kPixels);
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_BOTH, image, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, kSide));
     keep("image.f64", image, kPixels * sizeof *image);
     free(image);
     size_t places[FRAMES];
@@ -91,10 +91,10 @@ static void train(const toliman_sim *sim, double *frames) {
     toliman_cae_options options;
     toliman_cae_train_options how;
     toliman_cae_options_init(&options, sizeof options);
-    options.layout = TOLIMAN_CAE_PAPER;
+    options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(sim, 1, &options, &cae));
     toliman_cae_train_options_init(&how, sizeof how);
-    how.mode = TOLIMAN_CAE_UNSUPERVISED;
+    how.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     how.epochs = 1;
     how.frames = give;
     how.frames_data = frames;
@@ -127,20 +127,20 @@ static void estimate(const toliman_sim *sim, const double *frames) {
 }
 
 static void decompose(const toliman_sim *sim, const double *frames) {
-    toliman_linear_components *components = NULL;
+    toliman_components *components = NULL;
     double series[FRAMES];
-    assert_ok(toliman_linear_create_components(sim, NULL, &components));
+    assert_ok(toliman_components_create(sim, NULL, &components));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_linear_push_frame(components, frames + (size_t)i * kPixels, kSide));
-    toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options, sizeof options);
+        assert_ok(toliman_components_push(components, frames + (size_t)i * kPixels, kSide));
+    toliman_components_train_options options;
+    toliman_components_train_options_init(&options, sizeof options);
     options.threads = workers;
-    for (options.method = TOLIMAN_LINEAR_PCA; options.method <= TOLIMAN_LINEAR_DICTIONARY; options.method++) {
-        assert_ok(toliman_linear_train_components(components, &options, NULL));
-        assert_ok(toliman_linear_get_series(components, 0, series, NULL));
-        keep(options.method == TOLIMAN_LINEAR_PCA ? "pca.f64" : "dictionary.f64", series, sizeof series);
+    for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {
+        assert_ok(toliman_components_train(components, &options, NULL));
+        assert_ok(toliman_components_get_series(components, 0, series, NULL));
+        keep(options.method == TOLIMAN_COMPONENTS_PCA ? "pca.f64" : "dictionary.f64", series, sizeof series);
     }
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
 }
 
 static toliman_period *taken_up(toliman_period *period) {
@@ -173,7 +173,7 @@ static void search(void) {
     size_t size;
     assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
     keep("sums.tlmp", bytes, size);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, GRID, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, power));
     keep("power.f64", power, GRID * sizeof *power);
     toliman_period_peak peak = {.struct_size = sizeof peak};
     assert_ok(toliman_period_query_peak(period, &peak));
@@ -197,7 +197,7 @@ static void follow(void) {
     char folder[256];
     make_folder(folder, sizeof folder);
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_SYNC_NONE;
+    options.sync = TOLIMAN_TRACK_SYNC_NONE;
     options.threads = workers;
     size_t places[TRACKED];
     arrange(places, TRACKED);

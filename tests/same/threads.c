@@ -56,7 +56,7 @@ static int use_shared(results *found) {
     double frames[2 * SIDE_PX * SIDE_PX], power[3];
     int32_t status = toliman_sim_frame_many(shared_sim, 5, 1, 2, NULL, 2, frames);
     if (status == TOLIMAN_OK)
-        status = toliman_period_query_power(shared_period, TOLIMAN_POWER_STANDARD, 0, 3, power);
+        status = toliman_period_query_power(shared_period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3, power);
     for (size_t i = 0; i < 2 * SIDE_PX * SIDE_PX; i += 100)
         add(found, frames[i]);
     for (int i = 0; i < 3; i++)
@@ -77,23 +77,23 @@ static int use_linear(results *found) {
 
 static int use_components(results *found) {
     double frame[SIDE_PX * SIDE_PX], series[3] = {0};
-    toliman_linear_train_options how;
-    toliman_linear_components *components = NULL;
-    toliman_linear_train_options_init(&how, sizeof how);
+    toliman_components_train_options how;
+    toliman_components *components = NULL;
+    toliman_components_train_options_init(&how, sizeof how);
     how.threads = 2;
-    int32_t status = toliman_linear_create_components(shared_sim, NULL, &components);
+    int32_t status = toliman_components_create(shared_sim, NULL, &components);
     for (int64_t k = 0; k < 3 && status == TOLIMAN_OK; k++) {
         status = toliman_sim_frame(shared_sim, 0, 2, k, frame, SIDE_PX);
         if (status == TOLIMAN_OK)
-            status = toliman_linear_push_frame(components, frame, SIDE_PX);
+            status = toliman_components_push(components, frame, SIDE_PX);
     }
     if (status == TOLIMAN_OK)
-        status = toliman_linear_train_components(components, &how, NULL);
+        status = toliman_components_train(components, &how, NULL);
     if (status == TOLIMAN_OK)
-        status = toliman_linear_get_series(components, 0, series, NULL);
+        status = toliman_components_get_series(components, 0, series, NULL);
     for (int i = 0; i < 3; i++)
         add(found, series[i]);
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
     return status != TOLIMAN_OK;
 }
 
@@ -155,7 +155,7 @@ static int use_track(results *found) {
     int32_t status = toliman_track_create(&options, &track);
     for (int64_t id = 1; id <= 10 && status == TOLIMAN_OK; id++) {
         small_frame frame;
-        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         size_t done;
         make_frame(&frame, id);
         status = toliman_track_push(track, &frame.frame, 1, &outcome, &done);
@@ -163,7 +163,7 @@ static int use_track(results *found) {
     if (status == TOLIMAN_OK)
         status = toliman_track_get_period(track, &sums);
     if (status == TOLIMAN_OK)
-        status = toliman_period_query_power(sums, TOLIMAN_POWER_STANDARD, 0, 3, power);
+        status = toliman_period_query_power(sums, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3, power);
     for (int i = 0; i < 3; i++)
         add(found, power[i]);
     toliman_track_destroy(track);

@@ -80,11 +80,12 @@ static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_optio
     return bytes;
 }
 
+/* Encodings by the numbers that a blob has for them: 0 float32, 1 bf16, 2 fp16. */
 static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
-    options.weights_encoding = weights;
-    options.planes_encoding = planes;
+    options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + weights;
+    options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + planes;
     return saved_with(cae, options, size);
 }
 
@@ -96,7 +97,7 @@ static inline uint8_t *saved_with_training(const toliman_cae *cae, size_t *size)
 }
 
 static inline uint8_t *saved(const toliman_cae *cae, size_t *size) {
-    return saved_as(cae, TOLIMAN_ENCODING_FLOAT32, TOLIMAN_ENCODING_FLOAT32, size);
+    return saved_as(cae, 0, 0, size);
 }
 
 #endif

@@ -6,9 +6,11 @@
 #include "assert_close.h"
 
 #include <toliman/period.h>
+#include <toliman/period_fap.h>
 
 enum { FAP_METHODS = 3, FAP_FROM = 5, FAP_NEVER = 1 << 30 };
-static const int32_t fap_methods[FAP_METHODS] = {TOLIMAN_FAP_BALUEV, TOLIMAN_FAP_NAIVE, TOLIMAN_FAP_SEQUENTIAL};
+static const int32_t fap_methods[FAP_METHODS] = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_NAIVE,
+                                                 TOLIMAN_PERIOD_FAP_SEQUENTIAL};
 static const char *const fap_names[FAP_METHODS] = {"Baluev", "naive", "sequential"};
 
 /* Standard normal numbers; every series its own. */

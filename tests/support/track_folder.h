@@ -59,20 +59,20 @@ enum { FILLED_REPEATS = 5 + 11 + 3, FILLED_LINES = 60 + 3 + 2 };
 /* A folder with 60 frames, 40 of them in the checkpoint, of which one is denied behind it and one after it. */
 static inline toliman_track_options filled_folder(void) {
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_SYNC_NONE;
+    options.sync = TOLIMAN_TRACK_SYNC_NONE;
     toliman_track *track = make_track(&options);
     small_frame frame;
     push_range(track, 1, 40);
     push_range(track, 1, 5);
     make_frame(&frame, 10);
     frame.pixels[0]++;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     assert_ok(toliman_track_save(track));
     for (int64_t id = 20; id <= 50; id += 30) {
         push_range(track, id < 41 ? 41 : id, 60);
         make_frame(&frame, id);
         frame.pixels[0]++;
-        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     }
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);

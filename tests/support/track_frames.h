@@ -96,8 +96,8 @@ static inline toliman_track *make_track(const toliman_track_options *options) {
     return track;
 }
 
-static inline toliman_outcome push_one(toliman_track *track, const toliman_frame *frame) {
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+static inline toliman_track_outcome push_one(toliman_track *track, const toliman_frame *frame) {
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done = 9;
     assert_ok(toliman_track_push(track, frame, 1, &outcome, &done));
     assert_int_equal(done, 1);

@@ -6,6 +6,7 @@
 #include "cae_scene.h"
 #include "test_folder.h"
 
+#include <toliman/components.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
 
@@ -76,11 +77,11 @@ static toliman_status linear_in(const toliman_allocator *allocator, void **out) 
 }
 
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
-    toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options, sizeof options);
+    toliman_components_options options;
+    toliman_components_options_init(&options, sizeof options);
     options.capacity = COLLECTED;
     options.allocator = allocator;
-    return toliman_linear_create_components(scene, &options, (toliman_linear_components **)out);
+    return toliman_components_create(scene, &options, (toliman_components **)out);
 }
 
 static toliman_status period_in(const toliman_allocator *allocator, void **out) {
@@ -129,7 +130,7 @@ static void end_linear(void *object) {
     toliman_linear_destroy(object);
 }
 static void end_components(void *object) {
-    toliman_linear_destroy_components(object);
+    toliman_components_destroy(object);
 }
 static void end_period(void *object) {
     toliman_period_destroy(object);

@@ -104,8 +104,8 @@ static void test_target_is_the_whitened_derivative(void **unused) {
     (void)unused;
     double *target = new_image(kPixels), *derivative = new_image(kPixels), *variance = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_SEPARATION, derivative, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, derivative, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
     for (int i = 0; i < kPixels; i++)
         assert_close(target[i], derivative[i] / sqrt(variance[i]), 1e-6, 0);
     free(target), free(derivative), free(variance);
@@ -124,7 +124,7 @@ static void test_cosine_of_the_header(void **unused) {
     const char *const scenes[] = {"examples/scenes/chapter.json", "examples/scenes/mission.json"};
     for (int k = 0; k < 2; k++) {
         toliman_sim *scene = NULL;
-        assert_ok(toliman_sim_create(scenes[k], NULL, &scene));
+        assert_ok(toliman_sim_create_file(scenes[k], NULL, &scene));
         for (uint64_t seed = 1; seed <= 2; seed++) {
             toliman_cae *cae = make_cae(scene, seed, 0, NULL);
             toliman_cae_training report = {.struct_size = sizeof report};
@@ -178,7 +178,7 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
     assert_ok(toliman_cae_get_target(trained, target, kSide));
     assert_ok(toliman_cae_decode(trained, 1e-6, painted, kSide));
     assert_ok(toliman_sim_expect(sim, 0, reference, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
     for (int wave = 1; wave <= 5; wave++) {
         double latent;
         for (int i = 0; i < kPixels; i++) {
@@ -345,7 +345,7 @@ static void test_reconstruction(void **unused) {
     double *frame = new_image(kPixels), *image = new_image(kPixels), *variance = new_image(kPixels);
     double mmse, mssim, floor_, low = 1e300, high = -1e300, error = 0, noise = 0;
     assert_ok(toliman_sim_frame(sim, 0, 5, 0, frame, kSide));
-    assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_VARIANCE, variance, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, &mmse, &mssim, &floor_));
     for (int i = 0; i < kPixels; i++) {
         low = fmin(low, frame[i]);
@@ -390,10 +390,10 @@ static void test_crop_and_projection(void **unused) {
     const struct {
         int32_t kind;
         double size;
-    } nuisances[] = {{TOLIMAN_IMAGE_STAR_A, 1e-4},
-                     {TOLIMAN_IMAGE_STAR_B, -1e-4},
-                     {TOLIMAN_IMAGE_SHIFT_X, 1e-3},
-                     {TOLIMAN_IMAGE_SHIFT_Y, -1e-3}};
+    } nuisances[] = {{TOLIMAN_SIM_IMAGE_STAR_A, 1e-4},
+                     {TOLIMAN_SIM_IMAGE_STAR_B, -1e-4},
+                     {TOLIMAN_SIM_IMAGE_SHIFT_X, 1e-3},
+                     {TOLIMAN_SIM_IMAGE_SHIFT_Y, -1e-3}};
     for (int k = 0; k < 4; k++) {
         assert_ok(toliman_sim_get_image(wide, nuisances[k].kind, change, kCols));
         for (int i = 0; i < kFrame; i++)
@@ -519,7 +519,7 @@ static void test_slope_of_the_header(void **unused) {
         double displacement, slope;
     } said[] = {{1e-4, 0.9996}, {1e-3, 0.996}, {1e-2, 0.96}, {-1e-4, 0.9996}, {-1e-3, 0.997}, {-1e-2, 0.97}};
     toliman_sim *chapter = NULL;
-    assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &chapter));
+    assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &chapter));
     toliman_cae *cae = make_cae(chapter, 1, 300, NULL);
     const double zero = encode_expected(cae, chapter, 0);
     for (size_t k = 0; k < sizeof said / sizeof *said; k++) {

@@ -30,7 +30,7 @@ static int set_up(void **unused) {
     toliman_cae *trained = make_cae(sim, 3, 15, NULL);
     blob = saved(trained, &blob_size);
     toliman_cae_destroy(trained);
-    small = small_blob(TOLIMAN_ENCODING_FLOAT32, &small_size);
+    small = small_blob(0, &small_size);
     return 0;
 }
 
@@ -192,7 +192,7 @@ static void test_impossible_trainings(void **unused) {
     toliman_cae_options options;
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_cae_options_init(&options, sizeof options);
-    options.layout = TOLIMAN_CAE_PAPER;
+    options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     assert_ok(toliman_cae_create(plain, 1, &options, &cae));
     assert_ok(toliman_cae_get_info(cae, &info));
     put(bytes + 16, 2, 4);
@@ -247,18 +247,18 @@ static void test_unusable_narrow_numbers(void **unused) {
         int at, value;
         const char *text;
     } cases[] = {
-        {TOLIMAN_ENCODING_BF16, 0, 0x7f80, "weights[0] = inf"},
-        {TOLIMAN_ENCODING_BF16, 0, 0xffc0, "weights[0] = -nan"},
-        {TOLIMAN_ENCODING_BF16, 0, 0x7201, "weights[0] = 2.55"},
-        {TOLIMAN_ENCODING_BF16, 0, 0x007f, "weights[0] = 1.1"},
-        {TOLIMAN_ENCODING_FP16, 2, 0x7c00, "weights[0] = inf"},
-        {TOLIMAN_ENCODING_FP16, 2, 0xfc01, "weights[0] = -nan"},
-        {TOLIMAN_ENCODING_FP16, 0, 86, "scale 2^86 of a block: must be 2^-141 to 2^85"},
-        {TOLIMAN_ENCODING_FP16, 0, -142, "scale 2^-142"},
-        {TOLIMAN_ENCODING_FP16, 0, 0x8000, "scale 2^-32768"},
+        {1, 0, 0x7f80, "weights[0] = inf"},
+        {1, 0, 0xffc0, "weights[0] = -nan"},
+        {1, 0, 0x7201, "weights[0] = 2.55"},
+        {1, 0, 0x007f, "weights[0] = 1.1"},
+        {2, 2, 0x7c00, "weights[0] = inf"},
+        {2, 2, 0xfc01, "weights[0] = -nan"},
+        {2, 0, 86, "scale 2^86 of a block: must be 2^-141 to 2^85"},
+        {2, 0, -142, "scale 2^-142"},
+        {2, 0, 0x8000, "scale 2^-32768"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const int narrow = cases[k].encoding == TOLIMAN_ENCODING_FP16, scale = narrow && cases[k].at == 0;
+        const int narrow = cases[k].encoding == 2, scale = narrow && cases[k].at == 0;
         memset(raw, 0, sizeof raw);
         raw[cases[k].at] = (uint8_t)cases[k].value; /* the first tensor has 72 numbers, low bytes first */
         raw[cases[k].at + (scale ? 1 : 72)] = (uint8_t)(cases[k].value >> 8);
@@ -401,7 +401,7 @@ static void test_any_numbers(void **unused) {
             weights[i] = 0;
         for (size_t i = 0; i < sizeof planes; i++)
             planes[i] = 0x3c; /* a positive number whatever the encoding */
-        const size_t scales = encoding == TOLIMAN_ENCODING_FP16 ? 2 : 0, wide = encoding == 0 ? 4 : 2;
+        const size_t scales = encoding == 2 ? 2 : 0, wide = encoding == 0 ? 4 : 2;
         const size_t weights_size = wide * kParameters + scales * kTensors;
         const size_t planes_size = 8 * kPixels + 3 * (wide * kPixels + scales);
         if (scales != 0) /* of 2^0 */

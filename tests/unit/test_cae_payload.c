@@ -5,7 +5,7 @@ static toliman_sim *sim;
 static toliman_cae *trained, *rounded[3][3]; /* by encoding of weights and planes */
 static uint8_t *blobs[3][3];
 static size_t sizes[3][3];
-static const int32_t float32 = TOLIMAN_ENCODING_FLOAT32, bf16 = TOLIMAN_ENCODING_BF16, fp16 = TOLIMAN_ENCODING_FP16;
+enum { float32, bf16, fp16 };
 
 static toliman_cae *loaded_from(const uint8_t *bytes, size_t size) {
     toliman_cae *out = NULL;
@@ -224,7 +224,7 @@ static void test_options(void **unused) {
     assert_true(options.struct_size == sizeof options && options.weights_encoding == 0 && options.planes_encoding == 0);
     options.weights_encoding = 3;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT,
-                 "options->weights_encoding = 3: must be 0 (float32), 1 (bf16) or 2 (fp16)");
+                 "options->weights_encoding = 3: must be one of TOLIMAN_CAE_ENCODING_..., 231 to 233");
     options.weights_encoding = 0;
     options.planes_encoding = -1;
     assert_fails(toliman_cae_save(trained, &options, NULL, 0, &needed), TOLIMAN_E_ARGUMENT, "planes_encoding = -1");

@@ -47,7 +47,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
 static toliman_cae_train_options options_for(Source *source, uint64_t frames, uint32_t epochs) {
     toliman_cae_train_options options;
     toliman_cae_train_options_init(&options, sizeof options);
-    options.mode = TOLIMAN_CAE_UNSUPERVISED;
+    options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     options.epochs = epochs;
     options.frames = give_frames;
     options.frames_data = source;
@@ -56,7 +56,7 @@ static toliman_cae_train_options options_for(Source *source, uint64_t frames, ui
     return options;
 }
 
-static toliman_cae *make_network(uint32_t layout, uint32_t input) {
+static toliman_cae *make_network(int32_t layout, int32_t input) {
     toliman_cae_options options;
     toliman_cae *cae = NULL;
     toliman_cae_options_init(&options, sizeof options);
@@ -78,11 +78,11 @@ static double first_latent(const toliman_cae *cae) {
 static void test_same_bits_for_any_number_of_workers(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    for (uint32_t layout = TOLIMAN_CAE_FLIGHT; layout <= TOLIMAN_CAE_PAPER; layout++) {
+    for (int32_t layout = TOLIMAN_CAE_LAYOUT_FLIGHT; layout <= TOLIMAN_CAE_LAYOUT_PAPER; layout++) {
         toliman_cae_training first = {.struct_size = sizeof first}, other = first;
         double latents[2] = {0};
         for (uint32_t workers = 1; workers <= 3; workers++) {
-            toliman_cae *cae = make_network(layout, TOLIMAN_CAE_WHITENED);
+            toliman_cae *cae = make_network(layout, TOLIMAN_CAE_INPUT_WHITENED);
             toliman_cae_train_options options = options_for(&source, 10, 1);
             options.threads = workers;
             assert_ok(toliman_cae_train(cae, &options, workers == 1 ? &first : &other));
@@ -115,7 +115,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
     toliman_cae_training report = {.struct_size = sizeof report};
-    toliman_cae *whole = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *whole = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, 10, 3);
     double losses[4] = {-1, -1, -1, -1};
     options.losses = losses;
@@ -125,7 +125,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     assert_true(losses[0] > 0 && losses[1] > 0 && losses[2] == loss && losses[3] == -1);
     options.loss_count = 0;
 
-    toliman_cae *cancelled = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *cancelled = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     const double before = first_latent(cancelled);
     Patience patience = {.until = 0.8};
     options.progress = stop_in_time;
@@ -138,7 +138,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     assert_true(patience.epochs_named <= 3); /* the steps of the last epoch only */
     assert_true(first_latent(cancelled) == expected && report.loss == loss && report.epochs == 3);
 
-    toliman_cae *longer = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *longer = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     options = options_for(&source, 10, 2);
     assert_ok(toliman_cae_train(longer, &options, NULL));
     assert_true(first_latent(longer) != expected);
@@ -152,7 +152,7 @@ static void test_taken_up_where_it_stood(void **unused) {
 static void test_learns_a_large_signal(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, kMostFrames, 20);
     toliman_cae_training report = {.struct_size = sizeof report};
     assert_ok(toliman_cae_train(cae, &options, &report));
@@ -176,11 +176,11 @@ static void test_learns_a_large_signal(void **unused) {
 
 static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     (void)unused;
-    toliman_cae *cae = make_network(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_RAW);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
     toliman_cae_info info = {.struct_size = sizeof info};
     assert_ok(toliman_cae_get_info(cae, &info));
     assert_string_equal(info.layout, "paper");
-    assert_true(info.input == TOLIMAN_CAE_RAW && info.parameters == 97858 && info.input_scale == 1);
+    assert_true(info.input == TOLIMAN_CAE_INPUT_RAW && info.parameters == 97858 && info.input_scale == 1);
     double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;
     assert_fails(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED, "only reconstruct can decode");
     assert_ok(toliman_sim_expect(sim, 0, frame, kSide));
@@ -200,7 +200,7 @@ static int32_t give_up(const char *stage, double fraction, void *user_data) {
 static void test_failures_keep_the_last_training(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    toliman_cae *cae = make_network(TOLIMAN_CAE_PAPER, TOLIMAN_CAE_WHITENED), *loaded = NULL;
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED), *loaded = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 2), known = {.struct_size = sizeof known};
     assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_STATE, "no training to go on with");
     assert_ok(toliman_cae_train(cae, &options, NULL));
@@ -220,7 +220,7 @@ static void test_failures_keep_the_last_training(void **unused) {
 
     assert_ok(toliman_cae_load(before, size, NULL, &loaded));
     assert_ok(toliman_cae_get_train_options(loaded, &known));
-    assert_true(known.mode == TOLIMAN_CAE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
+    assert_true(known.mode == TOLIMAN_CAE_MODE_UNSUPERVISED && known.epochs == 2 && known.batch == 4 &&
                 known.learning_rate == 1e-3 && known.frame_count == 10 && known.validation == 1 && known.steps == 0 &&
                 known.frames == NULL && known.progress == NULL);
     toliman_cae_training report = {.struct_size = sizeof report};
@@ -242,8 +242,8 @@ static void test_failures_keep_the_last_training(void **unused) {
 static void test_tied_after_unsupervised(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    toliman_cae *fresh = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
-    toliman_cae *used = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *fresh = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
+    toliman_cae *used = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, 4, 1);
     assert_ok(toliman_cae_train(used, &options, NULL));
     toliman_cae_train_options_init(&options, sizeof options);
@@ -262,7 +262,7 @@ static void test_tied_after_unsupervised(void **unused) {
 static void test_divergence_is_never_a_result(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_WHITENED);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
     toliman_cae_train_options options = options_for(&source, 2, 0);
     toliman_status status = TOLIMAN_OK;
     options.learning_rate = 1;
@@ -286,7 +286,7 @@ static void test_divergence_is_never_a_result(void **unused) {
 static void test_refusals(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
-    toliman_cae *cae = make_network(TOLIMAN_CAE_FLIGHT, TOLIMAN_CAE_RESIDUAL), *out = NULL;
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_RESIDUAL), *out = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 1);
     options.frames = NULL;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "options->frames is NULL");
@@ -301,7 +301,7 @@ static void test_refusals(void **unused) {
     options.batch = 4;
     options.mode = 2;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "mode = 2");
-    options.mode = TOLIMAN_CAE_UNSUPERVISED;
+    options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     source.failure = TOLIMAN_E_NOT_FOUND;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "TOLIMAN_E_NOT_FOUND");
     source.failure = TOLIMAN_OK;
@@ -327,7 +327,7 @@ static void test_refusals(void **unused) {
     how.input = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 3");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
-    how.input = TOLIMAN_CAE_RAW;
+    how.input = TOLIMAN_CAE_INPUT_RAW;
     assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "only whitened input");
     assert_null(out);
     toliman_sim_destroy(projecting);

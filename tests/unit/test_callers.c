@@ -47,8 +47,8 @@ static void defaults_stay_within_their_size(void **state) {
     CHECK_INIT(toliman_cae);
     CHECK_INIT(toliman_cae_train);
     CHECK_INIT(toliman_cae_save);
-    CHECK_INIT(toliman_linear_components);
-    CHECK_INIT(toliman_linear_train);
+    CHECK_INIT(toliman_components);
+    CHECK_INIT(toliman_components_train);
     CHECK_INIT(toliman_period);
     CHECK_INIT(toliman_period_bootstrap);
     CHECK_INIT(toliman_period_batch);

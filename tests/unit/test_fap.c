@@ -4,7 +4,8 @@
 
 #include "fap_trials.h"
 
-enum { METHODS = 4, DAYS = 200, MOST = 400 };
+enum { baluev, naive, single, sequential, METHODS };
+enum { DAYS = 200, MOST = 400 };
 static double times[MOST], values[MOST], sigmas[MOST];
 
 /* The bench's trials on shorter series. */
@@ -47,9 +48,9 @@ static void sequential_finds_signals(void **unused) {
         for (int m = 0; m < FAP_METHODS; m++)
             found[m][i] = first[m];
     }
-    const int baluev = fap_median(found[0], SERIES), sequential = fap_median(found[2], SERIES);
-    print_message("median samples until found: Baluev %d, sequential %d\n", baluev, sequential);
-    assert_true(sequential <= 1.25 * baluev);
+    const int once = fap_median(found[0], SERIES), often = fap_median(found[2], SERIES);
+    print_message("median samples until found: Baluev %d, sequential %d\n", once, often);
+    assert_true(often <= 1.25 * once);
     toliman_period_destroy(period);
 }
 
@@ -65,9 +66,10 @@ static toliman_period *filled(int n) {
     return period;
 }
 
+/* By the method's number from 0. */
 static double fap_of(const toliman_period *period, int32_t method, double log10_residual) {
     double result = NAN;
-    assert_ok(toliman_period_query_fap(period, method, log10_residual, &result));
+    assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV + method, log10_residual, &result));
     assert_true(isfinite(result) && result <= 0);
     return result;
 }
@@ -87,9 +89,9 @@ static void faps_fall(void **unused) {
                 assert_true(fap[m] <= before[m] + 1e-13);
                 before[m] = fap[m];
             }
-            assert_true(fap[TOLIMAN_FAP_SINGLE] <= fap[TOLIMAN_FAP_NAIVE]);
-            assert_true(fap[TOLIMAN_FAP_NAIVE] <= fap[TOLIMAN_FAP_BALUEV] + 1e-13 || residual > -1 || counts[c] < 100);
-            assert_true(fap[TOLIMAN_FAP_BALUEV] <= fap[TOLIMAN_FAP_SEQUENTIAL]);
+            assert_true(fap[single] <= fap[naive]);
+            assert_true(fap[naive] <= fap[baluev] + 1e-13 || residual > -1 || counts[c] < 100);
+            assert_true(fap[baluev] <= fap[sequential]);
         }
         for (int32_t m = 0; m < METHODS; m++)
             assert_true(fap_of(period, m, 0) == 0);
@@ -108,11 +110,11 @@ static void levels_are_the_inverse(void **unused) {
             for (size_t i = 0; i < sizeof faps / sizeof *faps; i++) {
                 double level = NAN;
                 if (faps[i] < fap_of(period, m, -4900)) {
-                    assert_fails(toliman_period_query_level(period, m, faps[i], &level), TOLIMAN_E_ARGUMENT,
-                                 "must be in [");
+                    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level),
+                                 TOLIMAN_E_ARGUMENT, "must be in [");
                     continue;
                 }
-                assert_ok(toliman_period_query_level(period, m, faps[i], &level));
+                assert_ok(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level));
                 assert_close(fap_of(period, m, level), faps[i], 1e-10, 1e-10);
                 assert_true(level <= before);
                 before = faps[i] < -0.5 ? level : 0; /* near 1 Baluev's bound is not monotone */
@@ -262,22 +264,31 @@ static void nonsense_is_refused(void **unused) {
     double out = 7, peaks[3];
     assert_fails(toliman_period_query_fap(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
     assert_fails(toliman_period_query_fap(period, -1, -1, &out), TOLIMAN_E_ARGUMENT, "method = -1");
-    assert_fails(toliman_period_query_fap(period, 0, NAN, &out), TOLIMAN_E_ARGUMENT, "log10_residual = nan");
-    assert_fails(toliman_period_query_fap(period, 0, -4901, &out), TOLIMAN_E_ARGUMENT, "[-4900, 0]");
-    assert_fails(toliman_period_query_fap(period, 0, -1, NULL), TOLIMAN_E_ARGUMENT, "log10_fap is NULL");
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
+                 "log10_residual = nan");
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4901, &out), TOLIMAN_E_ARGUMENT,
+                 "[-4900, 0]");
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), TOLIMAN_E_ARGUMENT,
+                 "log10_fap is NULL");
     assert_fails(toliman_period_query_level(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
-    assert_fails(toliman_period_query_level(period, 0, 1, &out), TOLIMAN_E_ARGUMENT, "log10_fap = 1: must be in [-");
-    assert_fails(toliman_period_query_level(period, 0, NAN, &out), TOLIMAN_E_ARGUMENT, "log10_fap = nan");
-    assert_fails(toliman_period_query_level(period, 0, -INFINITY, &out), TOLIMAN_E_ARGUMENT, "log10_fap = -inf");
-    assert_fails(toliman_period_query_level(NULL, 0, -1, &out), TOLIMAN_E_ARGUMENT, "period is NULL");
+    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), TOLIMAN_E_ARGUMENT,
+                 "log10_fap = 1: must be in [-");
+    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
+                 "log10_fap = nan");
+    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), TOLIMAN_E_ARGUMENT,
+                 "log10_fap = -inf");
+    assert_fails(toliman_period_query_level(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), TOLIMAN_E_ARGUMENT,
+                 "period is NULL");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), TOLIMAN_E_ARGUMENT,
                  "n = 99 samples, but 100 were pushed");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), TOLIMAN_E_ARGUMENT,
                  "log10_residuals is NULL");
     assert_ok(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 0, peaks));
     assert_ok(toliman_period_reset(period));
-    assert_fails(toliman_period_query_fap(period, 3, -1, &out), TOLIMAN_E_STATE, "five samples");
-    assert_fails(toliman_period_query_level(period, 3, -1, &out), TOLIMAN_E_STATE, "five samples");
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
+                 "five samples");
+    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
+                 "five samples");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE,
                  "five samples");
     assert_true(out == 7);

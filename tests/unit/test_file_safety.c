@@ -111,7 +111,7 @@ static void names_off_the_wire_stay_inside(void **unused) {
     (void)unused;
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
-    options.sync = TOLIMAN_SYNC_NONE;
+    options.sync = TOLIMAN_TRACK_SYNC_NONE;
     toliman_track *track = make_track(&options);
     for (int64_t i = 0; i < NAMES; i++) {
         char name[300] = "";
@@ -120,7 +120,7 @@ static void names_off_the_wire_stay_inside(void **unused) {
             small_frame frame;
             make_frame(&frame, i + 1);
             *(which ? &frame.frame.session : &frame.frame.roi) = name;
-            toliman_outcome outcome = {.struct_size = sizeof outcome};
+            toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done = 9;
             assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT,
                          which ? "session = \"" : "roi = \"");
@@ -128,7 +128,7 @@ static void names_off_the_wire_stay_inside(void **unused) {
                 assert_true((unsigned char)*letter >= ' ' && *letter != '\x7f'); /* nothing that a terminal obeys */
         }
     }
-    assert_int_equal(push_number(track, 1), TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_number(track, 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);
     assert_int_equal(info_of(track).received, 1);
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
@@ -154,7 +154,7 @@ static void use_folder(const toliman_track_options *with, int use) {
     small_frame frame;
     make_frame(&frame, 200);
     frame.frame.session = "another";
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done;
     if (status == TOLIMAN_OK && toliman_track_push(track, &frame.frame, 1, &outcome, &done) == TOLIMAN_OK)
         status = toliman_track_save(track);

@@ -16,7 +16,7 @@ int make_one_of_each() {
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
-    const auto components = make<component_set>(toliman_linear_create_components, sim.get(), nullptr);
+    const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
@@ -76,7 +76,7 @@ int callbacks_may_throw() {
     toliman_cae_train_options training;
     toliman_cae_train_options_init(&training, sizeof training);
     training.progress = throws;
-    training.mode = TOLIMAN_CAE_UNSUPERVISED;
+    training.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     training.frame_count = 4;
     training.frames = throws_while_giving;
     int failed = ends_with(toliman_cae_train(cae.get(), &training, nullptr), "threw an exception");

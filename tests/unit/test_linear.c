@@ -93,8 +93,8 @@ static double value_of_disturbed_frame(const char *project) {
     toliman_sim *sim = make_scene(0, 0, project), *other = make_scene(1e-4, -0.7e-4, project);
     toliman_linear *linear = make_linear(sim);
     double value = 0;
-    assert_ok(toliman_sim_get_image(other, TOLIMAN_IMAGE_BOTH, moved, SIDE));
-    assert_ok(toliman_sim_get_image(other, TOLIMAN_IMAGE_STAR_A, star, SIDE));
+    assert_ok(toliman_sim_get_image(other, TOLIMAN_SIM_IMAGE_BOTH, moved, SIDE));
+    assert_ok(toliman_sim_get_image(other, TOLIMAN_SIM_IMAGE_STAR_A, star, SIDE));
     for (size_t i = 0; i < PIXELS; i++)
         moved[i] += 1e-4 * star[i];
     assert_ok(toliman_linear_encode(linear, moved, SIDE, &value));

@@ -1,50 +1,50 @@
 /* Components of simulated frames through the public interface: the period they find, their own threshold, manners. */
-#include <toliman/linear.h>
+#include <toliman/components.h>
 #include <toliman/period.h>
 
 #include "scene_text.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 100 };
 
-static toliman_linear_components *collection(const toliman_sim *sim, uint32_t raw, uint32_t bin) {
-    toliman_linear_components *components = NULL;
-    toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options, sizeof options);
+static toliman_components *collection(const toliman_sim *sim, uint32_t raw, uint32_t bin) {
+    toliman_components *components = NULL;
+    toliman_components_options options;
+    toliman_components_options_init(&options, sizeof options);
     options.raw = raw;
     options.bin = bin;
-    assert_ok(toliman_linear_create_components(sim, &options, &components));
+    assert_ok(toliman_components_create(sim, &options, &components));
     return components;
 }
 
 /* Frames of the scene's own signal, `times` it. */
-static void push_frames(toliman_linear_components *components, const toliman_sim *sim, double times, size_t count) {
+static void push_frames(toliman_components *components, const toliman_sim *sim, double times, size_t count) {
     static double displacement[FRAMES], image[PIXELS];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, NULL, displacement));
     for (size_t f = 0; f < count; f++) {
         assert_ok(toliman_sim_frame(sim, times * displacement[f], 5, (int64_t)f, image, SIDE));
-        assert_ok(toliman_linear_push_frame(components, image, SIDE));
+        assert_ok(toliman_components_push(components, image, SIDE));
     }
 }
 
-static toliman_linear_components_info facts_of(const toliman_linear_components *components) {
-    toliman_linear_components_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_linear_get_components_info(components, &info));
+static toliman_components_info facts_of(const toliman_components *components) {
+    toliman_components_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_components_get_info(components, &info));
     return info;
 }
 
-static void train(toliman_linear_components *components, int32_t method, uint32_t count, uint32_t threads) {
-    toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options, sizeof options);
+static void train(toliman_components *components, int32_t method, uint32_t count, uint32_t threads) {
+    toliman_components_train_options options;
+    toliman_components_train_options_init(&options, sizeof options);
     options.method = method;
     options.components = count;
     options.threads = threads;
     options.seed = 3;
-    assert_ok(toliman_linear_train_components(components, &options, NULL));
+    assert_ok(toliman_components_train(components, &options, NULL));
 }
 
-static toliman_period_peak peak_of(const toliman_linear_components *components, const double *times) {
+static toliman_period_peak peak_of(const toliman_components *components, const double *times) {
     double series[FRAMES], share = 0;
-    assert_ok(toliman_linear_get_series(components, 0, series, &share));
+    assert_ok(toliman_components_get_series(components, 0, series, &share));
     assert_true(share > 0 && share < 1);
     toliman_period *period = NULL;
     toliman_period_peak peak = {.struct_size = sizeof peak};
@@ -64,25 +64,25 @@ static void every_way_finds_a_period_above_the_threshold_and_none_below(void **s
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacement));
     for (uint32_t raw = 0; raw < 2; raw++)
         for (uint32_t bin = 1; bin <= 4; bin *= 2) {
-            toliman_linear_components *const components = collection(sim, raw, bin);
+            toliman_components *const components = collection(sim, raw, bin);
             push_frames(components, sim, 1, FRAMES);
-            const toliman_linear_components_info info = facts_of(components);
+            const toliman_components_info info = facts_of(components);
             assert_true(info.pixels == PIXELS / (bin * bin) && info.frames == FRAMES && info.capacity == FRAMES);
             if (!raw)
                 assert_at_most(info.threshold_px, 0.3e-3);
-            for (int32_t method = TOLIMAN_LINEAR_PCA; method <= TOLIMAN_LINEAR_DICTIONARY; method++) {
+            for (int32_t method = TOLIMAN_COMPONENTS_PCA; method <= TOLIMAN_COMPONENTS_DICTIONARY; method++) {
                 train(components, method, 1, 0);
                 const toliman_period_peak peak = peak_of(components, times);
                 assert_close(peak.period, 40, 0.02, 0);
                 assert_true(peak.log10_fap < -10);
             }
-            assert_ok(toliman_linear_reset_components(components));
+            assert_ok(toliman_components_reset(components));
             if (!raw) {
                 push_frames(components, sim, 0.1 * info.threshold_px / 1e-3, FRAMES);
-                train(components, TOLIMAN_LINEAR_PCA, 1, 0);
+                train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
                 assert_true(peak_of(components, times).log10_fap > -3);
             }
-            toliman_linear_destroy_components(components);
+            toliman_components_destroy(components);
         }
     toliman_sim_destroy(sim);
 }
@@ -92,20 +92,20 @@ static void every_way_finds_a_period_above_the_threshold_and_none_below(void **s
 static void eigenvalue_and_bound_are_those_of_the_scene(void **state) {
     (void)state;
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e8");
-    toliman_linear_components *const components = collection(sim, 0, 1);
+    toliman_components *const components = collection(sim, 0, 1);
     push_frames(components, sim, 1, FRAMES);
-    train(components, TOLIMAN_LINEAR_PCA, 1, 0);
-    const toliman_linear_components_info info = facts_of(components);
+    train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
+    const toliman_components_info info = facts_of(components);
     double series[FRAMES], eigenvalue = 0;
     assert_close(info.crb_px, sim_info_of(sim).crb_px, 1e-9, 0);
     assert_close(info.threshold_px, info.crb_px * sqrt(2 * sqrt((double)PIXELS / FRAMES)), 1e-12, 0);
-    assert_ok(toliman_linear_get_series(components, 0, series, NULL));
+    assert_ok(toliman_components_get_series(components, 0, series, NULL));
     for (size_t f = 0; f < FRAMES; f++)
         eigenvalue += series[f] * series[f] / FRAMES;
     const double signal = 1e-6 / (2 * info.crb_px * info.crb_px), white = (double)PIXELS / FRAMES;
     assert_true(signal > 5 * sqrt(white));
     assert_close(eigenvalue, (1 + signal) * (1 + white / signal), 0.05, 0);
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
     toliman_sim_destroy(sim);
 }
 
@@ -119,23 +119,23 @@ static void projected_nuisances_leave_nothing(void **state) {
         toliman_sim *sim = sim_with(
             kBinaryScene, read,
             project ? "\"read_e\": 2.5, \"seed\": 7}, \"preprocess\": {\"project\": [\"flux_a\", \"flux_b\"]}" : read);
-        toliman_linear_components *const components = collection(sim, 0, 2);
-        assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_BOTH, both, SIDE));
-        assert_ok(toliman_sim_get_image(sim, TOLIMAN_IMAGE_STAR_A, star, SIDE));
+        toliman_components *const components = collection(sim, 0, 2);
+        assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, both, SIDE));
+        assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_STAR_A, star, SIDE));
         for (int f = 0; f < 20; f++) {
             for (size_t i = 0; i < PIXELS; i++)
                 image[i] = both[i] * (1 + 0.01 * sin(f)) + star[i] * 0.02 * cos(2 * f);
-            assert_ok(toliman_linear_push_frame(components, image, SIDE));
+            assert_ok(toliman_components_push(components, image, SIDE));
         }
         assert_true(facts_of(components).projected == (project ? 2u : 0u));
         assert_close(facts_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* bins cost */
         assert_true(facts_of(components).crb_px > sim_info_of(sim).crb_projected_px);
-        train(components, TOLIMAN_LINEAR_PCA, 1, 0);
+        train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
         double series[FRAMES];
-        assert_ok(toliman_linear_get_series(components, 0, series, NULL));
+        assert_ok(toliman_components_get_series(components, 0, series, NULL));
         for (int f = 0; f < 20; f++)
             length[project] += series[f] * series[f];
-        toliman_linear_destroy_components(components);
+        toliman_components_destroy(components);
         toliman_sim_destroy(sim);
     }
     assert_at_most(length[1], 1e-12 * length[0]);
@@ -147,21 +147,21 @@ static void same_frames_and_seed_give_the_same_bits(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     double series[2][2][COUNT][FRAMES];
     for (uint32_t run = 0; run < 2; run++) {
-        toliman_linear_components *const components = collection(sim, 0, 1);
+        toliman_components *const components = collection(sim, 0, 1);
         push_frames(components, sim, 1, 50);
-        assert_ok(toliman_linear_reset_components(components));
+        assert_ok(toliman_components_reset(components));
         push_frames(components, sim, 1, FRAMES);
         for (int32_t method = 0; method < 2; method++) {
-            train(components, method, COUNT, 1 + 2 * run);
+            train(components, TOLIMAN_COMPONENTS_PCA + method, COUNT, 1 + 2 * run);
             for (uint32_t j = 0; j < COUNT; j++) {
                 double largest = 0, *const one = series[run][method][j];
-                assert_ok(toliman_linear_get_series(components, j, one, NULL));
+                assert_ok(toliman_components_get_series(components, j, one, NULL));
                 for (size_t f = 0; f < FRAMES; f++)
                     largest = fabs(one[f]) > fabs(largest) ? one[f] : largest;
                 assert_true(largest > 0);
             }
         }
-        toliman_linear_destroy_components(components);
+        toliman_components_destroy(components);
     }
     assert_memory_equal(series[0], series[1], sizeof series[0]);
     toliman_sim_destroy(sim);
@@ -177,39 +177,39 @@ static void a_push_forgets_and_a_cancelled_training_does_not(void **state) {
     static double image[PIXELS];
     double before[FRAMES], after[FRAMES], share;
     toliman_sim *sim = sim_of(kBinaryScene);
-    toliman_linear_components *const components = collection(sim, 0, 4);
+    toliman_components *const components = collection(sim, 0, 4);
     push_frames(components, sim, 1, 40);
-    assert_fails(toliman_linear_get_series(components, 0, before, NULL), TOLIMAN_E_STATE, "before training");
-    train(components, TOLIMAN_LINEAR_PCA, 2, 0);
-    assert_ok(toliman_linear_get_series(components, 1, before, NULL));
-    toliman_linear_train_options options;
-    toliman_linear_train_options_init(&options, sizeof options);
-    options.method = TOLIMAN_LINEAR_DICTIONARY;
+    assert_fails(toliman_components_get_series(components, 0, before, NULL), TOLIMAN_E_STATE, "before training");
+    train(components, TOLIMAN_COMPONENTS_PCA, 2, 0);
+    assert_ok(toliman_components_get_series(components, 1, before, NULL));
+    toliman_components_train_options options;
+    toliman_components_train_options_init(&options, sizeof options);
+    options.method = TOLIMAN_COMPONENTS_DICTIONARY;
     options.progress = stop_at;
     options.progress_data = "dictionary";
-    toliman_linear_training report = {.struct_size = sizeof report, .iterations = 77};
-    assert_fails(toliman_linear_train_components(components, &options, &report), TOLIMAN_E_CANCELLED, "dictionary");
+    toliman_components_training report = {.struct_size = sizeof report, .iterations = 77};
+    assert_fails(toliman_components_train(components, &options, &report), TOLIMAN_E_CANCELLED, "dictionary");
     assert_int_equal(report.iterations, 77);
-    assert_ok(toliman_linear_get_series(components, 1, after, &share));
+    assert_ok(toliman_components_get_series(components, 1, after, &share));
     assert_memory_equal(before, after, 40 * sizeof *before);
 
     options.progress = NULL;
     options.iterations = 1;
     options.lambda = 0.1;
-    assert_ok(toliman_linear_train_components(components, &options, &report));
+    assert_ok(toliman_components_train(components, &options, &report));
     assert_true(report.iterations == 1 && report.converged == 0 && report.objective > 0 && report.objective < 1);
     assert_ok(toliman_sim_frame(sim, 0, 5, 40, image, SIDE));
     image[0] = NAN;
-    assert_fails(toliman_linear_push_frame(components, image, SIDE), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
-    assert_ok(toliman_linear_get_series(components, 0, NULL, &share));
+    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_ARGUMENT, "counts[0][0] = nan");
+    assert_ok(toliman_components_get_series(components, 0, NULL, &share));
     image[0] = 0;
-    assert_ok(toliman_linear_push_frame(components, image, SIDE));
-    assert_fails(toliman_linear_get_series(components, 0, after, NULL), TOLIMAN_E_STATE, "until the next");
+    assert_ok(toliman_components_push(components, image, SIDE));
+    assert_fails(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE, "until the next");
     options.progress = stop_at;
     options.progress_data = "products";
-    assert_fails(toliman_linear_train_components(components, &options, NULL), TOLIMAN_E_CANCELLED, "products");
+    assert_fails(toliman_components_train(components, &options, NULL), TOLIMAN_E_CANCELLED, "products");
     assert_true(facts_of(components).components == 0 && facts_of(components).frames == 41);
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
     toliman_sim_destroy(sim);
 }
 
@@ -217,66 +217,66 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     (void)state;
     static double image[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
-    toliman_linear_components *components = NULL;
-    toliman_linear_components_options options;
-    toliman_linear_components_options_init(&options, sizeof options);
-    assert_fails(toliman_linear_create_components(NULL, NULL, &components), TOLIMAN_E_ARGUMENT, "sim is NULL");
-    assert_fails(toliman_linear_create_components(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    toliman_components *components = NULL;
+    toliman_components_options options;
+    toliman_components_options_init(&options, sizeof options);
+    assert_fails(toliman_components_create(NULL, NULL, &components), TOLIMAN_E_ARGUMENT, "sim is NULL");
+    assert_fails(toliman_components_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     options.bin = 3;
-    assert_fails(toliman_linear_create_components(sim, &options, &components), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT,
                  "options->bin = 3: must divide the frame's 64 rows");
     options.bin = 0;
     options.raw = 2;
-    assert_fails(toliman_linear_create_components(sim, &options, &components), TOLIMAN_E_ARGUMENT, "raw = 2");
+    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "raw = 2");
     options.raw = 0;
     options.capacity = 1;
-    assert_fails(toliman_linear_create_components(sim, &options, &components), TOLIMAN_E_ARGUMENT, "[2, 16384] frames");
+    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "[2, 16384] frames");
     options.capacity = 2;
     options.struct_size = 3;
-    assert_fails(toliman_linear_create_components(sim, &options, &components), TOLIMAN_E_ARGUMENT, "struct_size = 3");
+    assert_fails(toliman_components_create(sim, &options, &components), TOLIMAN_E_ARGUMENT, "struct_size = 3");
     options.struct_size = sizeof options;
     assert_null(components);
-    assert_ok(toliman_linear_create_components(sim, &options, &components));
+    assert_ok(toliman_components_create(sim, &options, &components));
     assert_true(isinf(facts_of(components).threshold_px));
 
-    assert_fails(toliman_linear_push_frame(NULL, image, SIDE), TOLIMAN_E_ARGUMENT, "components is NULL");
-    assert_fails(toliman_linear_push_frame(components, NULL, SIDE), TOLIMAN_E_ARGUMENT, "counts is NULL");
-    assert_fails(toliman_linear_push_frame(components, image, 63), TOLIMAN_E_ARGUMENT, "stride of counts = 63");
+    assert_fails(toliman_components_push(NULL, image, SIDE), TOLIMAN_E_ARGUMENT, "components is NULL");
+    assert_fails(toliman_components_push(components, NULL, SIDE), TOLIMAN_E_ARGUMENT, "counts is NULL");
+    assert_fails(toliman_components_push(components, image, 63), TOLIMAN_E_ARGUMENT, "stride of counts = 63");
     image[5] = 1e300;
-    assert_fails(toliman_linear_push_frame(components, image, SIDE), TOLIMAN_E_RANGE, "sigmas");
+    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_RANGE, "sigmas");
     assert_true(facts_of(components).frames == 0);
     image[5] = 0;
 
-    toliman_linear_train_options training;
-    toliman_linear_train_options_init(&training, sizeof training);
-    assert_ok(toliman_linear_push_frame(components, image, SIDE));
-    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_STATE,
+    toliman_components_train_options training;
+    toliman_components_train_options_init(&training, sizeof training);
+    assert_ok(toliman_components_push(components, image, SIDE));
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE,
                  "1 frames are in: 1 components need at least 2");
     image[5] = 1;
-    assert_ok(toliman_linear_push_frame(components, image, SIDE));
-    assert_fails(toliman_linear_push_frame(components, image, SIDE), TOLIMAN_E_CAPACITY, "capacity = 2");
+    assert_ok(toliman_components_push(components, image, SIDE));
+    assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_CAPACITY, "capacity = 2");
     training.reserved = 1;
-    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
     training.reserved = 0;
     training.method = 2;
-    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 2");
-    training.method = TOLIMAN_LINEAR_PCA;
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 2");
+    training.method = TOLIMAN_COMPONENTS_PCA;
     training.components = 65;
-    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "components = 65");
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "components = 65");
     training.components = 0;
     training.lambda = NAN;
-    assert_fails(toliman_linear_train_components(components, &training, NULL), TOLIMAN_E_ARGUMENT, "lambda = nan");
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "lambda = nan");
     training.lambda = 0;
     double series[2] = {0};
-    assert_ok(toliman_linear_train_components(components, &training, NULL));
-    assert_fails(toliman_linear_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component = 1");
-    assert_ok(toliman_linear_get_series(components, 0, series, NULL));
+    assert_ok(toliman_components_train(components, &training, NULL));
+    assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component = 1");
+    assert_ok(toliman_components_get_series(components, 0, series, NULL));
     assert_true(series[0] != 0); /* two frames lie opposite their mean */
     assert_close(series[1], -series[0], 1e-12, 0);
-    toliman_linear_components_info info = {.struct_size = 1};
-    assert_fails(toliman_linear_get_components_info(components, &info), TOLIMAN_E_ARGUMENT, "struct_size = 1");
-    toliman_linear_destroy_components(NULL);
-    toliman_linear_destroy_components(components);
+    toliman_components_info info = {.struct_size = 1};
+    assert_fails(toliman_components_get_info(components, &info), TOLIMAN_E_ARGUMENT, "struct_size = 1");
+    toliman_components_destroy(NULL);
+    toliman_components_destroy(components);
     toliman_sim_destroy(sim);
 }
 

@@ -177,7 +177,7 @@ static int32_t estimate(const double *image, size_t rows, size_t cols, double *o
     toliman_track_info info = {.struct_size = sizeof info};
     double power;
     e->info = toliman_track_get_info(e->track, &info);
-    e->peak = toliman_period_query_power(e->sums, TOLIMAN_POWER_STANDARD, 0, 1, &power);
+    e->peak = toliman_period_query_power(e->sums, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power);
     *out = image[0];
     return 0;
 }
@@ -206,10 +206,10 @@ static void tracker_cannot_be_read_while_it_changes(void **state) {
                                  .pixels = pixels,
                                  .rows = 4,
                                  .cols = 4};
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done = 0;
     assert_ok(toliman_track_push(e.track, &frame, 1, &outcome, &done));
-    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     assert_int_equal(e.info, TOLIMAN_E_STATE);
     assert_int_equal(e.peak, TOLIMAN_E_STATE);
     toliman_track_destroy(e.track);
@@ -221,9 +221,9 @@ static void another_objects_pointer_is_refused(void **state) {
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     double sigma = -1, power;
-    assert_fails(
-        toliman_period_query_power((const toliman_period *)(const void *)linear, TOLIMAN_POWER_STANDARD, 0, 1, &power),
-        TOLIMAN_E_ARGUMENT, "period is no toliman_period, or was destroyed");
+    assert_fails(toliman_period_query_power((const toliman_period *)(const void *)linear, TOLIMAN_PERIOD_POWER_STANDARD,
+                                            0, 1, &power),
+                 TOLIMAN_E_ARGUMENT, "period is no toliman_period, or was destroyed");
     assert_fails(toliman_linear_get_sigma((const toliman_linear *)(const void *)sim, &sigma), TOLIMAN_E_ARGUMENT,
                  "linear is no toliman_linear");
     assert_true(sigma == -1);

@@ -6,8 +6,10 @@
 #include "tlmw.h"
 #include "track_frames.h"
 
+#include <toliman/components.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
+#include <toliman/period_batch.h>
 
 enum { SAMPLES = 30, GRID = 20 };
 
@@ -63,7 +65,7 @@ static void make_samples(double *t, double *y, double *sigma) {
 
 static void assert_finite_power(const toliman_period *period) {
     double power[GRID];
-    for (uint32_t kind = TOLIMAN_POWER_STANDARD; kind <= TOLIMAN_POWER_PSD; kind++) {
+    for (int32_t kind = TOLIMAN_PERIOD_POWER_STANDARD; kind <= TOLIMAN_PERIOD_POWER_PSD; kind++) {
         const int32_t status = toliman_period_query_power(period, kind, 0, GRID, power);
         if (status == TOLIMAN_OK)
             assert_finite(power, GRID);
@@ -142,9 +144,9 @@ static void pixels(void **unused) {
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"shift_x\"");
     toliman_cae *cae = make_cae(sim, 1, 3, NULL);
     toliman_linear *linear = NULL;
-    toliman_linear_components *components = NULL;
+    toliman_components *components = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
-    assert_ok(toliman_linear_create_components(sim, NULL, &components));
+    assert_ok(toliman_components_create(sim, NULL, &components));
     double *good = new_image(kPixels), *frame = new_image(kPixels), *image = new_image(kPixels), value = -7;
     assert_ok(toliman_sim_frame(sim, 0, 1, 1, good, kSide));
     for (uint64_t storm = 0; storm < storms; storm++) {
@@ -154,7 +156,7 @@ static void pixels(void **unused) {
         assert_refused(toliman_cae_encode(cae, frame, kSide, &value));
         assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
         assert_refused(toliman_linear_encode(linear, frame, kSide, &value));
-        assert_refused(toliman_linear_push_frame(components, frame, kSide));
+        assert_refused(toliman_components_push(components, frame, kSide));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
         spoil(frame, odd_number);
@@ -175,11 +177,11 @@ static void pixels(void **unused) {
         if (toliman_cae_decode(cae, value, image, kSide) == TOLIMAN_OK)
             assert_finite(image, kPixels);
     }
-    toliman_linear_components_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_linear_get_components_info(components, &info));
+    toliman_components_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_components_get_info(components, &info));
     assert_int_equal(info.frames, 0);
     free(good), free(frame), free(image);
-    toliman_linear_destroy_components(components);
+    toliman_components_destroy(components);
     toliman_linear_destroy(linear);
     toliman_cae_destroy(cae);
     toliman_sim_destroy(sim);
@@ -227,11 +229,11 @@ static void frames_of_a_pass(void **unused) {
         image[draw(&draws, PIXELS)] = is_wrong ? wrong_number() : odd_number();
         frame.frame.pixels = image;
         frame.frame.pixel = TOLIMAN_PIXEL_F64;
-        const toliman_outcome outcome = push_one(track, &frame.frame);
+        const toliman_track_outcome outcome = push_one(track, &frame.frame);
         rejected += is_wrong;
         if (is_wrong)
-            assert_int_equal(outcome.reason, TOLIMAN_REASON_NOT_FINITE);
-        if (outcome.verdict == TOLIMAN_TRACK_ACCEPTED)
+            assert_int_equal(outcome.reason, TOLIMAN_TRACK_REASON_NOT_FINITE);
+        if (outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             assert_finite(&outcome.value, 1);
     }
     assert_true(info_of(track).rejected >= rejected);

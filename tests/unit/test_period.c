@@ -10,6 +10,7 @@
 #include "uniform.h"
 
 #include <toliman/period.h>
+#include <toliman/period_fap.h>
 
 enum { MOST = 4000 };
 static double times[MOST], values[MOST], sigmas[MOST];
@@ -70,8 +71,8 @@ static void pure_signal_row(void **unused) {
     toliman_period_peak peak = {.struct_size = sizeof peak};
     assert_ok(toliman_period_query_fit(period, times, values, NULL, n, &peak));
     assert_close(peak.period, 1.0 / 3, 1e-14, 0);
-    assert_close(peak.fwhm_error, 0.0998, 0, 2e-4);
-    assert_close(peak.half_width_error, 0.0499, 0, 1e-4);
+    assert_close(peak.fwhm_period, 0.0998, 0, 2e-4);
+    assert_close(peak.half_width_period, 0.0499, 0, 1e-4);
     assert_at_most(peak.log10_fap, -16000);
 
     /* The least residual over frequency, by Newton's method on central differences in 113 bits. */
@@ -157,15 +158,15 @@ static void defined_where_others_give_nan(void **unused) {
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
     toliman_period_peak peak = {.struct_size = sizeof peak};
     toliman_period *period = make(0, 0.05, 64, NULL);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power)); /* no sample */
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power)); /* no sample */
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
     assert_ok(toliman_period_push_many(period, t, same, NULL, 6)); /* constant */
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
     assert_fails(toliman_period_query_peak(period, &peak), TOLIMAN_E_STATE, "not all equal");
-    for (int32_t method = TOLIMAN_FAP_BALUEV; method <= TOLIMAN_FAP_SEQUENTIAL; method++) {
+    for (int32_t method = TOLIMAN_PERIOD_FAP_BALUEV; method <= TOLIMAN_PERIOD_FAP_SEQUENTIAL; method++) {
         double log10_fap = -1;
         assert_ok(toliman_period_query_fap(period, method, 0, &log10_fap));
         assert_true(log10_fap == 0);
@@ -175,7 +176,7 @@ static void defined_where_others_give_nan(void **unused) {
     const double three[3] = {1, -2, 4};
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, t, three, NULL, 3)); /* as many parameters as samples */
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 64, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     assert_true(power[0] == 0); /* f = 0: nothing but the mean */
     for (int k = 1; k < 64; k++)
         assert_true(power[k] >= 0 && power[k] <= 1);
@@ -184,11 +185,11 @@ static void defined_where_others_give_nan(void **unused) {
     const double regular[6] = {0, 1, 2, 3, 4, 5}, alternating[6] = {1, -1, 1, -1, 1, -1};
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, regular, alternating, NULL, 6));
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 10, 1,
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1,
                                          power)); /* f = 1/2: sine vanishes at every sample */
     assert_close(power[0], 1, 0, 1e-12);
-    assert_ok(
-        toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 20, 1, power)); /* f = 1: the cosine is the mean */
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 20, 1,
+                                         power)); /* f = 1: the cosine is the mean */
     assert_true(power[0] == 0);
     toliman_period_destroy(period);
 }
@@ -224,9 +225,9 @@ static void refusals_name_what_is_wrong(void **unused) {
     assert_fails(toliman_period_push_many(period, t, y, NULL, 3), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
     assert_int_equal(toliman_period_count(period), 0);
     double power;
-    assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
+    assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1, &power), TOLIMAN_E_RANGE,
                  "10 frequencies");
-    assert_fails(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, 0.5, &power), TOLIMAN_E_ARGUMENT,
                  "log10_residual");
     toliman_period_destroy(period);
     toliman_period_destroy(NULL);

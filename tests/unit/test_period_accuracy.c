@@ -74,7 +74,7 @@ static double wide_power(double f, size_t n, double *bound, double *expected) {
     toliman_period *period = filled(f, 1e-3, 1, TOLIMAN_PERIOD_WIDE, times[0], n);
     toliman_period_model model = {.struct_size = sizeof model};
     double power;
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 1, &power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power));
     assert_ok(toliman_period_query_model(period, 0, &model));
     assert_int_equal(model.rank, 2);
     assert_int_equal(model.flags, 0);

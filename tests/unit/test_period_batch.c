@@ -8,6 +8,7 @@
 #include "uniform.h"
 
 #include <toliman/period.h>
+#include <toliman/period_batch.h>
 
 enum { N = 240, NF = 700, STEP = 23 };
 static double times[N], values[N], sigmas[N];
@@ -172,7 +173,7 @@ static void small_archives_are_as_streamed(void **unused) {
                 double streamed[NF], power[NF];
                 assert_ok(toliman_period_create(0, 1e-3, NF, &stream_options, &period));
                 assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
-                assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, streamed));
+                assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, streamed));
                 toliman_period_destroy(period);
                 for (size_t a = 0; a < TOLERANCES; a++) {
                     const toliman_period_batch_options options = options_of(tolerances[a], flags);
@@ -206,7 +207,7 @@ static void archive_is_as_streamed_on_any_threads(void **unused) {
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(5e-4, 1e-4, WIDE, &stream_options, &period));
     assert_ok(toliman_period_push_many(period, t, y, sigma, MANY));
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, WIDE, streamed));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, WIDE, streamed));
     toliman_period_destroy(period);
     for (size_t a = 0; a < TOLERANCES; a++) {
         toliman_period_batch_options options = options_of(tolerances[a], 0);

@@ -13,6 +13,7 @@
 #include "uniform.h"
 
 #include <toliman/period.h>
+#include <toliman/period_fap.h>
 
 enum { N = 200, NF = 90 };
 static double times[N], values[N], sigmas[N];
@@ -38,7 +39,7 @@ static void compare_with_113_bits(const char *name, const toliman_period_options
     assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
     const quad_samples samples = {times, values, sigmas, N, NULL};
     double power[NF], worst = 0;
-    assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
     for (int k = 0; k < NF; k += 3) {
         const __float128 f = (__float128)0.0123 + k * (__float128)0.0051;
         worst = fmax(worst, fabs(power[k] - (double)(1 - quad_residual(&samples, f, options->flags != 0))));
@@ -147,7 +148,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power;
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
-        assert_fails(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
+        assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
                      "smaller value_bound");
         double scatter, least; /* of values within 1.5 of the scale */
         const char *numbers = strstr(toliman_last_error(), "scatter by ");
@@ -187,12 +188,12 @@ static void nyquist_frequency_is_fitted(void **unused) {
                 toliman_period_peak grid = {.struct_size = sizeof grid}, fit = {.struct_size = sizeof fit};
                 double power;
                 assert_ok(toliman_period_query_peak(period, &grid));
-                assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 200, 1, &power));
+                assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 200, 1, &power));
                 assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
                 assert_close(fit.frequency, 0.5, 0, 1e-4);
                 assert_true(fit.power >= power - 1e-12);
-                assert_false(isnan(fit.frequency_error) || isnan(fit.amplitude_error) || isnan(fit.fwhm_error) ||
-                             isnan(fit.half_width_error) || isnan(fit.phase));
+                assert_false(isnan(fit.frequency_error) || isnan(fit.amplitude_error) || isnan(fit.fwhm_period) ||
+                             isnan(fit.half_width_period) || isnan(fit.phase));
                 assert_true(fit.log10_fap < -50);
                 if (fabs(fit.frequency - 0.5) < 1e-12) {
                     assert_close(fit.amplitude, fabs(up), 1e-12, 0);
@@ -228,9 +229,9 @@ static void perfect_fit_has_a_probability(void **unused) {
         assert_ok(toliman_period_query_fit(period, times, values, NULL, 16, &fit));
         assert_true(fit.power == 1);
         assert_true(fit.log10_residual >= -4900);
-        assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, fit.log10_residual, &fap));
+        assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, fit.log10_residual, &fap));
         assert_true(fit.log10_fap == fap);
-        assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, -4900, &fap));
+        assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4900, &fap));
         assert_true(isfinite(fap));
         toliman_period_destroy(period);
     }
@@ -276,7 +277,7 @@ static void times_have_a_bound(void **unused) {
         assert_ok(toliman_period_push(period, times[i], values[i], 1));
     }
     double fap;
-    assert_ok(toliman_period_query_fap(period, TOLIMAN_FAP_BALUEV, -2, &fap));
+    assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -2, &fap));
     assert_true(fap <= 0 && isfinite(fap));
     toliman_period_destroy(period);
 }
@@ -410,7 +411,7 @@ static void memory_is_taken_at_creation(void **unused) {
         asked = 0;
         for (int i = 0; i < 6; i++)
             assert_ok(toliman_period_push(period, i, i % 3, 1));
-        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
         if (!wide) /* a million frequencies in 113 bits take long */
             assert_ok(toliman_period_query_peak(period, &peak));
         assert_ok(toliman_period_save(period, NULL, 0, &needed));
@@ -432,7 +433,7 @@ static void million_pushes_take_nothing(void **unused) {
         if (i >= WINDOW)
             assert_ok(toliman_period_retract(period, i - WINDOW, (i - WINDOW) % 97, 1));
         if (i % 10000 == 0)
-            assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, NF, power));
+            assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
         if (i == 10000) {
             size = own_memory();
             asked = 0;
@@ -503,7 +504,7 @@ static void peak_claims_no_more_than_there_is(void **unused) {
         double power[200], highest = 0;
         assert_ok(toliman_period_create(0.01 - 10.0 / (10 * N), 1.0 / (10 * N), 200, NULL, &period));
         assert_ok(toliman_period_push_many(period, times, values, NULL, N));
-        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 200, power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power));
         for (int k = 0; k < 200; k++)
             highest = fmax(highest, power[k]);
         assert_ok(toliman_period_query_peak(period, &peak));

@@ -90,7 +90,7 @@ static void power_matches_113_bits(void **unused) {
         assert_ok(toliman_period_push_many(period, times, values, sigmas, c->n));
         const quad_samples samples = {times, values, sigmas, c->n, NULL};
         double *power = malloc((size_t)c->nf * sizeof *power);
-        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, (size_t)c->nf, power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, (size_t)c->nf, power));
         for (int64_t k = 0; k < c->nf; k += k == 0 ? 1 : c->nf / 25) {
             const __float128 f = (__float128)c->f0 + (__float128)k * (__float128)c->df;
             const double expected = (double)(1 - quad_residual(&samples, f, fixed_mean));
@@ -165,10 +165,10 @@ static void one_state_whatever_the_way(void **unused) {
         assert_same_bytes(straight, resumed, c->name, "saving and loading at every 100th sample");
         assert_same_bytes(straight, shards[0], c->name, "merging 64 shards");
         double *power = malloc((size_t)c->nf * sizeof *power), *again = malloc((size_t)c->nf * sizeof *again);
-        assert_ok(toliman_period_query_power(straight, TOLIMAN_POWER_STANDARD, 0, (size_t)c->nf, power));
+        assert_ok(toliman_period_query_power(straight, TOLIMAN_PERIOD_POWER_STANDARD, 0, (size_t)c->nf, power));
         const toliman_period *others[] = {shuffled, undone, resumed, shards[0]};
         for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) { /* folded or not, the power has the same bits */
-            assert_ok(toliman_period_query_power(others[i], TOLIMAN_POWER_STANDARD, 0, (size_t)c->nf, again));
+            assert_ok(toliman_period_query_power(others[i], TOLIMAN_PERIOD_POWER_STANDARD, 0, (size_t)c->nf, again));
             assert_memory_equal(power, again, (size_t)c->nf * sizeof *power);
         }
         free(power), free(again);
@@ -226,7 +226,7 @@ static void power_is_as_exact_as_promised(void **unused) {
             double power;
             assert_ok(toliman_period_create(f, 1, 1, &options, &period));
             assert_ok(toliman_period_push_many(period, times, values, sigmas, n));
-            assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, 0, 1, &power));
+            assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power));
             assert_ok(toliman_period_query_sampling(period, times, n, &sampling));
             const double error = fabs(power - expected),
                          promised = (wide ? 1e-13 : 2e-15) + (wide ? 1e-28 : 4e-15) * loss;
@@ -270,7 +270,7 @@ static void million_samples(void **unused) {
         const long double expected = (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / (cc * ss - cs * cs) /
                                      (square / n - total / n * (total / n));
         double power;
-        assert_ok(toliman_period_query_power(period, TOLIMAN_POWER_STANDARD, at[q], 1, &power));
+        assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, at[q], 1, &power));
         assert_close(power, (double)expected, 1e-12, 1e-14);
     }
     toliman_period_destroy(period);

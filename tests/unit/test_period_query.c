@@ -42,8 +42,9 @@ static void test_normalisations(void **unused) {
     fill(N);
     toliman_period *period = make(0.004, 0.001, kFrequencies, 0, N);
     double power[4][kFrequencies];
-    for (uint32_t kind = 0; kind < 4; kind++)
-        assert_ok(toliman_period_query_power(period, kind, 0, kFrequencies, power[kind]));
+    for (int32_t kind = 0; kind < 4; kind++)
+        assert_ok(
+            toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD + kind, 0, kFrequencies, power[kind]));
     long double weight = 0, mean = 0, reference = 0;
     for (int i = 0; i < N; i++) {
         weight += 1 / ((long double)sigmas[i] * sigmas[i]);
@@ -55,10 +56,10 @@ static void test_normalisations(void **unused) {
     const quad_samples samples = {times, values, sigmas, N, NULL};
     for (int k = 0; k < kFrequencies; k += 7) {
         const __float128 residual = quad_residual(&samples, (__float128)0.004 + (__float128)0.001 * k, 0);
-        assert_close(power[TOLIMAN_POWER_STANDARD][k], (double)(1 - residual), 0, 1e-12);
-        assert_close(power[TOLIMAN_POWER_MODEL][k], (double)(1 / residual - 1), 1e-11, 1e-12);
-        assert_close(power[TOLIMAN_POWER_LOG][k], (double)-logq(residual), 1e-11, 1e-12);
-        assert_close(power[TOLIMAN_POWER_PSD][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
+        assert_close(power[0][k], (double)(1 - residual), 0, 1e-12);
+        assert_close(power[1][k], (double)(1 / residual - 1), 1e-11, 1e-12);
+        assert_close(power[2][k], (double)-logq(residual), 1e-11, 1e-12);
+        assert_close(power[3][k], (double)((1 - residual) * (__float128)reference / 2), 1e-11, 1e-10);
     }
     assert_fails(toliman_period_query_power(period, 4, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation = 4");
     toliman_period_destroy(period);
@@ -67,7 +68,7 @@ static void test_normalisations(void **unused) {
     for (int i = 0; i < 3; i++)
         sigmas[i] = 1;
     period = make(0.004, 0.001, kFrequencies, 0, 3);
-    for (uint32_t kind = 1; kind < 4; kind++) {
+    for (int32_t kind = TOLIMAN_PERIOD_POWER_MODEL; kind <= TOLIMAN_PERIOD_POWER_PSD; kind++) {
         assert_ok(toliman_period_query_power(period, kind, 5, 1, power[0]));
         assert_true(isfinite(power[0][0]) && power[0][0] > 0);
     }
@@ -123,7 +124,8 @@ static void test_psd_of_nothing(void **unused) {
     toliman_period *period = NULL;
     double power[3] = {7, 7, 7};
     assert_ok(toliman_period_create(0.1, 0.1, 3, NULL, &period));
-    for (uint32_t normalisation = TOLIMAN_POWER_STANDARD; normalisation <= TOLIMAN_POWER_PSD; normalisation++) {
+    for (int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD; normalisation <= TOLIMAN_PERIOD_POWER_PSD;
+         normalisation++) {
         assert_ok(toliman_period_query_power(period, normalisation, 0, 3, power));
         for (int k = 0; k < 3; k++)
             assert_true(power[k] == 0);

@@ -177,7 +177,7 @@ static void test_merge_of_other_references(void **unused) {
         assert_ok(toliman_period_merge(first, second));
         assert_int_equal(toliman_period_count(first), 600);
         double power[300];
-        assert_ok(toliman_period_query_power(first, TOLIMAN_POWER_STANDARD, 0, 300, power));
+        assert_ok(toliman_period_query_power(first, TOLIMAN_PERIOD_POWER_STANDARD, 0, 300, power));
         const quad_samples samples = {times, values, sigmas, 600, NULL};
         for (int k = 0; k < 300; k += 13) {
             const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
@@ -211,7 +211,7 @@ static void test_merge_of_two_nights(void **unused) {
         assert_ok(toliman_period_copy(nights[into], &both));
         assert_ok(toliman_period_merge(both, nights[1 - into]));
         double power[300];
-        assert_ok(toliman_period_query_power(both, TOLIMAN_POWER_STANDARD, 0, 300, power));
+        assert_ok(toliman_period_query_power(both, TOLIMAN_PERIOD_POWER_STANDARD, 0, 300, power));
         for (int k = 0; k < 300; k += 13) {
             const __float128 f = (__float128)1e-3 + (__float128)1.7e-4 * k;
             assert_close(power[k], (double)(1 - quad_residual(&samples, f, 0)), 1e-12, 1e-14);
@@ -307,8 +307,8 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     assert_fails(toliman_period_push_ns(by_ns, INT64_MIN, 100, 1), TOLIMAN_E_RANGE, "value_bound");
     const quad_samples samples = {days, values, sigmas, kCount, low};
     double power[2][200];
-    assert_ok(toliman_period_query_power(by_ns, TOLIMAN_POWER_STANDARD, 0, 200, power[0]));
-    assert_ok(toliman_period_query_power(by_pair, TOLIMAN_POWER_STANDARD, 0, 200, power[1]));
+    assert_ok(toliman_period_query_power(by_ns, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power[0]));
+    assert_ok(toliman_period_query_power(by_pair, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power[1]));
     for (int k = 0; k < 200; k += 11) {
         const __float128 f = (__float128)9.5 + (__float128)1e-4 * k;
         const double expected = (double)(1 - quad_residual(&samples, f, 0));

@@ -25,7 +25,7 @@ static toliman_sim *star_with(const char *telescope, double ox, double oy) {
 
 static double *image_with(const char *telescope, double ox, double oy) {
     toliman_sim *const sim = star_with(telescope, ox, oy);
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     toliman_sim_destroy(sim);
     return image;
 }
@@ -141,7 +141,7 @@ static void even_loss_changes_nothing(void **state) {
     assert_ok(toliman_sim_get_pupil(lossy, grey, NULL));
     for (int i = 0; i < N * N; i++)
         assert_close(grey[i], 0.5 * open[i], 0, 0);
-    assert_same(image_of(lossy, TOLIMAN_IMAGE_BOTH), image_of(clear, TOLIMAN_IMAGE_BOTH), 1e-14);
+    assert_same(image_of(lossy, TOLIMAN_SIM_IMAGE_BOTH), image_of(clear, TOLIMAN_SIM_IMAGE_BOTH), 1e-14);
     assert_close(sim_info_of(lossy).crb_px, sim_info_of(clear).crb_px, 1e-12, 0);
     toliman_sim_destroy(lossy);
     toliman_sim_destroy(clear);
@@ -170,7 +170,7 @@ static void everything_adds(void **state) {
         " \"aberrations\": {\"zernike_rms_nm\": {\"6\": 25, \"9\": -10, \"11\": 5},"
         " \"opd_file\": \"surface.npy\"}, ";
     toliman_sim *const sim = star_with(optics, -2.5, 1.25), *const plain = star_with("", 0, 0);
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     double sum = 0;
     assert_ok(toliman_sim_get_pupil(plain, clear, NULL));
     assert_ok(toliman_sim_get_pupil(sim, amplitude, opd));

@@ -106,7 +106,7 @@ static void folders(void **unused) {
     const uint64_t count = objects / 2000;
     for (uint64_t object = 0; object < count; object++) {
         toliman_track_options options = small_options(folder);
-        options.sync = TOLIMAN_SYNC_NONE;
+        options.sync = TOLIMAN_TRACK_SYNC_NONE;
         options.nf = 1 + (int64_t)draw(&draws, FREQUENCIES);
         toliman_track *track = make_track(&options);
         for (uint64_t left = draw(&draws, 60); left > 0; left--) {

@@ -323,7 +323,7 @@ static void sizes_far_below_use(void **state) {
         toliman_sim *const sim = sim_with(kBinaryScene, least[i].from, least[i].to);
         const toliman_sim_info info = sim_info_of(sim);
         assert_true(info.crb_px > 0 && isfinite(info.crb_px) && isfinite(info.truncation));
-        for (int32_t kind = TOLIMAN_IMAGE_BOTH; kind <= TOLIMAN_IMAGE_VARIANCE; kind++) {
+        for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_VARIANCE; kind++) {
             double *const image = image_of(sim, kind);
             for (int k = 0; k < 64 * 64; k++)
                 assert_true(isfinite(image[k]));
@@ -548,7 +548,7 @@ static void pipes_are_refused(void **state) {
     assert_fails(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
                              "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim),
                  TOLIMAN_E_NOT_FOUND, "star.csv: not a regular file");
-    assert_fails(toliman_sim_create(path_of("star.csv"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_fails(toliman_sim_create_file(path_of("star.csv"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
     alarm(0);
     assert_null(sim);
     unlink(path_of("star.csv"));
@@ -558,13 +558,13 @@ static void pipes_are_refused(void **state) {
 static void files_are_found_beside_the_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
-    assert_fails(toliman_sim_create(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "none.json: No such file");
-    assert_fails(toliman_sim_create(folder, NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
-    assert_fails(toliman_sim_create(NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "path is NULL");
+    assert_fails(toliman_sim_create_file(path_of("none.json"), NULL, &sim), TOLIMAN_E_NOT_FOUND, "none.json: No such");
+    assert_fails(toliman_sim_create_file(folder, NULL, &sim), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    assert_fails(toliman_sim_create_file(NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "path is NULL");
     char *const bad = replaced(kBinaryScene, "\"aperture_m\": 0.125", "\"aperture_m\": -0.125");
     write_file("scene.json", bad, strlen(bad));
     free(bad);
-    assert_fails(toliman_sim_create(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE,
+    assert_fails(toliman_sim_create_file(path_of("scene.json"), NULL, &sim), TOLIMAN_E_SCENE,
                  "/scene.json: telescope.aperture_m = -0.125: must be in [0.001, 100] m");
     assert_null(sim);
     char *const good = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
@@ -572,7 +572,7 @@ static void files_are_found_beside_the_scene(void **state) {
     write_file("scene.json", good, strlen(good));
     write_file("star.csv", "500,1\n700,2\n", 12);
     free(good);
-    assert_ok(toliman_sim_create(path_of("scene.json"), NULL, &sim));
+    assert_ok(toliman_sim_create_file(path_of("scene.json"), NULL, &sim));
     toliman_sim_destroy(sim);
 }
 

@@ -163,7 +163,7 @@ static void stars_in_one_place(void **state) {
 static void assert_same_images(const char *json, const char *from, const char *to) {
     toliman_sim *const one = sim_of(json), *const other = sim_with(json, from, to);
     const toliman_sim_info info = sim_info_of(one);
-    double *const image = image_of(one, TOLIMAN_IMAGE_BOTH), *const same = image_of(other, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(one, TOLIMAN_SIM_IMAGE_BOTH), *const same = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
     assert_memory_equal(image, same, (size_t)(info.rows * info.cols) * sizeof *image);
     double displacement, its;
     assert_ok(toliman_sim_get_series(one, 3, 1, NULL, &displacement));

@@ -15,7 +15,7 @@ static double error_to_peak(const toliman_sim *sim, long double aperture_m, long
     for (int i = 0; i < count_y; i++)
         v[i] = rows[i] - (double)(info.rows - 1) / 2;
     add_stars(&r, u, count_x, v, count_y, sum);
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     long double worst = 0;
     for (int i = 0; i < count_y; i++)
         for (int j = 0; j < count_x; j++)
@@ -88,8 +88,8 @@ static void shifts_are_recovered(void **state) {
     toliman_sim *const sim = sim_with(kBinaryScene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30",
                                       "\"offsets_px\": {\"A\": [-3.2, 4.7], \"B\": [19.3, -21.7]}");
     const size_t n = 64 * 64;
-    double *const first = image_of(sim, TOLIMAN_IMAGE_SEPARATION), *const second =
-                                                                       image_of(sim, TOLIMAN_IMAGE_CURVATURE);
+    double *const first = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION), *const second =
+                                                                           image_of(sim, TOLIMAN_SIM_IMAGE_CURVATURE);
     double *const still = doubles(n), *const moved = doubles(n);
     assert_ok(toliman_sim_propagate(sim, 0, still, 64));
     for (double d = 1e-6; d > 5e-11; d /= 100) {
@@ -134,7 +134,7 @@ static void series_is_as_good_as_predicted(void **state) {
         snprintf(amplitude, sizeof amplitude, "\"accuracy\": %g, \"noise\"", accuracy);
         text = replaced_again(text, "\"noise\"", amplitude);
         toliman_sim *const sim = sim_of(text);
-        double *const derivative = image_of(sim, TOLIMAN_IMAGE_SEPARATION);
+        double *const derivative = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION);
         toliman_sim_plan_info plan = {.struct_size = sizeof plan};
         assert_ok(toliman_sim_get_plan(sim, &plan));
         const double error = series_error(sim, derivative, d, 64), rounding = 1e-14 / d;
@@ -156,8 +156,8 @@ static void derivatives_are_exact(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     const size_t n = 64 * 64;
-    double *const first = image_of(sim, TOLIMAN_IMAGE_SEPARATION), *const second =
-                                                                       image_of(sim, TOLIMAN_IMAGE_CURVATURE);
+    double *const first = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION), *const second =
+                                                                           image_of(sim, TOLIMAN_SIM_IMAGE_CURVATURE);
     double *const at[5] = {doubles(n), doubles(n), doubles(n), doubles(n), doubles(n)};
     const double h = 1e-2;
     for (int i = 0; i < 5; i++)
@@ -184,7 +184,7 @@ static void derivatives_are_exact(void **state) {
 static void shift_images_are_exact(void **state) {
     (void)state;
     const char *const place = "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}";
-    const int32_t kinds[2] = {TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_SHIFT_Y};
+    const int32_t kinds[2] = {TOLIMAN_SIM_IMAGE_SHIFT_X, TOLIMAN_SIM_IMAGE_SHIFT_Y};
     const size_t n = 64 * 64;
     char *const text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
     char *const with_a = replaced(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
@@ -198,7 +198,7 @@ static void shift_images_are_exact(void **state) {
             snprintf(offsets, sizeof offsets, "{\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}}",
                      3.2 + x, -4.1 + y, -6.5 + x, 8.3 + y);
             toliman_sim *const sim = sim_with(base, place, offsets);
-            image[i] = image_of(sim, i == 2 ? kinds[axis] : TOLIMAN_IMAGE_BOTH);
+            image[i] = image_of(sim, i == 2 ? kinds[axis] : TOLIMAN_SIM_IMAGE_BOTH);
             toliman_sim_destroy(sim);
         }
         double error = 0, largest = 0;
@@ -219,7 +219,7 @@ static void shift_images_are_exact(void **state) {
 /* Light of the frame when one quantity is off by h: the binary scene with fixed photons and places. */
 static double *frame_off_by(int32_t kind, double h) {
     const double x[2] = {3.2, -6.5}, y[2] = {-4.1, 8.3};
-    const double turn = kind == TOLIMAN_IMAGE_ROLL ? h : 0, stretch = kind == TOLIMAN_IMAGE_SCALE ? 1 + h : 1;
+    const double turn = kind == TOLIMAN_SIM_IMAGE_ROLL ? h : 0, stretch = kind == TOLIMAN_SIM_IMAGE_SCALE ? 1 + h : 1;
     char place[300], pixel[80], focus[200];
     double at[4];
     for (int star = 0; star < 2; star++) {
@@ -230,7 +230,7 @@ static double *frame_off_by(int32_t kind, double h) {
              at[2], at[3]);
     snprintf(pixel, sizeof pixel, "\"pixel_scale_arcsec\": %.17g", 0.2 / stretch);
     snprintf(focus, sizeof focus, "\"aberrations\": {\"zernike_rms_nm\": {\"5\": 20, \"4\": %.17g}}, \"mask\"",
-             kind == TOLIMAN_IMAGE_FOCUS ? h : 0);
+             kind == TOLIMAN_SIM_IMAGE_FOCUS ? h : 0);
     char *text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
     text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e6");
     text = replaced_again(text, "\"temperature_k\": 5260}", "\"temperature_k\": 5260}, \"photons_per_s\": 1e6");
@@ -238,7 +238,7 @@ static double *frame_off_by(int32_t kind, double h) {
     text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", pixel);
     text = replaced_again(text, "\"mask\"", focus);
     toliman_sim *const sim = sim_of(text);
-    double *const image = image_of(sim, h > 0 || h < 0 ? TOLIMAN_IMAGE_BOTH : kind);
+    double *const image = image_of(sim, h > 0 || h < 0 ? TOLIMAN_SIM_IMAGE_BOTH : kind);
     toliman_sim_destroy(sim);
     free(text);
     return image;
@@ -250,7 +250,7 @@ static void nuisance_images_are_exact(void **state) {
     const struct {
         int32_t kind;
         double h;
-    } cases[] = {{TOLIMAN_IMAGE_ROLL, 1e-3}, {TOLIMAN_IMAGE_SCALE, 5e-4}, {TOLIMAN_IMAGE_FOCUS, 0.5}};
+    } cases[] = {{TOLIMAN_SIM_IMAGE_ROLL, 1e-3}, {TOLIMAN_SIM_IMAGE_SCALE, 5e-4}, {TOLIMAN_SIM_IMAGE_FOCUS, 0.5}};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         const double h = cases[c].h;
         double *image[5], error = 0, largest = 0;

@@ -25,7 +25,7 @@ static double airy_error(double pixel_arcsec, double ox, double oy) {
     text = replaced_again(text, "\"peak_photons\": 1e6", "\"exposure_s\": 1");
     text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
     toliman_sim *const sim = sim_of(text);
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     const double pixel_rad = pixel_arcsec * kPi / 648000;
     double error = 0;
     for (int row = 0; row < 128; row++)
@@ -67,7 +67,7 @@ static void offsets_have_signs(void **state) {
     } cases[] = {{"[5.5, 3.5]", 19, 21}, {"[-5.5, 3.5]", 19, 10}, {"[0.5, -10.5]", 5, 16}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         toliman_sim *const sim = sim_with(kSingleScene, "[0, 0]", cases[i].offset);
-        double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+        double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
         int row, col;
         brightest(image, 32, &row, &col);
         assert_int_equal(row, cases[i].row);
@@ -76,7 +76,7 @@ static void offsets_have_signs(void **state) {
         toliman_sim_destroy(sim);
     }
     toliman_sim *const sim = sim_of(kSingleScene); /* on the axis: symmetric under half a turn */
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     for (int i = 0; i < 512; i++)
         assert_close(image[i], image[1023 - i], 0, 1e-9 * 1e6);
     assert_close(image[15 * 32 + 15], 1e6, 1e-12, 0);
@@ -125,8 +125,8 @@ static void displacement_lengthens_the_separation(void **state) {
         char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", place);
         text = replaced_again(text, "\"star\": \"B\"", star == 0 ? "\"star\": \"A\"" : "\"star\": \"B\"");
         toliman_sim *const sim = sim_of(text);
-        double *const moving = image_of(sim, star == 0 ? TOLIMAN_IMAGE_STAR_A : TOLIMAN_IMAGE_STAR_B);
-        double *const still = image_of(sim, star == 0 ? TOLIMAN_IMAGE_STAR_B : TOLIMAN_IMAGE_STAR_A);
+        double *const moving = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_A : TOLIMAN_SIM_IMAGE_STAR_B);
+        double *const still = image_of(sim, star == 0 ? TOLIMAN_SIM_IMAGE_STAR_B : TOLIMAN_SIM_IMAGE_STAR_A);
         double image[64 * 64];
         assert_ok(toliman_sim_propagate(sim, 3, image, 64));
         const int shift = star == 0 ? -3 : 3;
@@ -166,7 +166,8 @@ static void cropping_loses_light(void **state) {
     whole = replaced_again(whole, "5260}}", "5260}, \"photons_per_s\": 1e4}");
     whole = replaced_again(whole, "\"peak_photons\": 1e5", "\"exposure_s\": 100");
     toliman_sim *const large = sim_of(whole), *const small = sim_with(whole, "[64, 64]", "[32, 32]");
-    double *const of_large = image_of(large, TOLIMAN_IMAGE_BOTH), *const of_small = image_of(small, TOLIMAN_IMAGE_BOTH);
+    double *const of_large = image_of(large, TOLIMAN_SIM_IMAGE_BOTH), *const of_small =
+                                                                          image_of(small, TOLIMAN_SIM_IMAGE_BOTH);
     for (int row = 0; row < 32; row++)
         for (int col = 0; col < 32; col++)
             assert_close(of_small[row * 32 + col], of_large[(row + 16) * 64 + col + 16], 1e-9, 1e-9);

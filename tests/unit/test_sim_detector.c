@@ -66,9 +66,11 @@ static double *image_with(const char *stages, const char *noise, int32_t kind) {
 static void check_stage(const char *stages, const char *noise, double factor, double offset, double added, double unit,
                         int whole) {
     toliman_sim *const sim = make(stages, noise);
-    double *const bare = image_with("", "", TOLIMAN_IMAGE_BOTH), *const slope = image_with("", "", 3);
-    double *const mean = image_of(sim, TOLIMAN_IMAGE_BOTH), *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
-    double *const moved = image_of(sim, TOLIMAN_IMAGE_SEPARATION);
+    double *const bare = image_with("", "", TOLIMAN_SIM_IMAGE_BOTH), *const slope = image_with(
+                                                                         "", "", TOLIMAN_SIM_IMAGE_SEPARATION);
+    double *const mean = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const variance =
+                                                                    image_of(sim, TOLIMAN_SIM_IMAGE_VARIANCE);
+    double *const moved = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION);
     for (size_t i = 0; i < PIXELS; i++) {
         const double expected = factor * bare[i] + offset;
         assert_close(mean[i], expected / unit, 1e-14, 0);
@@ -115,13 +117,13 @@ static void facts_tell_photons_from_counts(void **state) {
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
     assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit tells nothing */
     assert_int_equal(dn.whole_counts, 0);
-    assert_int_equal(info.unit, TOLIMAN_UNIT_PHOTON);
-    assert_int_equal(less.unit, TOLIMAN_UNIT_ELECTRON);
-    assert_int_equal(dn.unit, TOLIMAN_UNIT_DN);
+    assert_int_equal(info.unit, TOLIMAN_SIM_UNIT_PHOTON);
+    assert_int_equal(less.unit, TOLIMAN_SIM_UNIT_ELECTRON);
+    assert_int_equal(dn.unit, TOLIMAN_SIM_UNIT_DN);
     toliman_sim *const fractional = make("\"full_well_e\": 1000.5", kPhotons);
     assert_int_equal(sim_info_of(fractional).whole_counts, 0);
     toliman_sim_destroy(fractional);
-    double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_IMAGE_BOTH);
+    double expected[PIXELS], still[PIXELS], *const both = image_of(units, TOLIMAN_SIM_IMAGE_BOTH);
     assert_ok(toliman_sim_expect(units, 0, expected, SIDE));
     assert_memory_equal(expected, both, sizeof expected);
     assert_ok(toliman_sim_propagate(units, 0, still, SIDE));
@@ -134,9 +136,9 @@ static void facts_tell_photons_from_counts(void **state) {
 /* Gains of the pixels: Gaussian of the rms, from the scene's seed, the same whatever the frame's. */
 static void flat_is_a_fixed_pattern(void **state) {
     (void)state;
-    double *const bare = image_with("", kNoise, TOLIMAN_IMAGE_BOTH);
-    double *const flat = image_with("\"flat_rms\": 0.02", kNoise, TOLIMAN_IMAGE_BOTH);
-    double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_IMAGE_BOTH);
+    double *const bare = image_with("", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
+    double *const flat = image_with("\"flat_rms\": 0.02", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
+    double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_SIM_IMAGE_BOTH);
     double noise[PIXELS]; /* read noise of the scene's seed in frame 0 */
     toliman_sim *const reading = make("", "\"read_e\": 1");
     assert_ok(toliman_sim_frame(reading, 0, 7, 0, noise, SIDE));
@@ -228,7 +230,7 @@ static void dark_pixels_are_cut_at_zero(void **state) {
 
 static void limits_are_reported(void **state) {
     (void)state;
-    double *const bare = image_with("", "", TOLIMAN_IMAGE_BOTH);
+    double *const bare = image_with("", "", TOLIMAN_SIM_IMAGE_BOTH);
     double largest = 0;
     size_t saturated = 0, overflown = 0;
     for (size_t i = 0; i < PIXELS; i++) {

@@ -15,7 +15,8 @@ static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, s
 }
 
 static void check_statistics(const toliman_sim *sim, double read_e, int whole_counts) {
-    double *const mean = image_of(sim, TOLIMAN_IMAGE_BOTH), *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
+    double *const mean = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const variance =
+                                                                    image_of(sim, TOLIMAN_SIM_IMAGE_VARIANCE);
     for (size_t i = 0; i < PIXELS; i++)
         assert_close(variance[i], mean[i] + read_e * read_e, 1e-14, 0);
     check_frames(sim, mean, variance, 0.3, whole_counts); /* means are above 1/0.3 or below the read noise */
@@ -105,7 +106,7 @@ static void images_do_not_depend_on_threads(void **state) {
         options.threads = threads;
         toliman_sim *sim = NULL;
         assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
-        const int32_t kinds[3] = {TOLIMAN_IMAGE_BOTH, TOLIMAN_IMAGE_SEPARATION, TOLIMAN_IMAGE_CURVATURE};
+        const int32_t kinds[3] = {TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_SEPARATION, TOLIMAN_SIM_IMAGE_CURVATURE};
         for (int i = 0; i < 3; i++) {
             double *const image = image_of(sim, kinds[i]);
             if (threads == 1)
@@ -151,7 +152,8 @@ static void impossible_calls_are_refused(void **state) {
     assert_fails(toliman_sim_frame(NULL, 0, 1, 0, image, SIDE), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_sim_expect(sim, -0.11, image, SIDE), TOLIMAN_E_RANGE, "[-0.1, 0.1] px");
     assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
-    assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT, "kind = 12: must be in [0, 11]");
+    assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT,
+                 "kind = 12: must be one of TOLIMAN_SIM_IMAGE_..., 311 to 322");
     assert_fails(toliman_sim_frame_many(sim, 1, 99, 2, NULL, 1, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
     assert_fails(toliman_sim_frame_many(sim, 1, 0, SIZE_MAX, NULL, 1, image), TOLIMAN_E_RANGE, "cadence");
     const double far_away = -0.3;
@@ -163,7 +165,8 @@ static void impossible_calls_are_refused(void **state) {
     toliman_sim_destroy(NULL);
 
     toliman_sim *const single = sim_of(kSingleScene);
-    assert_fails(toliman_sim_get_image(single, TOLIMAN_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT, "star A only");
+    assert_fails(toliman_sim_get_image(single, TOLIMAN_SIM_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT,
+                 "star A only");
     double offsets[4];
     assert_ok(toliman_sim_get_offsets(single, offsets));
     assert_true(isnan(offsets[2]) && isnan(offsets[3]));

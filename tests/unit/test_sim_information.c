@@ -30,10 +30,11 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
     (void)state;
     toliman_sim *const sim =
         sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
-    const int32_t kinds[PARAMETERS] = {TOLIMAN_IMAGE_SEPARATION, TOLIMAN_IMAGE_SHIFT_Y, TOLIMAN_IMAGE_STAR_B,
-                                       TOLIMAN_IMAGE_SHIFT_X,    TOLIMAN_IMAGE_STAR_A,  TOLIMAN_IMAGE_ROLL,
-                                       TOLIMAN_IMAGE_SCALE,      TOLIMAN_IMAGE_FOCUS,   TOLIMAN_IMAGE_BACKGROUND};
-    double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_IMAGE_VARIANCE);
+    const int32_t kinds[PARAMETERS] = {
+        TOLIMAN_SIM_IMAGE_SEPARATION, TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_STAR_B,
+        TOLIMAN_SIM_IMAGE_SHIFT_X,    TOLIMAN_SIM_IMAGE_STAR_A,  TOLIMAN_SIM_IMAGE_ROLL,
+        TOLIMAN_SIM_IMAGE_SCALE,      TOLIMAN_SIM_IMAGE_FOCUS,   TOLIMAN_SIM_IMAGE_BACKGROUND};
+    double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_SIM_IMAGE_VARIANCE);
     for (int i = 0; i < PARAMETERS; i++)
         images[i] = image_of(sim, kinds[i]);
     const toliman_sim_info info = sim_info_of(sim);
@@ -78,7 +79,7 @@ static void bounds_scale_with_light(void **state) {
 static void chapter_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create("examples/scenes/chapter.json", NULL, &sim));
+    assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
     assert_string_equal(toliman_sim_get_name(sim), "chapter");
     assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* measured with another simulator, pupil without grey edges */
@@ -95,7 +96,7 @@ static void chapter_scene(void **state) {
 static void mission_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create("examples/scenes/mission.json", NULL, &sim));
+    assert_ok(toliman_sim_create_file("examples/scenes/mission.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
     double wavelength[111], a[111], b[111], total_a = 0, total_b = 0;
     assert_int_equal(info.wavelengths, 111);

@@ -18,7 +18,7 @@ static double *doubles(size_t count) {
 
 /* Largest difference of two simulators' frames over the first one's peak. */
 static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
-    double *const a = image_of(sim, TOLIMAN_IMAGE_BOTH), *const b = image_of(other, TOLIMAN_IMAGE_BOTH);
+    double *const a = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
     const toliman_sim_info info = sim_info_of(sim);
     double error = 0;
     for (int64_t i = 0; i < info.rows * info.cols; i++)
@@ -146,7 +146,7 @@ static void memory_is_that_of_all_workers(void **state) {
     for (int i = 0; i < 3; i++) {
         options.threads = threads[i];
         plans[i].struct_size = sizeof *plans;
-        assert_ok(toliman_sim_plan("examples/scenes/chapter.json", &options, &plans[i]));
+        assert_ok(toliman_sim_plan_file("examples/scenes/chapter.json", &options, &plans[i]));
     }
     const double field = 16.0 * 256 * 256, images = plans[0].order + 4; /* at least two slopes, focus and itself */
     assert_true(plans[1].bytes > plans[0].bytes + 7 * images * field);
@@ -164,14 +164,14 @@ static void pixels_integrate(void **state) {
     base = replaced_again(base, "5790}}", "5790}, \"photons_per_s\": 1e6}");
     base = replaced_again(base, "0.2}}", "0.45, \"pixel\": \"integrated\"}, \"accuracy\": 1e-12}");
     toliman_sim *const sim = sim_with(base, "\"A\": [0, 0]", "\"A\": [1.3, -0.4]");
-    double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH), *const sum = doubles(32 * 32);
+    double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const sum = doubles(32 * 32);
     memset(sum, 0, 32 * 32 * sizeof *sum);
     char *const point = replaced(base, "\"integrated\"", "\"point\"");
     for (int i = 0; i < 36; i++) {
         char place[80];
         snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", 1.3 + nodes[i % 6] / 2, -0.4 + nodes[i / 6] / 2);
         toliman_sim *const moved = sim_with(point, "\"A\": [0, 0]", place);
-        double *const part = image_of(moved, TOLIMAN_IMAGE_BOTH);
+        double *const part = image_of(moved, TOLIMAN_SIM_IMAGE_BOTH);
         for (int k = 0; k < 32 * 32; k++)
             sum[k] += weights[i % 6] * weights[i / 6] / 4 * part[k];
         free(part);
@@ -193,7 +193,7 @@ static void pixels_integrate(void **state) {
 static toliman_sim *padded(const char *json) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
-    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+    options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(json, strlen(json), NULL, &options, &sim));
     return sim;
@@ -211,9 +211,9 @@ static void engines_agree(void **state) {
         toliman_sim *const exact = sim_of(text), *const fft = padded(text);
         const toliman_sim_plan_info plan = plan_of(fft);
         assert_at_most(plan.plate_scale_error, 1e-12);
-        assert_int_equal(plan.engine, TOLIMAN_ENGINE_PADDED_FFT);
+        assert_int_equal(plan.engine, TOLIMAN_SIM_ENGINE_PADDED_FFT);
         assert_at_most(error_to_peak(exact, fft), 1e-11);
-        for (int32_t kind = TOLIMAN_IMAGE_SEPARATION; kind <= TOLIMAN_IMAGE_FOCUS; kind++) {
+        for (int32_t kind = TOLIMAN_SIM_IMAGE_SEPARATION; kind <= TOLIMAN_SIM_IMAGE_FOCUS; kind++) {
             double *const a = image_of(exact, kind), *const b = image_of(fft, kind);
             double error = 0, largest = 0;
             for (int64_t k = 0; k < sim_info_of(exact).rows * sim_info_of(exact).cols; k++) {
@@ -237,8 +237,8 @@ static void padded_fft_is_off_as_planned(void **state) {
     text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 565");
     text = replaced_again(text, "[32, 32]", "[33, 129]");
     toliman_sim *const exact = sim_of(text), *const fft = padded(text);
-    double *const a = image_of(exact, TOLIMAN_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_IMAGE_BOTH);
-    double *const slope = image_of(exact, TOLIMAN_IMAGE_SHIFT_X), shift = 0, norm = 0;
+    double *const a = image_of(exact, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(fft, TOLIMAN_SIM_IMAGE_BOTH);
+    double *const slope = image_of(exact, TOLIMAN_SIM_IMAGE_SHIFT_X), shift = 0, norm = 0;
     for (int k = 0; k < 33 * 129; k++) {
         shift += (b[k] / sim_info_of(fft).peak_photons * sim_info_of(exact).peak_photons - a[k]) * slope[k];
         norm += slope[k] * slope[k];
@@ -335,7 +335,7 @@ static void plan_of_a_text(void **state) {
     assert_non_null(file);
     const size_t size = fread(text, 1, sizeof text, file);
     fclose(file);
-    assert_ok(toliman_sim_plan(mission, NULL, &plan));
+    assert_ok(toliman_sim_plan_file(mission, NULL, &plan));
     assert_ok(toliman_sim_plan_json(text, size, "examples/scenes", NULL, &same));
     plan.setup_s = same.setup_s; /* measured */
     plan.frame_s = same.frame_s;
@@ -351,20 +351,22 @@ static void bad_plans_are_refused(void **state) {
     toliman_sim_options_init(&options, sizeof options);
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
     const char *const chapter = "examples/scenes/chapter.json";
-    assert_ok(toliman_sim_plan(chapter, &options, &plan));
+    assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_true(plan.wavelengths < plan.scene_wavelengths && plan.scene_wavelengths == 51);
     options.reserved = 1;
-    assert_fails(toliman_sim_plan(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "options->reserved = 1: must be 0");
+    assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
+                 "options->reserved = 1: must be 0");
     options.reserved = 0;
     options.engine = 3;
-    assert_fails(toliman_sim_plan(chapter, &options, &plan), TOLIMAN_E_ARGUMENT, "engine = 3: must be in [0, 2]");
-    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
-    assert_ok(toliman_sim_plan(chapter, &options, &plan));
+    assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
+                 "engine = 3: must be one of TOLIMAN_SIM_ENGINE_..., 331 to 332");
+    options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
+    assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the chapter's rounding: up to 0.26 % */
-    assert_fails(toliman_sim_plan("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
-    assert_fails(toliman_sim_plan(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_sim_plan_file("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
+    assert_fails(toliman_sim_plan_file(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     plan.struct_size = 4;
-    assert_fails(toliman_sim_plan(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_fails(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "struct_size");
     toliman_sim *sim = NULL;
     char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"opd_nm\": 297.5,",
                                 "\"kind\": \"file\", \"file\": \"x.npy\", \"quantity\": \"opd_m\"}}, \"x\": {\"y\": {");
@@ -388,7 +390,7 @@ static void odd_detectors_are_planned(void **state) {
     free(text);
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
-    options.engine = TOLIMAN_ENGINE_PADDED_FFT;
+    options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     toliman_sim *none = NULL;
     char *const coarse = replaced(kSingleScene, "0.2}}", "1.5}}");
     assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,

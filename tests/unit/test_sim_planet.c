@@ -120,25 +120,11 @@ static void a_single_star_has_a_planet(void **state) {
 }
 
 /* A caller who knows the struct as it was before amplitude_uas. */
-static void an_older_info(void **state) {
-    (void)state;
-    toliman_sim *const sim = sim_of(kBinaryScene);
-    toliman_sim_info info;
-    memset(&info, 0x5a, sizeof info);
-    info.struct_size = offsetof(toliman_sim_info, amplitude_uas);
-    const double before = info.amplitude_uas;
-    assert_ok(toliman_sim_get_info(sim, &info));
-    assert_close(info.amplitude_px, 1e-3, 0, 0);
-    assert_memory_equal(&info.amplitude_uas, &before, sizeof before);
-    assert_close(sim_info_of(sim).amplitude_uas, 1e-3 * 0.2e6, 1e-14, 0);
-    toliman_sim_destroy(sim);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(earths_of_alpha_centauri),   cmocka_unit_test(a_circular_orbit_is_a_sinusoid),
         cmocka_unit_test(eccentricity_is_continuous), cmocka_unit_test(no_signal),
-        cmocka_unit_test(a_single_star_has_a_planet), cmocka_unit_test(an_older_info),
+        cmocka_unit_test(a_single_star_has_a_planet),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

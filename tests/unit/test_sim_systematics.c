@@ -218,7 +218,7 @@ static void check_against_said(const char *systematics, char *disturbed, double 
     assert_non_null(at);
     assert_int_equal(sscanf(at, "may be off by %lf of the peak", &said), 1);
     frame_of(sim, 0, 99, image);
-    double *const expected = image_of(other, TOLIMAN_IMAGE_BOTH);
+    double *const expected = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
     const double effect = difference(bare, expected), error = difference(image, expected);
     assert_true(effect > least_effect);
     assert_at_most(error, 0.02 * effect);
@@ -283,8 +283,9 @@ static void draws_follow_their_law(void **state) {
     static const double rms[kinds] = {1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3}; /* px, px, 1, 1, deg, 1, nm */
     static double effect[kinds][PIXELS], image[PIXELS], values[frames][kinds], normal[kinds * kinds];
     toliman_sim *const bare = make(kStars, "");
-    double *const both = image_of(bare, TOLIMAN_IMAGE_BOTH);
-    const int32_t known[] = {TOLIMAN_IMAGE_SHIFT_X, TOLIMAN_IMAGE_SHIFT_Y, TOLIMAN_IMAGE_STAR_A, TOLIMAN_IMAGE_STAR_B};
+    double *const both = image_of(bare, TOLIMAN_SIM_IMAGE_BOTH);
+    const int32_t known[] = {TOLIMAN_SIM_IMAGE_SHIFT_X, TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_STAR_A,
+                             TOLIMAN_SIM_IMAGE_STAR_B};
     for (size_t j = 0; j < 4; j++) {
         double *const derivative = image_of(bare, known[j]);
         memcpy(effect[j], derivative, sizeof effect[j]);
@@ -343,7 +344,7 @@ static void jitter_blurs(void **state) {
         const double x = sqrt(2) * sigma * node[j % 5], y = sqrt(2) * sigma * node[j / 5];
         const double places[4] = {kStars[0] + x, kStars[1] + y, kStars[2] + x, kStars[3] + y};
         toliman_sim *const sim = make(places, "");
-        double *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+        double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
         for (size_t i = 0; i < PIXELS; i++)
             expected[i] += weight[j % 5] * weight[j / 5] / acos(-1) * image[i];
         free(image);
@@ -351,7 +352,7 @@ static void jitter_blurs(void **state) {
     }
     toliman_sim *const sharp = make(kStars, ""), *const sim =
                                                      make(kStars, "\"systematics\": {\"jitter_sigma_px\": 0.2}");
-    double *const bare = image_of(sharp, TOLIMAN_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_IMAGE_BOTH);
+    double *const bare = image_of(sharp, TOLIMAN_SIM_IMAGE_BOTH), *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     double frame[PIXELS];
     assert_at_most(1e-3, difference(bare, expected));
     assert_at_most(difference(image, expected), 2e-9);

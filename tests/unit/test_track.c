@@ -5,8 +5,8 @@
 #include "track_frames.h"
 
 static int32_t reason_of(toliman_track *track, const toliman_frame *frame, int64_t row, int64_t col, double pixel) {
-    const toliman_outcome outcome = push_one(track, frame);
-    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_REJECTED);
+    const toliman_track_outcome outcome = push_one(track, frame);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
     assert_int_equal(outcome.row, row);
     assert_int_equal(outcome.col, col);
     assert_true(outcome.pixel == pixel);
@@ -19,31 +19,31 @@ static void every_verdict_is_counted(void **unused) {
     toliman_track *track = make_track(&options);
     small_frame frame;
     make_frame(&frame, 1);
-    const toliman_outcome first = push_one(track, &frame.frame);
-    assert_int_equal(first.verdict, TOLIMAN_TRACK_ACCEPTED);
+    const toliman_track_outcome first = push_one(track, &frame.frame);
+    assert_int_equal(first.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     assert_true(first.value == value_of_frame(&frame) && first.tai_ns == frame.frame.camera_ns);
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_OUTLIER);
-    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_DUPLICATE);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
+    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_VERDICT_OUTLIER);
+    assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_VERDICT_DUPLICATE);
     /* The same id elsewhere is another frame. */
     frame.frame.roi = "corner";
     frame.frame.dropped = 3;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     frame.frame.session = "pass-2";
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     /* Another payload denies it, for ever; so does another time. */
     frame.pixels[5]++;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     frame.pixels[5]--;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     make_frame(&frame, 2);
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     frame.frame.camera_ns++;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     /* A damaged copy says nothing against a good one. */
     make_frame(&frame, 1);
     frame.pixels[9] = 4096;
-    assert_int_equal(reason_of(track, &frame.frame, 1, 1, 4096), TOLIMAN_REASON_OVER_RANGE);
+    assert_int_equal(reason_of(track, &frame.frame, 1, 1, 4096), TOLIMAN_TRACK_REASON_OVER_RANGE);
 
     const toliman_track_info info = info_of(track);
     assert_int_equal(info.received, 11);
@@ -52,7 +52,13 @@ static void every_verdict_is_counted(void **unused) {
     assert_int_equal(info.quarantined, 2);
     assert_int_equal(info.repeated, 5);
     assert_int_equal(info.rejected, 1);
-    assert_int_equal(info.rejected_by[TOLIMAN_REASON_OVER_RANGE], 1);
+    int64_t rejected = 0;
+    assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_OVER_RANGE, &rejected));
+    assert_int_equal(rejected, 1);
+    assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_HOLE, &rejected));
+    assert_int_equal(rejected, 0);
+    assert_fails(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_ESTIMATE + 1, &rejected), TOLIMAN_E_ARGUMENT,
+                 "reason = 518: must be one of TOLIMAN_TRACK_REASON_..., 511 to 517");
     assert_int_equal(info.sessions, 3);
     assert_int_equal(info.expected, 7 + 1 + 1);
     assert_int_equal(info.missing, 4);
@@ -69,16 +75,16 @@ static void every_reason_names_its_pixel(void **unused) {
     small_frame frame;
     make_frame(&frame, 1);
     frame.frame.rows = 7;
-    assert_int_equal(reason_of(track, &frame.frame, 7, 8, 0), TOLIMAN_REASON_SHAPE);
+    assert_int_equal(reason_of(track, &frame.frame, 7, 8, 0), TOLIMAN_TRACK_REASON_SHAPE);
     make_frame(&frame, 1);
     memset(frame.pixels + 11, 0, PIXELS - 2); /* bytes: one pixel less than a hole */
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     make_frame(&frame, 2);
     memset(frame.pixels + 11, 0, PIXELS);
-    assert_int_equal(reason_of(track, &frame.frame, (11 + 31) / 8, (11 + 31) % 8, 0), TOLIMAN_REASON_HOLE);
+    assert_int_equal(reason_of(track, &frame.frame, (11 + 31) / 8, (11 + 31) % 8, 0), TOLIMAN_TRACK_REASON_HOLE);
     make_frame(&frame, 3);
     frame.frame.camera_ns = INT64_MAX; /* 10^5 days are not too far, 2^50 cycles are */
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     toliman_track_destroy(track);
 
     options.bit_depth = 0;
@@ -91,24 +97,24 @@ static void every_reason_names_its_pixel(void **unused) {
     wide.pixel = TOLIMAN_PIXEL_F64;
     wide.pixels = image;
     wide.camera_ns = DAY_NS * 2;
-    assert_int_equal(reason_of(track, &wide, 0, 0, 0), TOLIMAN_REASON_CLOCK);
+    assert_int_equal(reason_of(track, &wide, 0, 0, 0), TOLIMAN_TRACK_REASON_CLOCK);
     wide.camera_ns = 0;
     image[63] = INFINITY;
-    assert_int_equal(reason_of(track, &wide, 7, 7, INFINITY), TOLIMAN_REASON_NOT_FINITE);
+    assert_int_equal(reason_of(track, &wide, 7, 7, INFINITY), TOLIMAN_TRACK_REASON_NOT_FINITE);
     image[63] = 0;
     image[62] = -INFINITY;
-    assert_int_equal(reason_of(track, &wide, 7, 6, -INFINITY), TOLIMAN_REASON_NOT_FINITE);
+    assert_int_equal(reason_of(track, &wide, 7, 6, -INFINITY), TOLIMAN_TRACK_REASON_NOT_FINITE);
     image[62] = 1e308;
     image[60] = 1e308;
-    assert_int_equal(reason_of(track, &wide, 0, 0, INFINITY), TOLIMAN_REASON_ESTIMATE);
+    assert_int_equal(reason_of(track, &wide, 0, 0, INFINITY), TOLIMAN_TRACK_REASON_ESTIMATE);
     toliman_track_destroy(track);
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASON_HOLE), "hole");
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASON_ESTIMATE), "estimate");
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_REASONS), "?");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_HOLE), "hole");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ESTIMATE), "estimate");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ESTIMATE + 1), "?");
     assert_string_equal(toliman_track_reason_name(-1), "?");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_ACCEPTED), "accepted");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_MERGED), "merged");
-    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_MERGED + 1), "?");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_ACCEPTED), "accepted");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_MERGED), "merged");
+    assert_string_equal(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_MERGED + 1), "?");
     assert_string_equal(toliman_track_verdict_name(-1), "?");
 }
 
@@ -127,10 +133,10 @@ static void estimators_may_refuse(void **unused) {
     toliman_track *track = make_track(&options);
     small_frame frame;
     make_frame(&frame, 1);
-    assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_REASON_ESTIMATE);
+    assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_TRACK_REASON_ESTIMATE);
     answer = 0;
-    const toliman_outcome outcome = push_one(track, &frame.frame);
-    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+    const toliman_track_outcome outcome = push_one(track, &frame.frame);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     assert_true(outcome.value == 1);
     toliman_track_destroy(track);
     /* A value at the limit is within it. */
@@ -138,7 +144,7 @@ static void estimators_may_refuse(void **unused) {
         options.value_limit = beyond ? nextafter(1, 0) : 1;
         track = make_track(&options);
         assert_int_equal(push_one(track, &frame.frame).verdict,
-                         beyond ? TOLIMAN_TRACK_OUTLIER : TOLIMAN_TRACK_ACCEPTED);
+                         beyond ? TOLIMAN_TRACK_VERDICT_OUTLIER : TOLIMAN_TRACK_VERDICT_ACCEPTED);
         toliman_track_destroy(track);
     }
 }
@@ -204,7 +210,7 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
             options.bin = bin;
             toliman_track *track = make_track(&options);
             const toliman_frame frame = {sizeof frame, kind, "s", "r", 1, 0, 0, bytes, ROWS, COLS, STRIDE, 0};
-            assert_int_equal(push_one(track, &frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+            assert_int_equal(push_one(track, &frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
             assert_int_equal(seen_rows, (ROWS - 1) / bin);
             assert_int_equal(seen_cols, (COLS - 2) / bin);
             for (size_t r = 0; r < seen_rows; r++)
@@ -233,7 +239,7 @@ static void bit_depth_ends_where_it_says(void **unused) {
         small_frame frame;
         int64_t id = 0;
         for (int beyond = 0; beyond < 2; beyond++) {
-            const int32_t expected = beyond ? TOLIMAN_TRACK_REJECTED : TOLIMAN_TRACK_ACCEPTED;
+            const int32_t expected = beyond ? TOLIMAN_TRACK_VERDICT_REJECTED : TOLIMAN_TRACK_VERDICT_ACCEPTED;
             for (int i = 0; i < PIXELS; i++) {
                 doubles[i] = beyond && i == 9 ? end : nextafter(end, 0);
                 floats[i] = beyond && i == 9 ? (float)end : nextafterf((float)end, 0);
@@ -245,9 +251,9 @@ static void bit_depth_ends_where_it_says(void **unused) {
                 make_frame(&frame, ++id);
                 frame.frame.pixel = kinds[kind];
                 frame.frame.pixels = pixels[kind];
-                const toliman_outcome outcome = push_one(track, &frame.frame);
+                const toliman_track_outcome outcome = push_one(track, &frame.frame);
                 assert_int_equal(outcome.verdict, expected);
-                assert_true(!beyond || (outcome.reason == TOLIMAN_REASON_OVER_RANGE && outcome.col == 1));
+                assert_true(!beyond || (outcome.reason == TOLIMAN_TRACK_REASON_OVER_RANGE && outcome.col == 1));
             }
         }
         toliman_track_destroy(track);
@@ -264,15 +270,15 @@ static void frames_may_have_their_own_sigma(void **unused) {
     for (int64_t id = 100; id < 130; id++) {
         make_frame(&frame, id);
         frame.frame.sigma = id % 3 == 0 ? 0 : SIGMA * (double)(1 + id % 32);
-        const toliman_outcome outcome = push_one(track, &frame.frame);
-        if (outcome.verdict == TOLIMAN_TRACK_ACCEPTED)
+        const toliman_track_outcome outcome = push_one(track, &frame.frame);
+        if (outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             assert_ok(toliman_period_push_ns(clean, frame.frame.camera_ns, outcome.value,
                                              id % 3 == 0 ? SIGMA : frame.frame.sigma));
-        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     }
     assert_same_periods(period_of(track), clean);
     frame.frame.sigma = SIGMA;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     toliman_period_destroy(clean);
     toliman_track_destroy(track);
 }
@@ -303,7 +309,7 @@ static void fit_sees_what_is_in(void **unused) {
         small_frame frame;
         make_frame(&frame, 77);
         frame.pixels[0]++;
-        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
         assert_ok(toliman_track_query_fit(track, &fits[order]));
         if (order == 0)
             assert_ok(toliman_period_query_fit(period_of(track), t, y, NULL, n, &expected));
@@ -324,14 +330,14 @@ static void gaps_between_rows_do_not_count(void **unused) {
     toliman_track *track = make_track(&options);
     small_frame packed;
     make_frame(&packed, 1);
-    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     uint16_t loose[SIDE * 11];
     memset(loose, 0xff, sizeof loose);
     for (int r = 0; r < SIDE; r++)
         memcpy(loose + r * 11, packed.pixels + r * SIDE, SIDE * sizeof *loose);
     packed.frame.pixels = loose;
     packed.frame.stride = 11;
-    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+    assert_int_equal(push_one(track, &packed.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     toliman_track_destroy(track);
 }
 
@@ -343,7 +349,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
     small_frame frames[2];
-    toliman_outcome outcomes[2] = {{.struct_size = sizeof *outcomes}};
+    toliman_track_outcome outcomes[2] = {{.struct_size = sizeof *outcomes}};
     toliman_frame both[2];
     size_t done = 9;
     make_frame(&frames[0], 1);
@@ -416,10 +422,10 @@ static void full_tracker_keeps_what_it_has(void **unused) {
     options.capacity = CAPACITY;
     toliman_track *track = make_track(&options);
     for (int64_t id = 1; id <= CAPACITY; id++)
-        assert_true(push_number(track, id) != TOLIMAN_TRACK_DUPLICATE);
+        assert_true(push_number(track, id) != TOLIMAN_TRACK_VERDICT_DUPLICATE);
     small_frame frames[3];
     toliman_frame three[3];
-    toliman_outcome outcomes[3] = {{.struct_size = sizeof *outcomes}};
+    toliman_track_outcome outcomes[3] = {{.struct_size = sizeof *outcomes}};
     for (int i = 0; i < 3; i++) {
         make_frame(&frames[i], CAPACITY - 1 + i);
         three[i] = frames[i].frame;
@@ -427,7 +433,7 @@ static void full_tracker_keeps_what_it_has(void **unused) {
     size_t done = 9;
     assert_fails(toliman_track_push(track, three, 3, outcomes, &done), TOLIMAN_E_CAPACITY, "full: 500 frames");
     assert_int_equal(done, 2);
-    assert_int_equal(outcomes[1].verdict, TOLIMAN_TRACK_DUPLICATE);
+    assert_int_equal(outcomes[1].verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_holds(track, &options, 1, CAPACITY);
     assert_int_equal(info_of(track).received, CAPACITY + 2);
     toliman_track_destroy(track);
@@ -439,7 +445,7 @@ static void threads_and_batches_change_no_bit(void **unused) {
     enum { N = 700 };
     static small_frame frames[N];
     static toliman_frame all[N];
-    static toliman_outcome outcomes[N], first[N];
+    static toliman_track_outcome outcomes[N], first[N];
     for (int i = 0; i < N; i++) {
         make_frame(&frames[i], 1 + (i * 37) % 650); /* some twice, within a batch and beyond */
         if (i % 97 == 5)
@@ -502,7 +508,7 @@ static void memory_is_taken_at_creation(void **unused) {
         }
         make_frame(&frame, 5000);
         frame.frame.camera_ns = INT64_MAX; /* beyond TAI of 64 bits */
-        assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_REASON_CLOCK);
+        assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_TRACK_REASON_CLOCK);
         assert_int_equal(asked, 0);
         const toliman_track_info info = info_of(track);
         assert_true(info.quarantined == 500 && info.rejected == 501 && info.repeated == 1500);

@@ -16,7 +16,7 @@ static toliman_track *make_clock(const int64_t *clock, size_t points) {
     return make_track(&options);
 }
 
-static toliman_outcome tell(toliman_track *track, int64_t id, int64_t camera_ns) {
+static toliman_track_outcome tell(toliman_track *track, int64_t id, int64_t camera_ns) {
     small_frame frame;
     make_frame(&frame, 1);
     frame.frame.frame_id = id;
@@ -54,18 +54,18 @@ static void lines_are_exact(void **unused) {
             const size_t line = draw(&random, points - 1);
             const int64_t step = clock[line + 1][0] - clock[line][0];
             const int64_t camera = clock[line][0] + (id == 0 ? 0 : id == 1 ? step : wide_draw(&random, 62) % step);
-            const toliman_outcome outcome = tell(track, id, camera);
-            assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+            const toliman_track_outcome outcome = tell(track, id, camera);
+            assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
             assert_on_line(clock[line], clock[line + 1], camera, outcome.tai_ns);
             if (id < 2)
                 assert_int_equal(outcome.tai_ns, clock[line + (size_t)id][1]);
         }
         const int64_t before = clock[0][0] - 1 - wide_draw(&random, bits < 50 ? bits : 50);
         const int64_t after = clock[points - 1][0] + 1 + wide_draw(&random, bits < 50 ? bits : 50);
-        const toliman_outcome early = tell(track, 98, before), late = tell(track, 99, after);
-        if (early.verdict == TOLIMAN_TRACK_ACCEPTED)
+        const toliman_track_outcome early = tell(track, 98, before), late = tell(track, 99, after);
+        if (early.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             assert_on_line(clock[0], clock[1], before, early.tai_ns);
-        if (late.verdict == TOLIMAN_TRACK_ACCEPTED)
+        if (late.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
             assert_on_line(clock[points - 2], clock[points - 1], after, late.tai_ns);
         toliman_track_destroy(track);
     }
@@ -93,18 +93,18 @@ static void few_points_and_far_times(void **unused) {
     assert_int_equal(tell(track, 1, 1000).tai_ns, 1000000);
     assert_int_equal(tell(track, 2, -7).tai_ns, 998993);
     assert_int_equal(tell(track, 3, INT64_MAX - 999000).tai_ns, INT64_MAX);
-    const toliman_outcome beyond = tell(track, 4, INT64_MAX - 998999);
-    assert_int_equal(beyond.verdict, TOLIMAN_TRACK_REJECTED);
-    assert_int_equal(beyond.reason, TOLIMAN_REASON_CLOCK);
+    const toliman_track_outcome beyond = tell(track, 4, INT64_MAX - 998999);
+    assert_int_equal(beyond.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
+    assert_int_equal(beyond.reason, TOLIMAN_TRACK_REASON_CLOCK);
     toliman_track_destroy(track);
     /* Twice as fast, so that half the range is beyond. */
     const int64_t fast[] = {0, 0, (int64_t)1 << 61, (int64_t)1 << 62};
     track = make_clock(fast, 2);
     assert_int_equal(tell(track, 1, INT64_MIN / 2).tai_ns, INT64_MIN);
-    assert_int_equal(tell(track, 2, INT64_MIN / 2 - 1).reason, TOLIMAN_REASON_CLOCK);
+    assert_int_equal(tell(track, 2, INT64_MIN / 2 - 1).reason, TOLIMAN_TRACK_REASON_CLOCK);
     assert_int_equal(tell(track, 3, INT64_MAX / 2).tai_ns, INT64_MAX - 1);
-    assert_int_equal(tell(track, 4, INT64_MAX / 2 + 1).reason, TOLIMAN_REASON_CLOCK);
-    assert_int_equal(tell(track, 5, INT64_MIN).reason, TOLIMAN_REASON_CLOCK);
+    assert_int_equal(tell(track, 4, INT64_MAX / 2 + 1).reason, TOLIMAN_TRACK_REASON_CLOCK);
+    assert_int_equal(tell(track, 5, INT64_MIN).reason, TOLIMAN_TRACK_REASON_CLOCK);
     toliman_track_destroy(track);
 }
 

@@ -156,7 +156,7 @@ static void damage_while_open(void **unused) {
     small_frame frame;
     make_frame(&frame, 4);
     frame.pixels[0]++;
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
     toliman_track_destroy(track);
 }
@@ -245,7 +245,7 @@ static void sessions_have_an_end(void **unused) {
     toliman_track *track = make_track(&options);
     small_frame frame;
     char name[20];
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done = 9;
     make_frame(&frame, 1);
     frame.frame.session = name;
@@ -258,7 +258,7 @@ static void sessions_have_an_end(void **unused) {
                  "65536 sessions and regions are in, as many as there can be");
     snprintf(name, sizeof name, "s7");
     frame.frame.frame_id = 2;
-    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_ACCEPTED);
+    assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     toliman_track_destroy(track);
 }
 

@@ -143,7 +143,7 @@ static void times_without_place_cost_no_frame(void **unused) {
         assert_int_equal(toliman_period_count(period_of(track)), info.accepted);
         small_frame frame; /* one that is out of the sums is denied without being taken out of them */
         make_frame(&frame, 45);
-        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_DUPLICATE);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
         toliman_track_options elsewhere = other;
         elsewhere.folder = NULL;
         elsewhere.flags = 0;
@@ -152,7 +152,7 @@ static void times_without_place_cost_no_frame(void **unused) {
         assert_same_periods(period_of(merged), period_of(track));
         make_frame(&frame, 46);
         frame.pixels[1]++;
-        assert_int_equal(push_one(merged, &frame.frame).reason, TOLIMAN_REASON_CLOCK);
+        assert_int_equal(push_one(merged, &frame.frame).reason, TOLIMAN_TRACK_REASON_CLOCK);
         assert_int_equal(info_of(merged).outlier, info.outlier);
         toliman_track_destroy(merged);
         toliman_track_destroy(track);
@@ -174,7 +174,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
     for (int64_t id = 4; id <= 36; id += 32) {
         make_frame(&frame, id);
         frame.pixels[1]++;
-        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_QUARANTINED);
+        assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     }
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
@@ -219,7 +219,7 @@ static void impossible_lines_are_refused(void **unused) {
         if (trial < 3)
             line[52] = (unsigned char)(trial == 0 ? 3 : trial == 1 ? 0 : 6); /* kind */
         else if (trial == 3)
-            line[53] = TOLIMAN_REASONS;
+            line[53] = 7; /* a reason beyond the last */
         else
             memcpy(line + (trial < 6 ? 36 : 44), &wrong[trial - 4], 8);
         const uint32_t crc = crc32(before, line, LINE - 4);
@@ -246,7 +246,7 @@ static void full_disk_is_told(void **unused) {
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
     push_range(track, 1, 11);
     small_frame frame;
-    toliman_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
     size_t done = 9;
     make_frame(&frame, 12);
     assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "ledger.tlml: ");

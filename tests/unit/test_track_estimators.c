@@ -67,7 +67,7 @@ static void values_are_the_estimators_own(void **unused) {
         for (int64_t id = 1; id <= 4; id++) {
             uint32_t *pixels = framed(sim, id, counts);
             const toliman_frame frame = frame_of(id, pixels);
-            toliman_outcome outcome = {.struct_size = sizeof outcome};
+            toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done;
             double value;
             assert_ok(which ? toliman_cae_encode(cae, counts, kSide, &value)
@@ -75,7 +75,7 @@ static void values_are_the_estimators_own(void **unused) {
             asked = 0;
             assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
             assert_int_equal(asked, 0);
-            assert_int_equal(outcome.verdict, TOLIMAN_TRACK_ACCEPTED);
+            assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
             assert_true(outcome.value == value);
             free(pixels);
         }
@@ -159,11 +159,11 @@ static void counts_without_an_estimate(void **unused) {
         frame.pixel = TOLIMAN_PIXEL_F64;
         frame.pixels = pixels;
         frame.rows = frame.cols = kSide;
-        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         size_t done = 0;
         assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
-        assert_int_equal(outcome.verdict, which ? TOLIMAN_TRACK_REJECTED : TOLIMAN_TRACK_OUTLIER);
-        assert_int_equal(outcome.reason, which ? TOLIMAN_REASON_ESTIMATE : 0);
+        assert_int_equal(outcome.verdict, which ? TOLIMAN_TRACK_VERDICT_REJECTED : TOLIMAN_TRACK_VERDICT_OUTLIER);
+        assert_int_equal(outcome.reason, which ? TOLIMAN_TRACK_REASON_ESTIMATE : TOLIMAN_TRACK_REASON_NONE);
         toliman_track_destroy(track);
     }
     toliman_linear_destroy(linear);

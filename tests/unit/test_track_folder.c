@@ -14,8 +14,8 @@ static void what_is_committed_is_taken_up(void **unused) {
     }
     /* Known frames are duplicates, new ones come in; what was not committed is gone. */
     toliman_track *track = make_track(&options);
-    assert_int_equal(push_number(track, 60), TOLIMAN_TRACK_DUPLICATE);
-    assert_int_equal(push_number(track, 10), TOLIMAN_TRACK_QUARANTINED);
+    assert_int_equal(push_number(track, 60), TOLIMAN_TRACK_VERDICT_DUPLICATE);
+    assert_int_equal(push_number(track, 10), TOLIMAN_TRACK_VERDICT_QUARANTINED);
     push_range(track, 61, 70);
     toliman_track_info info = info_of(track);
     assert_int_equal(info.lines, FILLED_LINES + 10);
@@ -51,7 +51,7 @@ static void one_writer_and_many_readers(void **unused) {
         assert_fails(toliman_track_commit(readers[i]), TOLIMAN_E_STATE, "reading only");
         assert_fails(toliman_track_merge(readers[i], folder, 0, NULL), TOLIMAN_E_STATE, "reading only");
         small_frame frame;
-        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         size_t done;
         make_frame(&frame, 99);
         assert_fails(toliman_track_push(readers[i], &frame.frame, 1, &outcome, &done), TOLIMAN_E_STATE, "reading only");
@@ -132,11 +132,11 @@ static void lines_can_be_read(void **unused) {
     int64_t accepted = 0, outlier = 0, quarantined = 0, counts = 0;
     for (size_t i = 0; i < done; i++) {
         assert_int_equal(lines[i].struct_size, sizeof *lines);
-        accepted += lines[i].verdict == TOLIMAN_TRACK_ACCEPTED;
-        outlier += lines[i].verdict == TOLIMAN_TRACK_OUTLIER;
-        quarantined += lines[i].verdict == TOLIMAN_TRACK_QUARANTINED;
-        counts += lines[i].verdict == TOLIMAN_TRACK_MERGED;
-        if (lines[i].verdict > TOLIMAN_TRACK_ACCEPTED)
+        accepted += lines[i].verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED;
+        outlier += lines[i].verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+        quarantined += lines[i].verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
+        counts += lines[i].verdict == TOLIMAN_TRACK_VERDICT_MERGED;
+        if (lines[i].verdict > TOLIMAN_TRACK_VERDICT_ACCEPTED)
             continue;
         make_frame(&frame, lines[i].frame_id);
         assert_true(lines[i].value == value_of_frame(&frame) && lines[i].sigma == SIGMA);
@@ -147,8 +147,8 @@ static void lines_can_be_read(void **unused) {
     assert_int_equal(outlier, info.outlier);
     assert_int_equal(quarantined, 2 * info.quarantined);
     assert_int_equal(counts, FILLED_LINES - 63);
-    assert_int_equal(lines[FILLED_LINES].verdict, TOLIMAN_TRACK_REJECTED);
-    assert_int_equal(lines[FILLED_LINES].reason, TOLIMAN_REASON_OVER_RANGE);
+    assert_int_equal(lines[FILLED_LINES].verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
+    assert_int_equal(lines[FILLED_LINES].reason, TOLIMAN_TRACK_REASON_OVER_RANGE);
     assert_int_equal(lines[FILLED_LINES].dropped, 3);
     assert_int_equal(lines[FILLED_LINES + 1].frame_id, 71);
     toliman_track_line last[3] = {{.struct_size = sizeof *last}};
@@ -227,14 +227,14 @@ static void ledger_is_as_its_format_says(void **unused) {
     assert_int_equal(number_at(ledger, 104, 8), 77);
     uint32_t chain = crc32(0, bytes, HEADER - 4);
     assert_int_equal(number_at(ledger, HEADER - 4, 4), chain);
-    static const int kinds[] = {1, 3, 2, 4}, reasons[] = {0, 0, 0, TOLIMAN_REASON_OVER_RANGE}, ids[] = {5, 5, 7, 8};
+    static const int kinds[] = {1, 3, 2, 4}, reasons[] = {0, 0, 0, 2}, ids[] = {5, 5, 7, 8};
     for (int line = 0; line < 4; line++) {
         const off_t at = HEADER + line * LINE;
         make_frame(&frame, ids[line]);
         frame.pixels[1] = (uint16_t)(frame.pixels[1] + (line == 1));
         frame.pixels[2] = line == 3 ? 4096 : frame.pixels[2];
         const uint64_t dropped = line < 2 ? 65535 : 0;
-        const uint64_t facts[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, TOLIMAN_PIXEL_U16};
+        const uint64_t facts[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */};
         const uint32_t content = crc32(crc32(0, facts, sizeof facts), frame.pixels, sizeof frame.pixels);
         assert_true(number_at(ledger, at, 8) == fnv1a("pass-1\0core", 11));
         assert_int_equal(number_at(ledger, at + 8, 4), content);
@@ -277,7 +277,7 @@ static void lines_wait_a_second(void **unused) {
     assert_int_equal(info_of(track).committed, 2);
     toliman_track_destroy(track);
     toliman_track_options each = options;
-    each.sync = TOLIMAN_SYNC_FRAME;
+    each.sync = TOLIMAN_TRACK_SYNC_FRAME;
     track = make_track(&each);
     push_number(track, 3);
     assert_int_equal(info_of(track).committed, 3);
@@ -293,7 +293,7 @@ static void run_child(const toliman_track_options *options, int pipe_end) {
         _exit(1);
     for (int64_t id = 1; id <= RUN; id++) {
         small_frame frame;
-        toliman_outcome outcome = {.struct_size = sizeof outcome};
+        toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         toliman_track_info info = {.struct_size = sizeof info};
         size_t done;
         make_frame(&frame, id);
@@ -324,7 +324,7 @@ static void look_beside_the_writer(const toliman_track_options *options, int64_t
 static void readers_bear_recovery(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder), looking = options;
-    options.sync = TOLIMAN_SYNC_FRAME;
+    options.sync = TOLIMAN_TRACK_SYNC_FRAME;
     toliman_track_destroy(make_track(&options));
     const pid_t child = fork();
     assert_true(child >= 0);

@@ -127,7 +127,7 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
             push_range(track, 1, 8);
             harm(way);
             small_frame frame;
-            toliman_outcome outcome = {.struct_size = sizeof outcome};
+            toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             toliman_status status = TOLIMAN_OK;
             size_t done = 1;
             for (int64_t id = 9; id <= 12 && status == TOLIMAN_OK && !saving; id++) {

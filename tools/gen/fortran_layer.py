@@ -9,7 +9,7 @@ from model import Callback, Function, Handle, Struct
 
 # Names of the derived types, without toliman_.
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
-         "toliman_linear_components": "component_set", "toliman_period": "periodogram", "toliman_track": "tracker"}
+         "toliman_components": "component_set", "toliman_period": "periodogram", "toliman_track": "tracker"}
 
 ENDING = ["integer, intent(out), optional :: stat",
           "character(len=*), intent(inout), optional :: errmsg"]
@@ -54,7 +54,7 @@ class Layer:
         return handles[0] or self.room(item), False
 
     def room(self, item):
-        """The handle of the header that a function stands in: toliman_sim of toliman_sim_plan."""
+        """The handle of the header that a function stands in: toliman_sim of toliman_sim_plan_file."""
         return min((handle for handle in TYPES if item.name.startswith(handle + "_")), key=len, default=None)
 
     def bind(self, item):

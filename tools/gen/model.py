@@ -216,6 +216,8 @@ class Reader:
         constant = re.fullmatch(r"#define (TOLIMAN_\w+)\s+(\S.*)", code)
         if include:
             self.includes.append(include.group(1))
+        elif re.fullmatch(r"#define (TOLIMAN_\w*INIT\(type\) .*|TOLIMAN_(\w+)_INIT TOLIMAN_INIT\((\w+)\))", code):
+            pass  # of C alone
         elif constant:
             self.items.append(Constant(constant.group(1), self.value(constant.group(2)),
                                        plain_comment(comment.group()) if comment else "",

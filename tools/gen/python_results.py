@@ -19,26 +19,29 @@ RESULTS = {
     "toliman_sim_plan_info": "Plan",
     "toliman_cae_training": "Training",
     "toliman_cae_info": "NetworkInfo",
-    "toliman_linear_training": "ComponentsTraining",
-    "toliman_linear_components_info": "ComponentsInfo",
+    "toliman_components_training": "ComponentsTraining",
+    "toliman_components_info": "ComponentsInfo",
     "toliman_period_info": "PeriodogramInfo",
     "toliman_period_model": "Model",
     "toliman_period_peak": "Peak",
     "toliman_period_sampling": "Sampling",
-    "toliman_outcome": "Outcome",
+    "toliman_track_outcome": "Outcome",
     "toliman_track_line": None,
     "toliman_track_info": "TrackInfo",
     "toliman_track_stream": "Stream",
 }
 
-# Members that are words: the first constant of those that they may be.
+# Members that are words: the enumeration whose constants they are.
 WORDS = {
-    "unit": "TOLIMAN_UNIT_PHOTON",
-    "engine": "TOLIMAN_ENGINE_AUTOMATIC",
-    "verdict": "TOLIMAN_TRACK_ACCEPTED",
-    "reason": "TOLIMAN_REASON_NONE",
-    "input": "TOLIMAN_CAE_WHITENED",
+    "unit": "TOLIMAN_SIM_UNIT",
+    "engine": "TOLIMAN_SIM_ENGINE",
+    "verdict": "TOLIMAN_TRACK_VERDICT",
+    "reason": "TOLIMAN_TRACK_REASON",
+    "input": "TOLIMAN_CAE_INPUT",
 }
+
+# What stands between TOLIMAN_ and a constant's word, where that is more than the module.
+ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.values()}))
 
 # Members that are yes or no; bits of `flags` by struct.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
@@ -86,7 +89,7 @@ def member(model, item, field):
 def one_line(text):
     """A comment as one line, of the words that Python has."""
     text = " ".join(text.split()).replace("flag: ", "").removeprefix("Flag of ")
-    text = re.sub(r"TOLIMAN_[A-Z]+_(\.\.\.|[A-Z_0-9]+)", lambda match: match.group(1).lower(), text)
+    text = re.sub(rf"TOLIMAN_(?:{ENUMERATIONS}|[A-Z]+)_(\.\.\.|[A-Z_0-9]+)", lambda match: match.group(1).lower(), text)
     text = text.replace("toliman_period_query_fap of log10_residual, SEQUENTIAL", 'log10_fap(log10_residual, "sequential")')
     text = re.sub(r"\b(?:toliman_period_)?query_(\w+)", r"\1", text)
     return re.sub(r"\b_([A-Z]+)\b", lambda match: match.group(1).lower(), text)

@@ -153,8 +153,8 @@ class Job {
         json.set("schema", "toliman-mpi/1").set("version", toliman_version());
         json.set("scene", toliman_sim_get_name(scene_.sim.get())).set("estimator", network_ ? "cae" : "template");
         json.set_whole("seed", seed).set("frames", static_cast<double>(toliman_period_count(sum.get())));
-        json.set("period_days", peak.period).set("period_half_width_days", peak.half_width_error);
-        json.set("period_fwhm_days", peak.fwhm_error).set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+        json.set("period_days", peak.period).set("period_half_width_days", peak.half_width_period);
+        json.set("period_fwhm_days", peak.fwhm_period).set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         json.set("power", peak.power).set("log10_fap", peak.log10_fap);
         json.set("grid", std::move(grid)).set("digest", digest(sum));
         return json.line();
@@ -168,7 +168,7 @@ class Job {
                       "state         %s\n",
                       toliman_sim_get_name(scene_.sim.get()), static_cast<long long>(toliman_period_count(sum.get())),
                       static_cast<unsigned long long>(seed), network_ ? "autoencoder" : "template", peak.period,
-                      peak.half_width_error, peak.fwhm_error, peak.log10_fap,
+                      peak.half_width_period, peak.fwhm_period, peak.log10_fap,
                       (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "",
                       digest(sum).c_str());
         return text;

@@ -18,11 +18,11 @@ class Sized(Structure):
 
 
 TOLIMAN_VERSION_MAJOR = 0
-TOLIMAN_VERSION_MINOR = 1
+TOLIMAN_VERSION_MINOR = 2
 TOLIMAN_VERSION_PATCH = 0
-TOLIMAN_VERSION = "0.1.0"
-TOLIMAN_VERSION_NUMBER = 100
-TOLIMAN_ABI_VERSION = 0
+TOLIMAN_VERSION = "0.2.0"
+TOLIMAN_VERSION_NUMBER = 200
+TOLIMAN_ABI_VERSION = 1
 
 # What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1.
 toliman_status = c_int32
@@ -50,8 +50,8 @@ TOLIMAN_E_STATE = 13  # the object is not ready for this call (too few samples, 
 toliman_progress_fn = CFUNCTYPE(c_int32, c_char_p, c_double, c_void_p)
 
 # Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
-TOLIMAN_LOG_INFO = 0
-TOLIMAN_LOG_WARNING = 1
+TOLIMAN_LOG_INFO = 21
+TOLIMAN_LOG_WARNING = 22
 
 # Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
 # Arguments: level, text, user_data.
@@ -117,7 +117,7 @@ class toliman_sim_options(Sized):
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL
     log: may be NULL
-    engine: TOLIMAN_ENGINE_...; 0 = automatic, which is the matrix DFT
+    engine: TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT
     allocator: of the object's large arrays; NULL: the system's memory"""
 
     _fields_ = [
@@ -134,14 +134,13 @@ class toliman_sim_options(Sized):
 
 
 # Ways to propagate light: Engines, in the conventions of toliman/sim.h.
-TOLIMAN_ENGINE_AUTOMATIC = 0  # the matrix DFT
-TOLIMAN_ENGINE_MATRIX_DFT = 1  # exact pixel positions
-TOLIMAN_ENGINE_PADDED_FFT = 2  # no mask, amplitude or OPD files
+TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331  # exact pixel positions
+TOLIMAN_SIM_ENGINE_PADDED_FFT = 332  # no mask, amplitude or OPD files
 
 # Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
-TOLIMAN_UNIT_PHOTON = 0
-TOLIMAN_UNIT_ELECTRON = 1
-TOLIMAN_UNIT_DN = 2
+TOLIMAN_SIM_UNIT_PHOTON = 301
+TOLIMAN_SIM_UNIT_ELECTRON = 302
+TOLIMAN_SIM_UNIT_DN = 303
 
 
 class toliman_sim_info(Sized):
@@ -174,7 +173,7 @@ class toliman_sim_info(Sized):
     whole_counts: 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0
     crb_marginal_px: Cramer-Rao bound with all eight nuisances unknown; may be infinite
     peak_counts: brightest pixel of the mean frame, in the frame's unit
-    unit: of frames and expected images: TOLIMAN_UNIT_PHOTON, _ELECTRON or _DN
+    unit: of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN
     bit_depth: of the scene's detector; 0 = counts are not rounded"""
 
     _fields_ = [
@@ -204,8 +203,8 @@ class toliman_sim_info(Sized):
         ("whole_counts", c_int64),
         ("crb_marginal_px", c_double),
         ("peak_counts", c_double),
-        ("unit", c_int64),
-        ("bit_depth", c_int64),
+        ("unit", c_int32),
+        ("bit_depth", c_int32),
     ]
 
 
@@ -213,7 +212,7 @@ class toliman_sim_plan_info(Sized):
     """What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
     expected image against the scene without that choice; a test holds them against the true ones. Since 0.1.
     struct_size: in: sizeof(toliman_sim_plan_info)
-    engine: TOLIMAN_ENGINE_MATRIX_DFT or TOLIMAN_ENGINE_PADDED_FFT
+    engine: TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT
     scene_wavelengths: of the spectrum as the scene has it
     wavelengths: propagated: as many, or fewer Chebyshev nodes in 1/lambda
     order: of the series in the displacement
@@ -272,21 +271,21 @@ class toliman_sim_plan_info(Sized):
 
 
 # Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter.
-TOLIMAN_IMAGE_BOTH = 0  # the whole frame without displacement, with dark current and bias
-TOLIMAN_IMAGE_STAR_A = 1  # also the derivative with respect to the relative flux of A
-TOLIMAN_IMAGE_STAR_B = 2  # TOLIMAN_E_ARGUMENT for a single star
-TOLIMAN_IMAGE_SEPARATION = 3  # d/d separation, per px
-TOLIMAN_IMAGE_CURVATURE = 4  # second derivative, per px^2
-TOLIMAN_IMAGE_SHIFT_X = 5  # d/d common shift towards higher columns, per px
-TOLIMAN_IMAGE_SHIFT_Y = 6  # d/d common shift towards higher rows, per px
+TOLIMAN_SIM_IMAGE_BOTH = 311  # the whole frame without displacement, with dark current and bias
+TOLIMAN_SIM_IMAGE_STAR_A = 312  # also the derivative with respect to the relative flux of A
+TOLIMAN_SIM_IMAGE_STAR_B = 313  # TOLIMAN_E_ARGUMENT for a single star
+TOLIMAN_SIM_IMAGE_SEPARATION = 314  # d/d separation, per px
+TOLIMAN_SIM_IMAGE_CURVATURE = 315  # second derivative, per px^2
+TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # d/d common shift towards higher columns, per px
+TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # d/d common shift towards higher rows, per px
 
 # Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
 # no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel.
-TOLIMAN_IMAGE_VARIANCE = 7
-TOLIMAN_IMAGE_ROLL = 8  # d/d roll, per rad
-TOLIMAN_IMAGE_SCALE = 9  # d/d relative plate scale
-TOLIMAN_IMAGE_FOCUS = 10  # d/d defocus, per nm rms
-TOLIMAN_IMAGE_BACKGROUND = 11  # d/d light that falls on every pixel alike, per photon
+TOLIMAN_SIM_IMAGE_VARIANCE = 318
+TOLIMAN_SIM_IMAGE_ROLL = 319  # d/d roll, per rad
+TOLIMAN_SIM_IMAGE_SCALE = 320  # d/d relative plate scale
+TOLIMAN_SIM_IMAGE_FOCUS = 321  # d/d defocus, per nm rms
+TOLIMAN_SIM_IMAGE_BACKGROUND = 322  # d/d light that falls on every pixel alike, per photon
 
 
 class toliman_cae(Structure):
@@ -298,29 +297,29 @@ class toliman_cae(Structure):
 #   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
 #   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
 #           that there is toliman_cae_reconstruct but no toliman_cae_decode
-TOLIMAN_CAE_FLIGHT = 0
-TOLIMAN_CAE_PAPER = 1
+TOLIMAN_CAE_LAYOUT_FLIGHT = 201
+TOLIMAN_CAE_LAYOUT_PAPER = 202
 
 # What the network sees of a frame's 256x256 crop.
 #   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
 #   RESIDUAL  (counts - reference)/mean sigma of the frame
 #   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter
-TOLIMAN_CAE_WHITENED = 0
-TOLIMAN_CAE_RESIDUAL = 1
-TOLIMAN_CAE_RAW = 2
+TOLIMAN_CAE_INPUT_WHITENED = 211
+TOLIMAN_CAE_INPUT_RESIDUAL = 212
+TOLIMAN_CAE_INPUT_RAW = 213
 
 
 class toliman_cae_options(Sized):
     """What a network is. Since 0.1.
-    layout: TOLIMAN_CAE_FLIGHT (default) or TOLIMAN_CAE_PAPER
-    input: TOLIMAN_CAE_WHITENED (default), TOLIMAN_CAE_RESIDUAL, TOLIMAN_CAE_RAW
+    layout: TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER
+    input: TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
     reserved: 0
     allocator: of the object's large arrays; NULL: the system's memory"""
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("layout", c_uint32),
-        ("input", c_uint32),
+        ("layout", c_int32),
+        ("input", c_int32),
         ("reserved", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
     ]
@@ -334,8 +333,8 @@ class toliman_cae_options(Sized):
 #                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
 #   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
 #                 any prior. The latent then has no unit and may have either sign
-TOLIMAN_CAE_TIED = 0
-TOLIMAN_CAE_UNSUPERVISED = 1
+TOLIMAN_CAE_MODE_TIED = 221
+TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
 # Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
 # other status ends the running call with it. The same frame must be the same each time, also when a training is taken
@@ -347,7 +346,7 @@ toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_
 
 class toliman_cae_train_options(Sized):
     """How to train; 0 is the default throughout. Since 0.1.
-    mode: TOLIMAN_CAE_TIED (default) or TOLIMAN_CAE_UNSUPERVISED
+    mode: TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED
     steps: TIED: 0 = 300
     epochs: UNSUPERVISED: passes over the training frames, in all; 0 = 300
     learning_rate: in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -362,7 +361,7 @@ class toliman_cae_train_options(Sized):
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("mode", c_uint32),
+        ("mode", c_int32),
         ("steps", c_uint32),
         ("epochs", c_uint32),
         ("learning_rate", c_double),
@@ -421,7 +420,7 @@ class toliman_cae_info(Sized):
     crop_row: first row and column of the 256x256 crop
     crop_col: first row and column of the 256x256 crop
     projected: nuisance images projected out
-    input: TOLIMAN_CAE_WHITENED, ...
+    input: TOLIMAN_CAE_INPUT_WHITENED, ...
     crb_px: Cramer-Rao bound with exactly those free
     cosine: after training; 0 before
     input_scale: factor between the input and the first convolution: 1e-3 for TIED, else 1
@@ -439,7 +438,7 @@ class toliman_cae_info(Sized):
         ("crop_row", c_int64),
         ("crop_col", c_int64),
         ("projected", c_uint32),
-        ("input", c_uint32),
+        ("input", c_int32),
         ("crb_px", c_double),
         ("cosine", c_double),
         ("input_scale", c_double),
@@ -450,14 +449,14 @@ class toliman_cae_info(Sized):
 # How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
 # bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
 # has the bytes and what each costs in accuracy. Since 0.1.
-TOLIMAN_ENCODING_FLOAT32 = 0
-TOLIMAN_ENCODING_BF16 = 1
-TOLIMAN_ENCODING_FP16 = 2
+TOLIMAN_CAE_ENCODING_FLOAT32 = 231
+TOLIMAN_CAE_ENCODING_BF16 = 232
+TOLIMAN_CAE_ENCODING_FP16 = 233
 
 
 class toliman_cae_save_options(Sized):
     """What a blob holds. Since 0.1.
-    weights_encoding: TOLIMAN_ENCODING_..., default FLOAT32
+    weights_encoding: TOLIMAN_CAE_ENCODING_..., default FLOAT32
     planes_encoding: of variance, target and nuisance images; default FLOAT32
     training: default 0; 1: also where the last training stands, for toliman_cae_train to go on with"""
 
@@ -469,18 +468,12 @@ class toliman_cae_save_options(Sized):
     ]
 
 
-class toliman_linear(Structure):
-    """Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
-    projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
-    object from several threads. Since 0.1."""
-
-
-class toliman_linear_components(Structure):
+class toliman_components(Structure):
     """Frames of a scene, collected to find their components. One series of numbers a component comes out, one number a
     frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1."""
 
 
-class toliman_linear_components_options(Sized):
+class toliman_components_options(Sized):
     """What a collection takes. Since 0.1.
     raw: 0: residuals against the scene's reference over the scene's sigma, less the nuisances of
         preprocess.project; 1: counts
@@ -497,14 +490,14 @@ class toliman_linear_components_options(Sized):
     ]
 
 
-# Ways to find components, see toliman_linear_train_components.
-TOLIMAN_LINEAR_PCA = 0
-TOLIMAN_LINEAR_DICTIONARY = 1
+# Ways to find components, see toliman_components_train.
+TOLIMAN_COMPONENTS_PCA = 401
+TOLIMAN_COMPONENTS_DICTIONARY = 402
 
 
-class toliman_linear_train_options(Sized):
+class toliman_components_train_options(Sized):
     """How to train. Since 0.1.
-    method: TOLIMAN_LINEAR_PCA (default) or TOLIMAN_LINEAR_DICTIONARY
+    method: TOLIMAN_COMPONENTS_PCA (default) or TOLIMAN_COMPONENTS_DICTIONARY
     components: 1 ... 64, less than frames; 0 = 1
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     iterations: of the dictionary, at most; 0 = 200
@@ -527,9 +520,9 @@ class toliman_linear_train_options(Sized):
     ]
 
 
-class toliman_linear_training(Sized):
+class toliman_components_training(Sized):
     """What a training came to. Since 0.1.
-    struct_size: in: sizeof(toliman_linear_training)
+    struct_size: in: sizeof(toliman_components_training)
     iterations: done; 0 for PCA
     converged: 1: the last iteration added less than 1e-5 of the gain; 0: their number ended it
     objective: of the dictionary over that of no atoms, 0 ... 1; 0 for PCA and for frames that are equal"""
@@ -543,9 +536,9 @@ class toliman_linear_training(Sized):
     ]
 
 
-class toliman_linear_components_info(Sized):
+class toliman_components_info(Sized):
     """Facts of a collection. Since 0.1.
-    struct_size: in: sizeof(toliman_linear_components_info)
+    struct_size: in: sizeof(toliman_components_info)
     projected: nuisance images projected out; 0 if raw
     pixels: of a frame, after binning
     components: trained; 0 before
@@ -569,6 +562,12 @@ class toliman_linear_components_info(Sized):
         ("crb_px", c_double),
         ("threshold_px", c_double),
     ]
+
+
+class toliman_linear(Structure):
+    """Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
+    projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
+    object from several threads. Since 0.1."""
 
 
 class toliman_period(Structure):
@@ -640,15 +639,15 @@ class toliman_period_info(Sized):
 
 # Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
 # mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite.
-TOLIMAN_POWER_STANDARD = 0  # P = 1 - R/R0, in [0, 1]
-TOLIMAN_POWER_MODEL = 1  # R0/R - 1
-TOLIMAN_POWER_LOG = 2  # -ln(R/R0)
-TOLIMAN_POWER_PSD = 3  # (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
+TOLIMAN_PERIOD_POWER_STANDARD = 101  # P = 1 - R/R0, in [0, 1]
+TOLIMAN_PERIOD_POWER_MODEL = 102  # R0/R - 1
+TOLIMAN_PERIOD_POWER_LOG = 103  # -ln(R/R0)
+TOLIMAN_PERIOD_POWER_PSD = 104  # (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
 
 # Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
 # its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
 # where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
-TOLIMAN_PERIOD_INACCURATE = 8
+TOLIMAN_PERIOD_INACCURATE = 16
 
 
 class toliman_period_model(Sized):
@@ -683,11 +682,11 @@ class toliman_period_model(Sized):
 
 
 # Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.
-TOLIMAN_PERIOD_AT_EDGE = 1
+TOLIMAN_PERIOD_AT_EDGE = 4
 
 # Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
 # distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
-TOLIMAN_PERIOD_ALIAS = 2
+TOLIMAN_PERIOD_ALIAS = 8
 
 
 class toliman_period_peak(Sized):
@@ -699,8 +698,8 @@ class toliman_period_peak(Sized):
     power: in [0, 1]
     log10_residual: log10(1 - power), formed from residual/total; -4900 at least
     fwhm: full width at half maximum of the peak, in frequency; +infinity if a side never falls so low
-    fwhm_error: fwhm/f^2: error of the period as the chapter's formula prints it
-    half_width_error: half of it, as the chapter's table prints it
+    fwhm_period: fwhm/f^2: error of the period as the chapter's formula prints it
+    half_width_period: half of it, as the chapter's table prints it
     frequency_error: least-squares standard error, +infinity if the samples cannot tell; NaN from
         query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
         only the proportions count
@@ -720,8 +719,8 @@ class toliman_period_peak(Sized):
         ("power", c_double),
         ("log10_residual", c_double),
         ("fwhm", c_double),
-        ("fwhm_error", c_double),
-        ("half_width_error", c_double),
+        ("fwhm_period", c_double),
+        ("half_width_period", c_double),
         ("frequency_error", c_double),
         ("amplitude", c_double),
         ("amplitude_error", c_double),
@@ -732,42 +731,13 @@ class toliman_period_peak(Sized):
     ]
 
 
-# False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
-# Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_FAP_SEQUENTIAL.
-TOLIMAN_FAP_BALUEV = 0  # somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
-TOLIMAN_FAP_NAIVE = 1  # the same, were there just f T independent frequencies. Too small: at 0.01 by 3
-TOLIMAN_FAP_SINGLE = 2  # at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
-
-# Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
-# each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
-# whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
-# and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
-# Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
-# Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
-TOLIMAN_FAP_SEQUENTIAL = 3
-
-
-class toliman_period_bootstrap_options(Sized):
-    """How toliman_period_query_bootstrap works. Since 0.1.
-    threads: own workers; 0 = one a processor. Never changes a bit of any result
-    progress: may be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("threads", c_uint32),
-        ("seed", c_uint64),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-    ]
-
-
 # Flags of toliman_period_sampling.
-TOLIMAN_PERIOD_COARSE = 1  # df > coarsest_df: peaks may pass between two frequencies unseen
-TOLIMAN_PERIOD_PAST_CEILING = 2  # the grid goes beyond ceiling, where even samples repeat what is below
+TOLIMAN_PERIOD_COARSE = 32  # df > coarsest_df: peaks may pass between two frequencies unseen
+TOLIMAN_PERIOD_PAST_CEILING = 64  # the grid goes beyond ceiling, where even samples repeat what is below
 
 # At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
 # or coincide, which narrow sums cannot tell from each other.
-TOLIMAN_PERIOD_NARROW = 4
+TOLIMAN_PERIOD_NARROW = 128
 
 
 class toliman_period_sampling(Sized):
@@ -807,36 +777,64 @@ class toliman_period_batch_options(Sized):
     ]
 
 
+# False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
+# Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_PERIOD_FAP_SEQUENTIAL.
+TOLIMAN_PERIOD_FAP_BALUEV = 111  # somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
+TOLIMAN_PERIOD_FAP_NAIVE = 112  # the same, were there just f T independent frequencies. Too small: at 0.01 by 3
+TOLIMAN_PERIOD_FAP_SINGLE = 113  # at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
+
+# Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
+# each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
+# whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
+# and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
+# Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
+# Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
+TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
+
+
+class toliman_period_bootstrap_options(Sized):
+    """How toliman_period_query_bootstrap works. Since 0.1.
+    threads: own workers; 0 = one a processor. Never changes a bit of any result
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("seed", c_uint64),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
 class toliman_track(Structure):
     """Tracker. One thread at a time; const calls may run together. Since 0.1."""
 
 
 # Verdicts, as above.
-TOLIMAN_TRACK_ACCEPTED = 0
-TOLIMAN_TRACK_DUPLICATE = 1
-TOLIMAN_TRACK_QUARANTINED = 2
-TOLIMAN_TRACK_OUTLIER = 3
-TOLIMAN_TRACK_REJECTED = 4
-TOLIMAN_TRACK_MERGED = 5  # of lines alone: no frame; lines of another ledger are in, or repeats are counted
+TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
+TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
+TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
+TOLIMAN_TRACK_VERDICT_OUTLIER = 504
+TOLIMAN_TRACK_VERDICT_REJECTED = 505
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # of lines alone: no frame; lines of another ledger are in, or repeats are counted
 
 # Why a frame is rejected.
-TOLIMAN_REASON_NONE = 0
-TOLIMAN_REASON_SHAPE = 1  # other rows or columns than the tracker's
-TOLIMAN_REASON_OVER_RANGE = 2  # a pixel above the bit depth
-TOLIMAN_REASON_HOLE = 3  # so many bytes of pixels of 0 in a row as a lost packet leaves
-TOLIMAN_REASON_NOT_FINITE = 4  # a pixel that is NaN or infinite
-TOLIMAN_REASON_CLOCK = 5  # a time for which there is no TAI, or which is too far off for the periodogram
-TOLIMAN_REASON_ESTIMATE = 6  # the estimator failed or gave no finite value
-TOLIMAN_REASONS = 7
+TOLIMAN_TRACK_REASON_NONE = 511
+TOLIMAN_TRACK_REASON_SHAPE = 512  # other rows or columns than the tracker's
+TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # a pixel above the bit depth
+TOLIMAN_TRACK_REASON_HOLE = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
+TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
+TOLIMAN_TRACK_REASON_CLOCK = 516  # a time for which there is no TAI, or which is too far off for the periodogram
+TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed or gave no finite value
 
 # Kinds of pixels, in the byte order of the machine, which is little-endian.
-TOLIMAN_PIXEL_U8 = 0
-TOLIMAN_PIXEL_U16 = 1
-TOLIMAN_PIXEL_U32 = 2
-TOLIMAN_PIXEL_I16 = 3
-TOLIMAN_PIXEL_I32 = 4
-TOLIMAN_PIXEL_F32 = 5
-TOLIMAN_PIXEL_F64 = 6
+TOLIMAN_PIXEL_U8 = 31
+TOLIMAN_PIXEL_U16 = 32
+TOLIMAN_PIXEL_U32 = 33
+TOLIMAN_PIXEL_I16 = 34
+TOLIMAN_PIXEL_I32 = 35
+TOLIMAN_PIXEL_F32 = 36
+TOLIMAN_PIXEL_F64 = 37
 
 
 class toliman_frame(Sized):
@@ -867,11 +865,11 @@ class toliman_frame(Sized):
     ]
 
 
-class toliman_outcome(Sized):
+class toliman_track_outcome(Sized):
     """What became of a frame. Since 0.1.
-    struct_size: in: sizeof(toliman_outcome), of the first at least
-    verdict: TOLIMAN_TRACK_...
-    reason: of rejected ones, TOLIMAN_REASON_...
+    struct_size: in: sizeof(toliman_track_outcome), of the first at least
+    verdict: TOLIMAN_TRACK_VERDICT_...
+    reason: of rejected ones, TOLIMAN_TRACK_REASON_...
     row: of the pixel that is over range, not finite or completes a hole; of shape: the frame's
     col: of the pixel that is over range, not finite or completes a hole; of shape: the frame's
     pixel: its value
@@ -906,9 +904,9 @@ TOLIMAN_TRACK_SALVAGE = 4
 
 # When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
 # commit and save, and by the next push if it waits for a second.
-TOLIMAN_SYNC_GROUP = 0  # every `group` lines, and lines that wait for a second at the next push
-TOLIMAN_SYNC_FRAME = 1  # every line
-TOLIMAN_SYNC_NONE = 2  # left to the system: a power cut may lose what toliman_track_get_info calls committed
+TOLIMAN_TRACK_SYNC_GROUP = 521  # every `group` lines, and lines that wait for a second at the next push
+TOLIMAN_TRACK_SYNC_FRAME = 522  # every line
+TOLIMAN_TRACK_SYNC_NONE = 523  # left to the system: a power cut may lose what toliman_track_get_info calls committed
 
 
 class toliman_track_options(Sized):
@@ -958,7 +956,7 @@ class toliman_track_options(Sized):
         constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock, also
         with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost, both must be
         given.
-    sync: TOLIMAN_SYNC_..., default GROUP
+    sync: TOLIMAN_TRACK_SYNC_..., default GROUP
     group: lines, 1 to 65536; default 64
     allocator: of the object's large arrays; NULL: the system's memory
     log: Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
@@ -995,7 +993,7 @@ class toliman_track_options(Sized):
         ("threads", c_uint32),
         ("clock", POINTER(c_int64)),
         ("clock_points", c_size_t),
-        ("sync", c_uint32),
+        ("sync", c_int32),
         ("group", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
         ("log", toliman_log_fn),
@@ -1004,11 +1002,11 @@ class toliman_track_options(Sized):
 
 
 class toliman_track_line(Sized):
-    """A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict TOLIMAN_TRACK_MERGED. Since
-    0.1.
+    """A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
+    TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
     struct_size: sizeof(toliman_track_line), of the first at least
-    verdict: TOLIMAN_TRACK_...; of a frame that was denied later, quarantined
-    reason: of rejected ones, TOLIMAN_REASON_...
+    verdict: TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
+    reason: of rejected ones, TOLIMAN_TRACK_REASON_...
     content: CRC32 of the frame
     stream: FNV-1a of session and region
     camera_ns: by the tracker's clock
@@ -1042,7 +1040,7 @@ class toliman_track_info(Sized):
     quarantined: keys
     repeated: later arrivals of keys that are known, same or other bytes; here or in folders that were
         merged
-    rejected: all; those of a reason below
+    rejected: for all reasons; toliman_track_get_rejected has those for one
     expected: frame ids from the first to the last of each session and region
     missing: of these, ids that are neither accepted nor outlier nor quarantined
     dropped: by the camera, as accepted frames and outliers tell
@@ -1060,7 +1058,6 @@ class toliman_track_info(Sized):
         ("quarantined", c_int64),
         ("repeated", c_int64),
         ("rejected", c_int64),
-        ("rejected_by", c_int64 * TOLIMAN_REASONS),
         ("expected", c_int64),
         ("missing", c_int64),
         ("dropped", c_int64),
@@ -1125,17 +1122,17 @@ OF_OBJECTS = {
     "toliman_cae_reconstruct": False,
     "toliman_cae_save": False,
     "toliman_cae_save_file": False,
+    "toliman_components_create": False,
+    "toliman_components_destroy": True,
+    "toliman_components_push": True,
+    "toliman_components_reset": True,
+    "toliman_components_train": True,
+    "toliman_components_get_series": False,
+    "toliman_components_get_info": False,
     "toliman_linear_create": False,
     "toliman_linear_destroy": True,
     "toliman_linear_encode": False,
     "toliman_linear_get_sigma": False,
-    "toliman_linear_create_components": False,
-    "toliman_linear_destroy_components": True,
-    "toliman_linear_push_frame": True,
-    "toliman_linear_reset_components": True,
-    "toliman_linear_train_components": True,
-    "toliman_linear_get_series": False,
-    "toliman_linear_get_components_info": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
     "toliman_period_push_many": True,
@@ -1155,12 +1152,12 @@ OF_OBJECTS = {
     "toliman_period_query_peak": False,
     "toliman_period_query_peaks": False,
     "toliman_period_query_fit": False,
-    "toliman_period_query_fap": False,
-    "toliman_period_query_level": False,
-    "toliman_period_query_bootstrap": False,
     "toliman_period_query_sampling": False,
     "toliman_period_save": False,
     "toliman_period_save_file": False,
+    "toliman_period_query_fap": False,
+    "toliman_period_query_level": False,
+    "toliman_period_query_bootstrap": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -1168,6 +1165,7 @@ OF_OBJECTS = {
     "toliman_track_merge": True,
     "toliman_track_get_lines": False,
     "toliman_track_get_info": False,
+    "toliman_track_get_rejected": False,
     "toliman_track_get_streams": False,
     "toliman_track_get_clock": False,
     "toliman_track_get_period": False,
@@ -1223,7 +1221,7 @@ ms in all. TOLIMAN_E_ARGUMENT if gflops is NULL, TOLIMAN_E_MEMORY. Since 0.1."""
         None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
         """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
     ),
-    "toliman_sim_create": (
+    "toliman_sim_create_file": (
         c_int32, (
             ("path", c_char_p),
             ("options", POINTER(toliman_sim_options)),
@@ -1252,15 +1250,15 @@ one). Since 0.1.""",
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_info))),
         """Fills *out; out->struct_size must be set. Since 0.1.""",
     ),
-    "toliman_sim_plan": (
+    "toliman_sim_plan_file": (
         c_int32, (
             ("path", c_char_p),
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(toliman_sim_plan_info)),
         ),
-        """The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create, *out as
-toliman_sim_get_plan. The log hears what it would of toliman_sim_create; pixels that meet the full well or the bit
-depth are counted on a rough image. Since 0.1.""",
+        """The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file, *out
+as toliman_sim_get_plan. The log hears what it would of toliman_sim_create_file; pixels that meet the full well or
+the bit depth are counted on a rough image. Since 0.1.""",
     ),
     "toliman_sim_plan_json": (
         c_int32, (
@@ -1542,6 +1540,75 @@ allocator may be NULL. The caller destroys *out. Since 0.1.""",
         ),
         """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1.""",
     ),
+    "toliman_components_options_init": (
+        None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+    ),
+    "toliman_components_create": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_components_options)),
+            ("out", POINTER(POINTER(toliman_components))),
+        ),
+        """Empty collection for frames of a scene; options may be NULL, sim is not kept. Takes all memory of the frames here, 4
+bytes a (binned) pixel and frame: residuals are held as float32, wrong by 6e-8 of themselves at most. The caller
+destroys *out. TOLIMAN_E_ARGUMENT for impossible options. Since 0.1.""",
+    ),
+    "toliman_components_destroy": (
+        None, (("components", POINTER(toliman_components)),),
+        """Ends a collection; NULL is allowed. Since 0.1.""",
+    ),
+    "toliman_components_push": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("counts", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. TOLIMAN_E_ARGUMENT for a
+non-finite count, with its row and column; TOLIMAN_E_RANGE for one beyond float32; TOLIMAN_E_CAPACITY when full.
+Since 0.1.""",
+    ),
+    "toliman_components_reset": (
+        c_int32, (("components", POINTER(toliman_components)),),
+        """Forgets every frame; options and memory stay. Since 0.1.""",
+    ),
+    "toliman_components_train_options_init": (
+        None, (("options", POINTER(toliman_components_train_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+    ),
+    "toliman_components_train": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("options", POINTER(toliman_components_train_options)),
+            ("report", POINTER(toliman_components_training)),
+        ),
+        """Finds components of the frames pushed, whose mean is subtracted first. The products of all frames with all, which
+take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
+  PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
+  dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
+              random atoms in the frames' span: a local minimum. Sorted by energy.
+The element of a series with the largest magnitude is positive. Equal frames have series of zeros; where eigenvalues
+are equal, any basis of their space may come. Same frames, options and seed, same bits, as long as OpenBLAS runs as
+many threads (PCA's last bits depend on it). TOLIMAN_E_STATE for fewer than components + 1 frames,
+TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained before then stays. Source: Jolliffe (2002); Mairal, Bach,
+Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
+    ),
+    "toliman_components_get_series": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("component", c_uint32),
+            ("values", POINTER(c_double)),
+            ("share", POINTER(c_double)),
+        ),
+        """Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
+(atoms are not orthogonal: their shares need not add up); either may be NULL. In the units of the (binned) residuals:
+of PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. TOLIMAN_E_STATE before training,
+TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
+    ),
+    "toliman_components_get_info": (
+        c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
+        """Fills *out; out->struct_size must be set. Since 0.1.""",
+    ),
     "toliman_linear_create": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
@@ -1568,78 +1635,6 @@ count, with its row and column. Source: Gauss-Markov; equals maximum likelihood 
     "toliman_linear_get_sigma": (
         c_int32, (("linear", POINTER(toliman_linear)), ("sigma_px", POINTER(c_double))),
         """Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free. Since 0.1.""",
-    ),
-    "toliman_linear_components_options_init": (
-        None, (("options", POINTER(toliman_linear_components_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
-    ),
-    "toliman_linear_create_components": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_linear_components_options)),
-            ("out", POINTER(POINTER(toliman_linear_components))),
-        ),
-        """Empty collection for frames of a scene; options may be NULL, sim is not kept. Takes all memory of the frames here, 4
-bytes a (binned) pixel and frame: residuals are held as float32, wrong by 6e-8 of themselves at most. The caller
-destroys *out. TOLIMAN_E_ARGUMENT for impossible options. Since 0.1.""",
-    ),
-    "toliman_linear_destroy_components": (
-        None, (("components", POINTER(toliman_linear_components)),),
-        """Ends a collection; NULL is allowed. Since 0.1.""",
-    ),
-    "toliman_linear_push_frame": (
-        c_int32, (
-            ("components", POINTER(toliman_linear_components)),
-            ("counts", POINTER(c_double)),
-            ("stride", c_size_t),
-        ),
-        """Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. TOLIMAN_E_ARGUMENT for a
-non-finite count, with its row and column; TOLIMAN_E_RANGE for one beyond float32; TOLIMAN_E_CAPACITY when full.
-Since 0.1.""",
-    ),
-    "toliman_linear_reset_components": (
-        c_int32, (("components", POINTER(toliman_linear_components)),),
-        """Forgets every frame; options and memory stay. Since 0.1.""",
-    ),
-    "toliman_linear_train_options_init": (
-        None, (("options", POINTER(toliman_linear_train_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
-    ),
-    "toliman_linear_train_components": (
-        c_int32, (
-            ("components", POINTER(toliman_linear_components)),
-            ("options", POINTER(toliman_linear_train_options)),
-            ("report", POINTER(toliman_linear_training)),
-        ),
-        """Finds components of the frames pushed, whose mean is subtracted first. The products of all frames with all, which
-take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
-  PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
-  dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
-              random atoms in the frames' span: a local minimum. Sorted by energy.
-The element of a series with the largest magnitude is positive. Equal frames have series of zeros; where eigenvalues
-are equal, any basis of their space may come. Same frames, options and seed, same bits, as long as OpenBLAS runs as
-many threads (PCA's last bits depend on it). TOLIMAN_E_STATE for fewer than components + 1 frames,
-TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained before then stays. Source: Jolliffe (2002); Mairal, Bach,
-Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
-    ),
-    "toliman_linear_get_series": (
-        c_int32, (
-            ("components", POINTER(toliman_linear_components)),
-            ("component", c_uint32),
-            ("values", POINTER(c_double)),
-            ("share", POINTER(c_double)),
-        ),
-        """Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
-(atoms are not orthogonal: their shares need not add up); either may be NULL. In the units of the (binned) residuals:
-of PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. TOLIMAN_E_STATE before training,
-TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
-    ),
-    "toliman_linear_get_components_info": (
-        c_int32, (
-            ("components", POINTER(toliman_linear_components)),
-            ("out", POINTER(toliman_linear_components_info)),
-        ),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
@@ -1792,7 +1787,7 @@ TOLIMAN_E_ARGUMENT for other = period. Since 0.1.""",
     "toliman_period_query_power": (
         c_int32, (
             ("period", POINTER(toliman_period)),
-            ("normalisation", c_uint32),
+            ("normalisation", c_int32),
             ("first", c_int64),
             ("count", c_size_t),
             ("power", POINTER(c_double)),
@@ -1846,50 +1841,6 @@ residuals and therefore right even when it is 1e-31. Never worse than the highes
 coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted; here they
 coincide below 1e-17 of the sum of both eigenvalues. TOLIMAN_PERIOD_INACCURATE tells of the grid point from which the
 fit started. Since 0.1.""",
-    ),
-    "toliman_period_query_fap": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("method", c_int32),
-            ("log10_residual", c_double),
-            ("log10_fap", POINTER(c_double)),
-        ),
-        """log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
-P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
-for P > 0 with fewer than five samples or constant values. Since 0.1.""",
-    ),
-    "toliman_period_query_level": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("method", c_int32),
-            ("log10_fap", c_double),
-            ("log10_residual", POINTER(c_double)),
-        ),
-        """The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
-that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1.""",
-    ),
-    "toliman_period_bootstrap_options_init": (
-        None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
-    ),
-    "toliman_period_query_bootstrap": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t", POINTER(c_double)),
-            ("y", POINTER(c_double)),
-            ("sigma", POINTER(c_double)),
-            ("n", c_size_t),
-            ("options", POINTER(toliman_period_bootstrap_options)),
-            ("count", c_size_t),
-            ("log10_residuals", POINTER(c_double)),
-        ),
-        """Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
-checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
-its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
-query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
-Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
-periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
-Since 0.1.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -1967,6 +1918,50 @@ another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cy
 exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
 a whole or not at all. Since 0.1.""",
     ),
+    "toliman_period_query_fap": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("method", c_int32),
+            ("log10_residual", c_double),
+            ("log10_fap", POINTER(c_double)),
+        ),
+        """log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
+P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
+for P > 0 with fewer than five samples or constant values. Since 0.1.""",
+    ),
+    "toliman_period_query_level": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("method", c_int32),
+            ("log10_fap", c_double),
+            ("log10_residual", POINTER(c_double)),
+        ),
+        """The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
+that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1.""",
+    ),
+    "toliman_period_bootstrap_options_init": (
+        None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+    ),
+    "toliman_period_query_bootstrap": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("n", c_size_t),
+            ("options", POINTER(toliman_period_bootstrap_options)),
+            ("count", c_size_t),
+            ("log10_residuals", POINTER(c_double)),
+        ),
+        """Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
+checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
+its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
+query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
+Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
+periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
+Since 0.1.""",
+    ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),
         """Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2.""",
@@ -2003,7 +1998,7 @@ numbers to give. The ledger itself is locked until the tracker is destroyed. The
             ("track", POINTER(toliman_track)),
             ("frames", POINTER(toliman_frame)),
             ("count", c_size_t),
-            ("outcomes", POINTER(toliman_outcome)),
+            ("outcomes", POINTER(toliman_track_outcome)),
             ("done", POINTER(c_size_t)),
         ),
         """Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
@@ -2057,6 +2052,11 @@ may then be written. Since 0.1.""",
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
         """Fills *out; out->struct_size must be set. Since 0.1.""",
+    ),
+    "toliman_track_get_rejected": (
+        c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),
+        """Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+TOLIMAN_E_ARGUMENT for a reason that toliman_track_reason_name does not know. Since 0.2.""",
     ),
     "toliman_track_get_streams": (
         c_int32, (

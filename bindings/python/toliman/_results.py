@@ -48,7 +48,7 @@ class SceneInfo(Result):
     whole_counts: bool = told("1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0")
     crb_marginal_px: float = told("Cramer-Rao bound with all eight nuisances unknown; may be infinite")
     peak_counts: float = told("brightest pixel of the mean frame, in the frame's unit")
-    unit: str = told("of frames and expected images: photon, electron or dn", words="TOLIMAN_UNIT_PHOTON")
+    unit: str = told("of frames and expected images: photon, electron or dn", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = told("of the scene's detector; 0 = counts are not rounded")
 
 
@@ -57,7 +57,7 @@ class Plan(Result):
     """What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
     expected image against the scene without that choice; a test holds them against the true ones."""
 
-    engine: str = told("matrix_dft or padded_fft", words="TOLIMAN_ENGINE_AUTOMATIC")
+    engine: str = told("matrix_dft or padded_fft", words="TOLIMAN_SIM_ENGINE")
     scene_wavelengths: int = told("of the spectrum as the scene has it")
     wavelengths: int = told("propagated: as many, or fewer Chebyshev nodes in 1/lambda")
     order: int = told("of the series in the displacement")
@@ -113,7 +113,7 @@ class NetworkInfo(Result):
     crop_row: int = told("first row and column of the 256x256 crop")
     crop_col: int = told("first row and column of the 256x256 crop")
     projected: int = told("nuisance images projected out")
-    input: str = told("...", words="TOLIMAN_CAE_WHITENED")
+    input: str = told("...", words="TOLIMAN_CAE_INPUT")
     crb_px: float = told("Cramer-Rao bound with exactly those free")
     cosine: float = told("after training; 0 before")
     input_scale: float = told("factor between the input and the first convolution: 1e-3 for TIED, else 1")
@@ -178,7 +178,7 @@ class Model(Result):
     amplitude_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     phase_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     offset_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
 
 
 @result
@@ -190,8 +190,8 @@ class Peak(Result):
     power: float = told("in [0, 1]")
     log10_residual: float = told("log10(1 - power), formed from residual/total; -4900 at least")
     fwhm: float = told("full width at half maximum of the peak, in frequency; +infinity if a side never falls so low")
-    fwhm_error: float = told("fwhm/f^2: error of the period as the chapter's formula prints it")
-    half_width_error: float = told("half of it, as the chapter's table prints it")
+    fwhm_period: float = told("fwhm/f^2: error of the period as the chapter's formula prints it")
+    half_width_period: float = told("half of it, as the chapter's table prints it")
     frequency_error: float = told("least-squares standard error, +infinity if the samples cannot tell; NaN from peak, which sees no samples. As all errors scaled by the residuals: of the sigmas only the proportions count")
     amplitude: float = told("of the sinusoid; NaN from peak")
     amplitude_error: float = told("the same; NaN from peak")
@@ -199,9 +199,9 @@ class Peak(Result):
     offset: float = told("NaN as above")
     log10_fap: float = told("Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look. For a look after every sample: log10_fap(log10_residual, \"sequential\")")
     period_error: float = told("frequency_error/frequency^2: the standard error of the period; NaN as above")
-    at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=1)
-    alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=2)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
+    at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=4)
+    alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=8)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
 
 
 @result
@@ -212,18 +212,18 @@ class Sampling(Result):
     coarsest_df: float = told("1/(5 T); +infinity while all times are one")
     ceiling: float = told("1/(2 step); the same")
     independent: float = told("frequencies of the grid that are independent of each other: its last one times T, or 1")
-    coarse: bool = told("df > coarsest_df: peaks may pass between two frequencies unseen", flag=1)
-    past_ceiling: bool = told("the grid goes beyond ceiling, where even samples repeat what is below", flag=2)
-    narrow: bool = told("At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=4)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=8)
+    coarse: bool = told("df > coarsest_df: peaks may pass between two frequencies unseen", flag=32)
+    past_ceiling: bool = told("the grid goes beyond ceiling, where even samples repeat what is below", flag=64)
+    narrow: bool = told("At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
 
 
 @result
 class Outcome(Result):
     """What became of a frame."""
 
-    verdict: str = told("...", words="TOLIMAN_TRACK_ACCEPTED")
-    reason: str = told("of rejected ones, ...", words="TOLIMAN_REASON_NONE")
+    verdict: str = told("...", words="TOLIMAN_TRACK_VERDICT")
+    reason: str = told("of rejected ones, ...", words="TOLIMAN_TRACK_REASON")
     row: int = told("of the pixel that is over range, not finite or completes a hole; of shape: the frame's")
     col: int = told("of the pixel that is over range, not finite or completes a hole; of shape: the frame's")
     pixel: float = told("its value")
@@ -242,8 +242,7 @@ class TrackInfo(Result):
     outlier: int
     quarantined: int = told("keys")
     repeated: int = told("later arrivals of keys that are known, same or other bytes; here or in folders that were merged")
-    rejected: int = told("all; those of a reason below")
-    rejected_by: tuple[int, ...]
+    rejected: int = told("for all reasons; toliman_track_get_rejected has those for one")
     expected: int = told("frame ids from the first to the last of each session and region")
     missing: int = told("of these, ids that are neither accepted nor outlier nor quarantined")
     dropped: int = told("by the camera, as accepted frames and outliers tell")

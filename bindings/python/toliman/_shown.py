@@ -11,7 +11,7 @@ from ._words import words as words_of
 def told(doc: str, *, words: str = "", flag: int = 0) -> typing.Any:
     """A member with its comment; `words`: the first constant of its words; `flag`: its bit of the struct's flags."""
     if words:
-        doc = doc.replace("...", ", ".join(words_of(words)))
+        doc = doc.replace("...", ", ".join(words_of(words).values()))
     return dataclasses.field(metadata={"doc": doc, "words": words, "flag": flag})
 
 
@@ -42,8 +42,7 @@ class Result:
             return bool(struct.flags & field.metadata["flag"])
         value = getattr(struct, field.name)
         if field.metadata.get("words"):
-            known = words_of(field.metadata["words"])
-            return known[value] if value < len(known) else str(value)  # of a newer library
+            return words_of(field.metadata["words"]).get(value, str(value))  # of a newer library: its number
         if field.type == "bool":
             return bool(value)
         if field.type == "str":

@@ -7,19 +7,15 @@ from . import _raw
 
 
 @functools.lru_cache(maxsize=None)
-def words(first: str) -> tuple[str, ...]:
-    """The words of the constants from `first` on, numbered 0, 1, ...: TOLIMAN_UNIT_PHOTON -> photon, electron, dn."""
-    prefix, names = first[: first.rindex("_") + 1], list(vars(_raw))
-    found: list[str] = []
-    for name in names[names.index(first):]:
-        if not name.startswith(prefix) or getattr(_raw, name) != len(found):
-            break
-        found.append(name[len(prefix):].lower())
-    return tuple(found)
+def words(enumeration: str) -> dict[int, str]:
+    """The words of its constants by their numbers: TOLIMAN_SIM_UNIT -> 301: photon, 302: electron, 303: dn."""
+    prefix = enumeration + "_"
+    return {value: name[len(prefix):].lower() for name, value in vars(_raw).items() if name.startswith(prefix)}
 
 
-def number(argument: str, word: str, first: str) -> int:
+def number(argument: str, word: str, enumeration: str) -> int:
     """The number of a word that somebody gave for an argument."""
-    if word not in words(first):
-        raise ValueError(f"{argument} = {word!r}: must be one of {', '.join(words(first))}")
-    return words(first).index(word)
+    for known, name in words(enumeration).items():
+        if name == word:
+            return known
+    raise ValueError(f"{argument} = {word!r}: must be one of {', '.join(words(enumeration).values())}")

@@ -55,8 +55,8 @@ class CAE(Handle):
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
                  input: str = "whitened"):
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
-                             layout=number("layout", layout, "TOLIMAN_CAE_FLIGHT"),
-                             input=number("input", input, "TOLIMAN_CAE_WHITENED"))
+                             layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
+                             input=number("input", input, "TOLIMAN_CAE_INPUT"))
         of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._made(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
@@ -89,7 +89,7 @@ class CAE(Handle):
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
                 _raw.toliman_cae_train_options, library.toliman_cae_train_options_init,
-                mode=number("mode", mode, "TOLIMAN_CAE_TIED"), steps=whole("steps", steps, 2**32),
+                mode=number("mode", mode, "TOLIMAN_CAE_MODE"), steps=whole("steps", steps, 2**32),
                 epochs=whole("epochs", epochs, 2**32), learning_rate=real("learning_rate", learning_rate),
                 progress=watch.callback,
                 frames=source, frame_count=count, validation=whole("validation", validation),
@@ -171,8 +171,8 @@ class CAE(Handle):
 def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
     return ctypes.byref(options_of(
         _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, training=int(training),
-        weights_encoding=number("weights", weights, "TOLIMAN_ENCODING_FLOAT32"),
-        planes_encoding=number("planes", planes, "TOLIMAN_ENCODING_FLOAT32")))
+        weights_encoding=number("weights", weights, "TOLIMAN_CAE_ENCODING"),
+        planes_encoding=number("planes", planes, "TOLIMAN_CAE_ENCODING")))
 
 
 def _source(watch: Watch, frames: Frames | None, count: int | None, info: NetworkInfo) -> tuple[typing.Any, int]:

@@ -63,30 +63,30 @@ class Components(Handle):
     of the scene's cadence by default; all memory is taken at once, 4 bytes a pixel and frame.
     """
 
-    _kind, _end = _raw.toliman_linear_components, "toliman_linear_destroy_components"
+    _kind, _end = _raw.toliman_components, "toliman_components_destroy"
 
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
         of_kind("simulator", simulator, Simulator)
-        options = options_of(_raw.toliman_linear_components_options, library.toliman_linear_components_options_init,
+        options = options_of(_raw.toliman_components_options, library.toliman_components_options_init,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
-        super().__init__(self._made(library.toliman_linear_create_components, simulator._c, ctypes.byref(options)))
+        super().__init__(self._made(library.toliman_components_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 
     @property
     def info(self) -> ComponentsInfo:
         """Facts of the collection; threshold_px: the amplitude below which principal components see nothing."""
-        return self._read(library.toliman_linear_get_components_info, _raw.toliman_linear_components_info,
+        return self._read(library.toliman_components_get_info, _raw.toliman_components_info,
                           ComponentsInfo)
 
     def push(self, frames: ArrayLike) -> None:
         """Adds a frame [row][column], or frames [frame][row][column], and forgets what was trained."""
         images = shaped("frames", frames, self.shape if numpy.ndim(frames) == 2 else (-1, *self.shape))
         for image in images.reshape(-1, *self.shape):
-            check(library.toliman_linear_push_frame(self._c, pointer(image), self.shape[1]))
+            check(library.toliman_components_push(self._c, pointer(image), self.shape[1]))
 
     def reset(self) -> None:
         """Forgets every frame."""
-        check(library.toliman_linear_reset_components(self._c))
+        check(library.toliman_components_reset(self._c))
 
     def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:
@@ -94,20 +94,20 @@ class Components(Handle):
         `sparsity` (1 rms pixel) of the codes' L1 norm; 0 is the default."""
         with self._alone(), Watch(progress) as watch:
             options = options_of(
-                _raw.toliman_linear_train_options, library.toliman_linear_train_options_init,
-                method=number("method", method, "TOLIMAN_LINEAR_PCA"),
+                _raw.toliman_components_train_options, library.toliman_components_train_options_init,
+                method=number("method", method, "TOLIMAN_COMPONENTS"),
                 components=whole("components", components, 2**32),
                 iterations=whole("iterations", iterations, 2**32), seed=whole("seed", seed, 2**64),
                 threads=whole("threads", threads, 2**32), progress=watch.callback,
                 **{"lambda": real("sparsity", sparsity)})
-            report = _raw.toliman_linear_training()
-            watch.check(library.toliman_linear_train_components(self._c, ctypes.byref(options), ctypes.byref(report)))
+            report = _raw.toliman_components_training()
+            watch.check(library.toliman_components_train(self._c, ctypes.byref(options), ctypes.byref(report)))
         return ComponentsTraining._of(report)
 
     def series(self, component: int = 0) -> tuple[Doubles, float]:
         """One number a frame, in the order of the pushes, and the component's share of the frames' sum of squares."""
         values, share = numpy.empty(self.info.frames), ctypes.c_double()
-        check(library.toliman_linear_get_series(self._c, whole("component", component, 2**32), pointer(values),
+        check(library.toliman_components_get_series(self._c, whole("component", component, 2**32), pointer(values),
                                                 ctypes.byref(share)))
         return values, share.value
 

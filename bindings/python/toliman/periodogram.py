@@ -138,7 +138,7 @@ class View(Handle):
         astropy names them. Never NaN. Warns (AccuracyWarning) if some power of the grid may be wrong by more than 1e-3."""
         first = whole("first", first)
         power = numpy.empty(whole("count", max(self.info.nf - first, 0) if count is None else count))
-        kind = number("normalisation", normalisation, "TOLIMAN_POWER_STANDARD")
+        kind = number("normalisation", normalisation, "TOLIMAN_PERIOD_POWER")
         check(library.toliman_period_query_power(self._c, kind, first, len(power), pointer(power)))
         warn_if_inaccurate(self.sampling().inaccurate)
         return power
@@ -180,14 +180,14 @@ class View(Handle):
         method: baluev, naive, single, or sequential for looking again and again while samples come in.
         """
         fap = ctypes.c_double()
-        check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"),
+        check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
                                                real("log10_residual", log10_residual), ctypes.byref(fap)))
         return fap.value
 
     def level(self, log10_fap: float, method: str = "baluev") -> float:
         """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
         residual = ctypes.c_double()
-        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_FAP_BALUEV"),
+        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
                                                  real("log10_fap", log10_fap), ctypes.byref(residual)))
         return residual.value
 

@@ -87,18 +87,18 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
     return of_path(_path_of(scene), *rest)
 
 
-def _options(watch: Watch, threads: int, engine: str) -> typing.Any:
+def _options(watch: Watch, threads: int, engine: str | None) -> typing.Any:
     return options_of(_raw.toliman_sim_options, library.toliman_sim_options_init,
                       threads=whole("threads", threads, 2**32),
                       progress=watch.callback, log=log,
-                      engine=number("engine", engine, "TOLIMAN_ENGINE_AUTOMATIC"))
+                      engine=0 if engine is None else number("engine", engine, "TOLIMAN_SIM_ENGINE"))
 
 
-def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str = "automatic") -> Plan:
+def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str | None = None) -> Plan:
     """What a scene needs at its accuracy, with the error and cost of each choice, without making its images."""
     found = _raw.toliman_sim_plan_info()
     with Watch(None) as watch:
-        watch.check(_with_scene(scene, folder, library.toliman_sim_plan, library.toliman_sim_plan_json,
+        watch.check(_with_scene(scene, folder, library.toliman_sim_plan_file, library.toliman_sim_plan_json,
                                 ctypes.byref(_options(watch, 0, engine)), ctypes.byref(found)))
     return Plan._of(found)
 
@@ -110,7 +110,7 @@ class Simulator(Handle):
         image = simulator.frame(17)                # [row][column], float64
 
     scene: a file's path, the name of a shipped scene, or a dict of the schema toliman-scene/1, whose file names start
-    at `folder` (the current one). threads: 0 is one a processor; they never change a bit. engine: automatic, matrix_dft or
+    at `folder` (the current one). threads: 0 is one a processor; they never change a bit. engine: None (the matrix DFT), matrix_dft or
     padded_fft. progress: True for a line on stderr or a bar in a notebook, or a function of stage and fraction, which
     stops the work by returning something true. Remarks go to Python's logging as "toliman". Calls from several threads
     may run together.
@@ -119,11 +119,11 @@ class Simulator(Handle):
     _kind, _end = _raw.toliman_sim, "toliman_sim_destroy"
 
     def __init__(self, scene: Scene, *, folder: str | os.PathLike[str] | None = None, threads: int = 0,
-                 engine: str = "automatic", progress: Progress | bool | None = None):
+                 engine: str | None = None, progress: Progress | bool | None = None):
         warn_of_slow_blas()
         with Watch(progress) as watch:
             options = _options(watch, threads, engine)
-            made = self._made(_with_scene, scene, folder, library.toliman_sim_create, library.toliman_sim_create_json,
+            made = self._made(_with_scene, scene, folder, library.toliman_sim_create_file, library.toliman_sim_create_json,
                               ctypes.byref(options), keep=options, check=watch.check)
         super().__init__(made)
 
@@ -163,7 +163,7 @@ class Simulator(Handle):
     def image(self, kind: str = "both") -> Doubles:
         """Expected image or derivative, [row][column], in the frame's unit: both, star_a, star_b, separation (per px),
         curvature (per px^2), shift_x, shift_y, variance, roll (per rad), scale, focus (per nm rms), background."""
-        return self._image(library.toliman_sim_get_image, number("kind", kind, "TOLIMAN_IMAGE_BOTH"))
+        return self._image(library.toliman_sim_get_image, number("kind", kind, "TOLIMAN_SIM_IMAGE"))
 
     def pupil(self) -> tuple[Doubles, Doubles]:
         """Amplitude (0 to 1) and OPD (m) of the pupil, each [N][N]."""

@@ -25,10 +25,10 @@ from .periodogram import Peak, View, warn_if_inaccurate
 # What makes a number of an image [row][column]: a network, a template, or a function.
 Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
 
-VERDICTS = words("TOLIMAN_TRACK_ACCEPTED")
-REASONS = words("TOLIMAN_REASON_NONE")
+VERDICTS = words("TOLIMAN_TRACK_VERDICT")
+REASONS = words("TOLIMAN_TRACK_REASON")
 
-_PIXELS = {kind: place for place, kind in enumerate(("u1", "u2", "u4", "i2", "i4", "f4", "f8"))}
+_PIXELS = {f"{word[0]}{int(word[1:]) // 8}": number for number, word in words("TOLIMAN_PIXEL").items()}
 
 
 @dataclasses.dataclass(eq=False)
@@ -90,7 +90,7 @@ class Tracker(Handle):
             image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
             hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
             unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
-            sync=number("sync", sync, "TOLIMAN_SYNC_GROUP"), log=log,
+            sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log,
             period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0))
         if folder is not None:
@@ -142,7 +142,7 @@ class Tracker(Handle):
     def _push(self, frames: list[Frame], told: list[Outcome]) -> None:
         pixels = [_pixels_of(frame) for frame in frames]
         given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels))
-        outcomes, done = array_of(_raw.toliman_outcome, len(frames)), ctypes.c_size_t()
+        outcomes, done = array_of(_raw.toliman_track_outcome, len(frames)), ctypes.c_size_t()
         status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
         told += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
         self._callers.watch.check(status)
@@ -172,8 +172,17 @@ class Tracker(Handle):
 
     @property
     def info(self) -> TrackInfo:
-        """Counts; those of rejected_by stand in the order of REASONS."""
+        """Counts; `rejected` has those of each reason."""
         return self._read(library.toliman_track_get_info, _raw.toliman_track_info, TrackInfo)
+
+    @property
+    def rejected(self) -> dict[str, int]:
+        """Frames rejected for each of REASONS but none."""
+        counts, frames = {}, ctypes.c_int64()
+        for reason in list(REASONS)[1:]:
+            check(library.toliman_track_get_rejected(self._c, reason, ctypes.byref(frames)))
+            counts[REASONS[reason]] = frames.value
+        return counts
 
     @property
     def period(self) -> View:

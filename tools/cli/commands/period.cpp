@@ -74,10 +74,10 @@ The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase);
 signal that is no sinusoid, as of an eccentric orbit, may have its peak some standard errors from its period.
 An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
 
-const std::map<std::string, uint32_t> kNormalisations = {{"standard", TOLIMAN_POWER_STANDARD},
-                                                         {"model", TOLIMAN_POWER_MODEL},
-                                                         {"log", TOLIMAN_POWER_LOG},
-                                                         {"psd", TOLIMAN_POWER_PSD}};
+const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PERIOD_POWER_STANDARD},
+                                                        {"model", TOLIMAN_PERIOD_POWER_MODEL},
+                                                        {"log", TOLIMAN_PERIOD_POWER_LOG},
+                                                        {"psd", TOLIMAN_PERIOD_POWER_PSD}};
 
 std::vector<std::string> columns_of(const Options &options) {
     std::vector<std::string> columns = options.columns.empty() ? std::vector<std::string>() : names_of(options.columns);

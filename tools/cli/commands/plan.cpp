@@ -40,7 +40,7 @@ std::string stages(const toliman_sim_plan_info &plan, bool there) {
 }
 
 const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
-    return plan.engine == TOLIMAN_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
+    return plan.engine == TOLIMAN_SIM_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
 }
 
 constexpr char kAbove[] = "  > accuracy", kRounding[] = "  > accuracy: rounding of double precision";
@@ -125,12 +125,12 @@ void plan(const Options &options, Progress &progress) {
     toliman_sim_options_init(&how, sizeof how);
     how.log = Progress::log;
     how.log_data = &progress;
-    how.engine = options.engine == "fft"    ? TOLIMAN_ENGINE_PADDED_FFT
-                 : options.engine == "mdft" ? TOLIMAN_ENGINE_MATRIX_DFT
-                                            : TOLIMAN_ENGINE_AUTOMATIC;
+    how.engine = options.engine == "fft"    ? TOLIMAN_SIM_ENGINE_PADDED_FFT
+                 : options.engine == "mdft" ? TOLIMAN_SIM_ENGINE_MATRIX_DFT
+                                            : 0;
     toliman_sim_plan_info found = {};
     found.struct_size = sizeof found;
-    toliman::check(toliman_sim_plan(found_scene(options.scene, how).c_str(), &how, &found));
+    toliman::check(toliman_sim_plan_file(found_scene(options.scene, how).c_str(), &how, &found));
     if (options.as_json)
         print_stdout(as_json(found, options.scene));
     else

@@ -58,9 +58,9 @@ void psf(const Options &options, Progress &progress) {
     if (options.star == "B")
         check_star(scene);
     std::vector<double> image(scene.pixels());
-    const int32_t kind = options.star == "A"   ? TOLIMAN_IMAGE_STAR_A
-                         : options.star == "B" ? TOLIMAN_IMAGE_STAR_B
-                                               : TOLIMAN_IMAGE_BOTH;
+    const int32_t kind = options.star == "A"   ? TOLIMAN_SIM_IMAGE_STAR_A
+                         : options.star == "B" ? TOLIMAN_SIM_IMAGE_STAR_B
+                                               : TOLIMAN_SIM_IMAGE_BOTH;
     const auto cols = static_cast<size_t>(scene.info.cols);
     toliman::check(toliman_sim_get_image(scene.sim.get(), kind, image.data(), cols));
     const auto out = image_output(options.out, {image.size() / cols, cols}, &scene);

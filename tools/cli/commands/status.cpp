@@ -109,7 +109,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     Json json;
     json.set("schema", std::string("toliman-track-status/1")).set("folder", folder);
     period.add_to(json);
-    add_counts(info, json);
+    add_counts(tracker, json);
     json.set_count("lines", info.lines).set("sigma", info.sigma);
     Json grid;
     grid.set("f0", how.f0).set("df", how.df).set_count("nf", how.nf).set_count("time_offset_ns", how.time_offset_ns);

@@ -165,7 +165,9 @@ toliman_track_options track_options(Options &options, const Estimator &estimator
     if (!made)
         check_crop(options, estimator, how);
     how.threads = options.jobs;
-    how.sync = options.sync == "frame" ? TOLIMAN_SYNC_FRAME : options.sync == "none" ? TOLIMAN_SYNC_NONE : 0;
+    how.sync = options.sync == "frame"  ? TOLIMAN_TRACK_SYNC_FRAME
+               : options.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE
+                                        : 0;
     how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
     how.linear = estimator.linear.get();
     return how;

@@ -1,7 +1,6 @@
 // toliman train: weights from a scene.
 #include <cstdio>
-
-#include <algorithm>
+#include <map>
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
@@ -44,12 +43,15 @@ and seed are then those of the file. Unsupervised training takes 7 ms of process
 --payload bf16 or fp16 stores all but the reference in half the bytes, rounded to 8 or 11 bits; lib/FORMATS.md has what
 that costs. A training can only be taken up from float32, in which a stopped one is always written.)";
 
-uint32_t place_in(const std::vector<std::string> &names, const std::string &name) {
-    return static_cast<uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
-}
+using Names = std::map<std::string, int32_t>;
 
-const std::vector<std::string> kModes = {"tied", "unsupervised"}, kLayouts = {"flight", "paper"},
-                               kInputs = {"whitened", "residual", "raw"}, kPayloads = {"float32", "bf16", "fp16"};
+const Names kModes = {{"tied", TOLIMAN_CAE_MODE_TIED}, {"unsupervised", TOLIMAN_CAE_MODE_UNSUPERVISED}};
+const Names kLayouts = {{"flight", TOLIMAN_CAE_LAYOUT_FLIGHT}, {"paper", TOLIMAN_CAE_LAYOUT_PAPER}};
+const Names kInputs = {
+    {"whitened", TOLIMAN_CAE_INPUT_WHITENED}, {"residual", TOLIMAN_CAE_INPUT_RESIDUAL}, {"raw", TOLIMAN_CAE_INPUT_RAW}};
+const Names kPayloads = {{"float32", TOLIMAN_CAE_ENCODING_FLOAT32},
+                         {"bf16", TOLIMAN_CAE_ENCODING_BF16},
+                         {"fp16", TOLIMAN_CAE_ENCODING_FP16}};
 
 // A network and how it is to be trained.
 struct Training {
@@ -61,12 +63,12 @@ struct Training {
 Training new_training(const Scene &scene, const Options &options) {
     toliman_cae_options how;
     toliman_cae_options_init(&how, sizeof how);
-    how.layout = place_in(kLayouts, options.layout);
-    how.input = place_in(kInputs, options.input);
+    how.layout = kLayouts.at(options.layout);
+    how.input = kInputs.at(options.input);
     Training training = {
         toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how), {}, options.seed};
     toliman_cae_train_options_init(&training.how, sizeof training.how);
-    training.how.mode = place_in(kModes, options.mode);
+    training.how.mode = kModes.at(options.mode);
     training.how.steps = options.steps;
     training.how.epochs = options.epochs;
     training.how.frame_count = static_cast<uint64_t>(scene.info.frames);
@@ -122,7 +124,7 @@ struct Frames {
 void write(const toliman::autoencoder &cae, const std::string &payload, bool with_training, OutputFile &out) {
     toliman_cae_save_options how;
     toliman_cae_save_options_init(&how, sizeof how);
-    how.weights_encoding = how.planes_encoding = static_cast<int32_t>(place_in(kPayloads, payload));
+    how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
     how.training = with_training ? 1 : 0;
     size_t size = 0;
     toliman::check(toliman_cae_save(cae.get(), &how, nullptr, 0, &size));
@@ -163,7 +165,7 @@ void train(const Options &options, Progress &progress) {
         check_output(part_of(options.out));
     const Scene scene(options.scene, progress);
     auto [cae, how, seed] = options.resume.empty() ? new_training(scene, options) : resumed_training(scene, options);
-    const bool tied = how.mode == TOLIMAN_CAE_TIED;
+    const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
     check_mode(options, tied);
     if (!tied && scene.info.frames < 2)
         throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(scene.info.frames) +

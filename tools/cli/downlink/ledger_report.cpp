@@ -34,8 +34,8 @@ template <class Each> void each_line(const toliman::tracker &tracker, Each each)
 }
 
 bool is_known(const toliman_track_line &line) noexcept {
-    return line.verdict == TOLIMAN_TRACK_ACCEPTED || line.verdict == TOLIMAN_TRACK_OUTLIER ||
-           line.verdict == TOLIMAN_TRACK_QUARANTINED;
+    return line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER ||
+           line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
 }
 
 } // namespace
@@ -70,7 +70,7 @@ void print_lines(const toliman::tracker &tracker) {
     for (const toliman_track_stream &stream : streams_of(tracker))
         names[stream.stream] = stream;
     each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
-        if (line.verdict == TOLIMAN_TRACK_MERGED)
+        if (line.verdict == TOLIMAN_TRACK_VERDICT_MERGED)
             return;
         const auto found = names.find(line.stream);
         const bool is_named = found != names.end();
@@ -80,7 +80,7 @@ void print_lines(const toliman::tracker &tracker) {
         is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
         json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
         json.set("verdict", std::string(toliman_track_verdict_name(line.verdict)));
-        if (line.verdict == TOLIMAN_TRACK_REJECTED)
+        if (line.verdict == TOLIMAN_TRACK_VERDICT_REJECTED)
             json.set("reason", std::string(toliman_track_reason_name(line.reason)));
         else
             json.set_count("tai_ns", line.tai_ns).set_exact("value", line.value).set_exact("sigma", line.sigma);
@@ -91,7 +91,7 @@ void print_lines(const toliman::tracker &tracker) {
 void print_series(const toliman::tracker &tracker, int64_t offset_ns, double unit_ns) {
     print_stdout("t,y,sigma\n");
     each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
-        if (line.verdict != TOLIMAN_TRACK_ACCEPTED)
+        if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
             return;
         char row[120];
         std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, offset_ns, unit_ns), line.value,

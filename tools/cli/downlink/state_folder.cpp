@@ -105,6 +105,16 @@ toliman_track_info info_of(const toliman::tracker &tracker) {
     return info;
 }
 
+std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker) {
+    std::vector<std::pair<std::string, int64_t>> rejected;
+    for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
+        int64_t frames = 0;
+        toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
+        rejected.emplace_back(toliman_track_reason_name(reason), frames);
+    }
+    return rejected;
+}
+
 std::vector<int64_t> clock_of(const toliman::tracker &tracker) {
     size_t points = 0;
     toliman::check(toliman_track_get_clock(tracker.get(), nullptr, 0, &points));
@@ -120,7 +130,7 @@ toliman_period_peak unknown_peak() noexcept {
     toliman_period_peak peak = {};
     peak.struct_size = sizeof peak;
     for (double *number :
-         {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_error, &peak.frequency_error, &peak.amplitude,
+         {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_period, &peak.frequency_error, &peak.amplitude,
           &peak.amplitude_error, &peak.phase, &peak.offset, &peak.log10_fap, &peak.period_error})
         *number = NAN;
     return peak;
@@ -156,13 +166,13 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
     unit_ = unit_text(info.unit_ns);
     if (!is_known(toliman_period_query_peak(period, &peak_)))
         return;
-    toliman::check(toliman_period_query_fap(period, TOLIMAN_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
+    toliman::check(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
     if (fit == Fit::made)
         is_known(toliman_track_query_fit(tracker.get(), &fit_));
 }
 
 void PeriodFacts::add_to(Json &json) const {
-    json.set_count("n", count_).set("period", peak_.period).set("period_error_fwhm", peak_.fwhm_error);
+    json.set_count("n", count_).set("period", peak_.period).set("period_error_fwhm", peak_.fwhm_period);
     json.set("frequency", peak_.frequency).set("power", peak_.power).set("log10_fap", peak_.log10_fap);
     json.set("log10_fap_sequential", sequential_).set_flag("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     if (!std::isfinite(fit_.period)) {
@@ -186,13 +196,14 @@ std::string PeriodFacts::text() const {
     return "period " + text_with_error(best.period, best.period_error) + " " + unit_ + fap;
 }
 
-void add_counts(const toliman_track_info &info, Json &json) {
+void add_counts(const toliman::tracker &tracker, Json &json) {
+    const toliman_track_info info = info_of(tracker);
     json.set_count("received", info.received).set_count("accepted", info.accepted);
     json.set_count("outlier", info.outlier).set_count("quarantined", info.quarantined);
     json.set_count("repeated", info.repeated).set_count("rejected", info.rejected);
     Json reasons;
-    for (int32_t i = 1; i < TOLIMAN_REASONS; i++)
-        reasons.set_count(toliman_track_reason_name(i), info.rejected_by[i]);
+    for (const auto &[reason, frames] : rejected_of(tracker))
+        reasons.set_count(reason.c_str(), frames);
     json.set("rejected_by", std::move(reasons));
     json.set_count("expected", info.expected).set_count("missing", info.missing).set_count("dropped", info.dropped);
     json.set_count("sessions", info.sessions);

@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <toliman/toliman.hpp>
@@ -22,6 +23,8 @@ toliman_track_options state_to_read(const std::string &folder);
 // and can be done without is told.
 toliman::tracker open_tracker(toliman_track_options options, Progress &progress);
 toliman_track_info info_of(const toliman::tracker &tracker);
+// Frames rejected for each reason, by its name.
+std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker);
 // Pairs of camera's time and TAI, one after the other; none where they are the same.
 std::vector<int64_t> clock_of(const toliman::tracker &tracker);
 // Removes the files of a state folder, the ledger last, and the folder if nothing else is in it.
@@ -50,6 +53,6 @@ class PeriodFacts {
     toliman_period_peak peak_ = {}, fit_ = {};
 };
 
-void add_counts(const toliman_track_info &info, Json &json);
+void add_counts(const toliman::tracker &tracker, Json &json);
 
 } // namespace cli

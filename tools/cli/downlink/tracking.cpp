@@ -95,9 +95,9 @@ void Tracking::flush() {
     std::vector<toliman_frame> frames;
     for (size_t i = 0; i < filled_; i++)
         frames.push_back(frame_of(batch_[i]));
-    toliman_outcome blank = {};
+    toliman_track_outcome blank = {};
     blank.struct_size = sizeof blank;
-    std::vector<toliman_outcome> outcomes(filled_, blank);
+    std::vector<toliman_track_outcome> outcomes(filled_, blank);
     filled_ = 0;
     size_t done = 0;
     const toliman_status status =
@@ -116,20 +116,22 @@ void Tracking::flush() {
     }
 }
 
-void Tracking::settled(const Arrival &arrival, const toliman_outcome &outcome) {
+void Tracking::settled(const Arrival &arrival, const toliman_track_outcome &outcome) {
     const int32_t verdict = outcome.verdict;
-    const bool is_good = verdict == TOLIMAN_TRACK_ACCEPTED, has_value = is_good || verdict == TOLIMAN_TRACK_OUTLIER;
-    Json line = frame_line(arrival.where, &arrival.facts, toliman_track_verdict_name(verdict),
-                           verdict == TOLIMAN_TRACK_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
+    const bool is_good = verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED,
+               has_value = is_good || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+    Json line =
+        frame_line(arrival.where, &arrival.facts, toliman_track_verdict_name(verdict),
+                   verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
     has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
     say(line.line());
     since_update_ += is_good;
     good_ += is_good;
-    known_ += verdict == TOLIMAN_TRACK_DUPLICATE || verdict == TOLIMAN_TRACK_QUARANTINED;
-    refused_ += verdict == TOLIMAN_TRACK_REJECTED || verdict == TOLIMAN_TRACK_OUTLIER;
+    known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
+    refused_ += verdict == TOLIMAN_TRACK_VERDICT_REJECTED || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
     beyond_clock_ += has_value && is_beyond_clock(arrival);
-    if (!is_good && verdict != TOLIMAN_TRACK_DUPLICATE)
+    if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE)
         warn(arrival.where, why(arrival.facts, outcome));
     if (is_good)
         remark_far(arrival.where, outcome.value);
@@ -147,28 +149,28 @@ void Tracking::remark_far(const std::string &where, double value) {
                        "keeps such frames out");
 }
 
-std::string Tracking::why(const FrameFacts &facts, const toliman_outcome &outcome) const {
+std::string Tracking::why(const FrameFacts &facts, const toliman_track_outcome &outcome) const {
     const std::string reason = toliman_track_reason_name(outcome.reason);
-    if (outcome.verdict == TOLIMAN_TRACK_QUARANTINED)
+    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED)
         return "quarantined: frame " + std::to_string(facts.id) + " of session " + facts.session +
                " came before with other pixels, time or count of drops; neither counts any longer, nor will another "
                "copy";
-    if (outcome.verdict == TOLIMAN_TRACK_OUTLIER)
+    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
         return "outlier: a value of " + number(outcome.value, 4) + " px, beyond the " +
                number(info_of(tracker_).value_limit, 4) + " px of --value-limit: it stays out of the periodogram";
     const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
     switch (outcome.reason) {
-    case TOLIMAN_REASON_SHAPE:
+    case TOLIMAN_TRACK_REASON_SHAPE:
         return "rejected: " + reason + " " + shape(outcome.row, outcome.col) + ", must be " +
                shape(options_.rows, options_.cols) + ": a new folder takes others by --shape and --crop";
-    case TOLIMAN_REASON_OVER_RANGE:
+    case TOLIMAN_TRACK_REASON_OVER_RANGE:
         return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
                ", more than --bit-depth allows";
-    case TOLIMAN_REASON_HOLE:
+    case TOLIMAN_TRACK_REASON_HOLE:
         return "rejected: " + reason + ", nothing but zeros up to pixel " + place;
-    case TOLIMAN_REASON_NOT_FINITE:
+    case TOLIMAN_TRACK_REASON_NOT_FINITE:
         return "rejected: " + reason + " at pixel " + place;
-    case TOLIMAN_REASON_CLOCK:
+    case TOLIMAN_TRACK_REASON_CLOCK:
         return "rejected: " + reason + ": no TAI for its time, or too far off for the periodogram; see --clock";
     default:
         return "rejected: " + reason + ": no finite value, so far is it from frames of the scene or weights";
@@ -230,7 +232,7 @@ std::string Tracking::update(Fit fit) {
     Json line;
     line.set("schema", std::string("toliman-track-update/1"));
     period.add_to(line);
-    add_counts(info, line);
+    add_counts(tracker_, line);
     line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
     line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
     line.set_count("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);

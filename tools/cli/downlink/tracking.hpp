@@ -49,8 +49,8 @@ class Tracking : public Receiver {
         std::string text;
     };
     void flush();
-    void settled(const Arrival &arrival, const toliman_outcome &outcome);
-    std::string why(const FrameFacts &facts, const toliman_outcome &outcome) const;
+    void settled(const Arrival &arrival, const toliman_track_outcome &outcome);
+    std::string why(const FrameFacts &facts, const toliman_track_outcome &outcome) const;
     void remark_far(const std::string &where, double value);
     bool is_beyond_clock(const Arrival &arrival) const noexcept;
     std::string update(Fit fit); // returns it in a line of text

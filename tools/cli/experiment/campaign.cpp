@@ -52,8 +52,8 @@ std::vector<double> block_means(const std::vector<double> &values, size_t block)
 
 std::vector<double> expected(const Scene &scene) {
     std::vector<double> image(scene.pixels());
-    toliman::check(
-        toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_BOTH, image.data(), static_cast<size_t>(scene.info.cols)));
+    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_BOTH, image.data(),
+                                         static_cast<size_t>(scene.info.cols)));
     return image;
 }
 

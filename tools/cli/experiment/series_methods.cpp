@@ -19,14 +19,13 @@ class ComponentMethod : public Method {
         const auto frames = static_cast<size_t>(scene.info.frames);
         if (which == Component::blocks)
             block_ = std::max<size_t>(1, frames / kBlocks);
-        toliman_linear_components_options options;
-        toliman_linear_components_options_init(&options, sizeof options);
+        toliman_components_options options;
+        toliman_components_options_init(&options, sizeof options);
         options.raw = which == Component::raw ? 1 : 0;
         options.capacity = static_cast<uint32_t>(frames / block_);
-        components_ =
-            toliman::make<toliman::component_set>(toliman_linear_create_components, scene.sim.get(), &options);
-        toliman_linear_train_options_init(&training_, sizeof training_);
-        training_.method = which == Component::dictionary ? TOLIMAN_LINEAR_DICTIONARY : TOLIMAN_LINEAR_PCA;
+        components_ = toliman::make<toliman::component_set>(toliman_components_create, scene.sim.get(), &options);
+        toliman_components_train_options_init(&training_, sizeof training_);
+        training_.method = which == Component::dictionary ? TOLIMAN_COMPONENTS_DICTIONARY : TOLIMAN_COMPONENTS_PCA;
         training_.seed = seed;
         training_.progress = stop_asked;
     }
@@ -43,17 +42,17 @@ class ComponentMethod : public Method {
     }
 
     std::vector<double> series() override {
-        check(toliman_linear_train_components(components_.get(), &training_, nullptr));
+        check(toliman_components_train(components_.get(), &training_, nullptr));
         std::vector<double> values(pushed_);
-        check(toliman_linear_get_series(components_.get(), 0, values.data(), nullptr));
-        check(toliman_linear_reset_components(components_.get()));
+        check(toliman_components_get_series(components_.get(), 0, values.data(), nullptr));
+        check(toliman_components_reset(components_.get()));
         pushed_ = summed_ = 0;
         return values;
     }
 
   private:
     void push_frame(const double *image) {
-        check(toliman_linear_push_frame(components_.get(), image, cols_));
+        check(toliman_components_push(components_.get(), image, cols_));
         pushed_++;
     }
 
@@ -71,7 +70,7 @@ class ComponentMethod : public Method {
     size_t cols_, pixels_, block_ = 1, pushed_ = 0, summed_ = 0; // the last: frames in the mean
     std::vector<double> mean_;
     toliman::component_set components_;
-    toliman_linear_train_options training_ = {};
+    toliman_components_train_options training_ = {};
 };
 
 class UnsupervisedMethod : public Method {
@@ -90,7 +89,7 @@ class UnsupervisedMethod : public Method {
         const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene_.sim.get(), seed_, &network);
         toliman_cae_train_options options;
         toliman_cae_train_options_init(&options, sizeof options);
-        options.mode = TOLIMAN_CAE_UNSUPERVISED;
+        options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
         options.epochs = kChapterEpochs;
         options.frames = give;
         options.frames_data = this;
@@ -128,8 +127,8 @@ std::unique_ptr<Method> make_component(const Scene &scene, Component which, uint
 toliman_cae_options chapter_network() {
     toliman_cae_options options;
     toliman_cae_options_init(&options, sizeof options);
-    options.layout = TOLIMAN_CAE_PAPER;
-    options.input = TOLIMAN_CAE_RAW;
+    options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
+    options.input = TOLIMAN_CAE_INPUT_RAW;
     return options;
 }
 

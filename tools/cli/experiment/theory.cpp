@@ -36,7 +36,7 @@ Theory::Theory(const std::vector<double> &times, const std::vector<double> &shap
 double Theory::log10_fap(double amplitude_px, double sigma_px) const {
     const double ratio = amplitude_px / sigma_px;
     double result = 0;
-    toliman::check(toliman_period_query_fap(periodogram_.get(), TOLIMAN_FAP_BALUEV,
+    toliman::check(toliman_period_query_fap(periodogram_.get(), TOLIMAN_PERIOD_FAP_BALUEV,
                                             -std::log1p(ratio * ratio * variance_) / std::log(10), &result));
     return result;
 }

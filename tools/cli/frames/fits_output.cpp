@@ -55,9 +55,9 @@ class FitsOutput : public FrameOutput {
     void describe(const Scene &scene) {
         const toliman_sim_info &info = scene.info;
         text("BUNIT",
-             info.unit == TOLIMAN_UNIT_DN         ? "adu"
-             : info.unit == TOLIMAN_UNIT_ELECTRON ? "electron"
-                                                  : "photon",
+             info.unit == TOLIMAN_SIM_UNIT_DN         ? "adu"
+             : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electron"
+                                                      : "photon",
              "of a frame");
         text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
         char digest[17];

@@ -37,7 +37,7 @@ double noise_share(const Scene &scene, uint64_t seed) {
     const std::vector<double> still(frames, 0.0);
     std::vector<double> images(frames * pixels), variance(pixels);
     toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, 0, frames, still.data(), 0, images.data()));
-    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, variance.data(),
+    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, variance.data(),
                                          static_cast<size_t>(scene.info.cols)));
     double found = 0, counted = 0;
     for (size_t i = 0; i < pixels; i++) {

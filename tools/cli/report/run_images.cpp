@@ -66,7 +66,7 @@ double place_of(int64_t count, int64_t first = 0) {
 }
 
 const char *unit_of(const toliman_sim_info &info) {
-    return info.unit == TOLIMAN_UNIT_DN ? "DN" : info.unit == TOLIMAN_UNIT_ELECTRON ? "electrons" : "photons";
+    return info.unit == TOLIMAN_SIM_UNIT_DN ? "DN" : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electrons" : "photons";
 }
 
 Panel frame_panel(const std::string &title, const Image &image, const Scene &scene) {
@@ -100,7 +100,7 @@ class PointSource {
         const std::string text = json_of(width_nm);
         const Scene star(path_, text);
         Image image(star.pixels());
-        check(toliman_sim_get_image(star.sim.get(), TOLIMAN_IMAGE_BOTH, image.data(), kSide));
+        check(toliman_sim_get_image(star.sim.get(), TOLIMAN_SIM_IMAGE_BOTH, image.data(), kSide));
         for (double &pixel : image)
             pixel /= kStarPhotons;
         return image;
@@ -228,7 +228,7 @@ Image first_frame(const Scene &scene, uint64_t seed) {
 
 Image variance_of(const Scene &scene) {
     Image image(scene.pixels());
-    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_IMAGE_VARIANCE, image.data(),
+    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, image.data(),
                                 static_cast<size_t>(scene.info.cols)));
     return image;
 }

@@ -40,7 +40,7 @@ struct Samples {
 Samples samples_of(const toliman::tracker &tracker, const toliman_track_options &how) {
     Samples samples;
     for_lines(tracker, [&](const toliman_track_line &line) {
-        if (line.verdict != TOLIMAN_TRACK_ACCEPTED)
+        if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
             return;
         samples.t.push_back(time_of(line, how.time_offset_ns, how.unit_ns));
         samples.y.push_back(line.value);
@@ -90,7 +90,7 @@ void add_series(const Samples &samples, const toliman_period_peak &fit, const st
 // Power of FAP 1e-3; NaN where there are too few samples.
 double level_of(const toliman_period *period) {
     double log10_residual = 0;
-    const bool known = toliman_period_query_level(period, TOLIMAN_FAP_BALUEV, -3, &log10_residual) == TOLIMAN_OK;
+    const bool known = toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, -3, &log10_residual) == TOLIMAN_OK;
     return known ? 1 - std::pow(10, log10_residual) : NAN;
 }
 
@@ -106,7 +106,8 @@ void add_periodogram(const toliman::tracker &tracker, const toliman_track_option
     PowerCurve curve;
     curve.name = "all frames";
     curve.power.resize(static_cast<size_t>(how.nf));
-    toliman::check(toliman_period_query_power(sums, TOLIMAN_POWER_STANDARD, 0, curve.power.size(), curve.power.data()));
+    toliman::check(
+        toliman_period_query_power(sums, TOLIMAN_PERIOD_POWER_STANDARD, 0, curve.power.size(), curve.power.data()));
     for (size_t k = 0; k < curve.power.size(); k++)
         curve.frequency.push_back(how.f0 + how.df * static_cast<double>(k));
     const toliman_period_peak &peak = facts.peak();
@@ -134,16 +135,17 @@ std::string facts_text(const PeriodFacts &facts, const std::string &unit) {
            fixed(best.log10_fap, 2) + "; sequential, for who looks after every frame, " + fixed(facts.sequential(), 2);
 }
 
-void add_counts_table(const toliman_track_info &info, Page &page) {
+void add_counts_table(const toliman::tracker &tracker, Page &page) {
+    const toliman_track_info info = info_of(tracker);
     const auto row = [](const std::string &name, int64_t count) {
         return std::vector<std::string>{name, std::to_string(count)};
     };
     std::vector<std::vector<std::string>> rows = {row("received", info.received), row("accepted", info.accepted),
                                                   row("outliers", info.outlier),  row("quarantined", info.quarantined),
                                                   row("repeated", info.repeated), row("rejected", info.rejected)};
-    for (int32_t i = 1; i < TOLIMAN_REASONS; i++)
-        if (info.rejected_by[i] > 0)
-            rows.push_back(row(std::string("&nbsp;&nbsp;") + toliman_track_reason_name(i), info.rejected_by[i]));
+    for (const auto &[reason, frames] : rejected_of(tracker))
+        if (frames > 0)
+            rows.push_back(row("&nbsp;&nbsp;" + reason, frames));
     rows.insert(rows.end(), {row("expected", info.expected), row("missing", info.missing),
                              row("dropped by the camera", info.dropped), row("sessions and regions", info.sessions)});
     page.add_table("Frames by what became of them. Of rejected ones every arrival counts.", {"", "frames"}, rows);
@@ -160,7 +162,7 @@ void add_state_section(const std::string &folder, Page &page, Progress &progress
     progress.show("report: state", 0.3);
     page.add_title("toliman track: " + escaped(folder));
     page.add_text("All frames so far: " + facts_text(facts, unit) + ".");
-    add_counts_table(info_of(tracker), page);
+    add_counts_table(tracker, page);
     if (samples.t.size() > 1)
         add_series(samples, facts.fit(), unit, page);
     if (std::isfinite(facts.peak().period))

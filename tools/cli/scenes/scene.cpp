@@ -72,7 +72,7 @@ Scene::Scene(const std::string &file, Progress &progress) : Scene(file, shown_by
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
     : path(found_scene(file, options)),
-      sim(toliman::make<toliman::simulator>(toliman_sim_create, path.c_str(), &options)), info(info_of(sim)) {}
+      sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)), info(info_of(sim)) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
     : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),

@@ -13,10 +13,10 @@ namespace cli {
 namespace {
 
 constexpr const char kBootstrap[] = "bootstrap";
-const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_FAP_BALUEV},
-                                                 {"naive", TOLIMAN_FAP_NAIVE},
-                                                 {"single", TOLIMAN_FAP_SINGLE},
-                                                 {"sequential", TOLIMAN_FAP_SEQUENTIAL}};
+const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_PERIOD_FAP_BALUEV},
+                                                 {"naive", TOLIMAN_PERIOD_FAP_NAIVE},
+                                                 {"single", TOLIMAN_PERIOD_FAP_SINGLE},
+                                                 {"sequential", TOLIMAN_PERIOD_FAP_SEQUENTIAL}};
 
 std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
                              Progress &progress) {

@@ -33,7 +33,7 @@ JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fa
     for (const toliman_period_peak &peak : peaks) {
         Json one;
         one.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
-        one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_error", peak.fwhm_error);
+        one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_period", peak.fwhm_period);
         one.set_flag("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
         one.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         cJSON_AddItemToArray(list.get(), one.release().release());
@@ -48,7 +48,7 @@ void PeriodReport::print() const {
     const bool fitted = !std::isnan(peak.frequency_error); // else from the sums alone
     std::printf("period      %s%s, half width %.3g, FWHM %.3g\n",
                 text_with_error(peak.period, peak.period_error).c_str(), fitted ? " (least squares)" : "",
-                peak.half_width_error, peak.fwhm_error);
+                peak.half_width_period, peak.fwhm_period);
     std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
                 peak.offset);
     std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
@@ -65,8 +65,8 @@ std::string PeriodReport::json() const {
     const toliman_period_peak &peak = periodogram.peak;
     Json json, at, on, searched;
     at.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
-    at.set("log10_residual", peak.log10_residual).set("fwhm_error", peak.fwhm_error);
-    at.set("half_width_error", peak.half_width_error).set("frequency_error", peak.frequency_error);
+    at.set("log10_residual", peak.log10_residual).set("fwhm_period", peak.fwhm_period);
+    at.set("half_width_period", peak.half_width_period).set("frequency_error", peak.frequency_error);
     at.set("amplitude", peak.amplitude).set("amplitude_error", peak.amplitude_error);
     at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
     at.set_flag("at_edge", periodogram.at_edge());

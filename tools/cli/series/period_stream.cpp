@@ -25,7 +25,7 @@ bool print_update(const toliman::periodogram &periodogram, double t) {
         return false;
     check(status);
     double sequential = 0;
-    check(toliman_period_query_fap(periodogram.get(), TOLIMAN_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
+    check(toliman_period_query_fap(periodogram.get(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
     char line[400], period[32] = "null"; // of frequency 0
     if (std::isfinite(peak.period))
         std::snprintf(period, sizeof period, "%.10g", peak.period);

@@ -163,7 +163,7 @@ toliman_period_info info_of(const toliman::periodogram &periodogram) {
     return info;
 }
 
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, uint32_t normalisation) {
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, int32_t normalisation) {
     std::vector<double> power(static_cast<size_t>(nf));
     toliman::check(toliman_period_query_power(periodogram.get(), normalisation, 0, power.size(), power.data()));
     return power;

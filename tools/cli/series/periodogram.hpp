@@ -60,7 +60,8 @@ constexpr const char kEdgeRemark[] =
 
 toliman_period_info info_of(const toliman::periodogram &periodogram);
 
-// In TOLIMAN_POWER_STANDARD or another.
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, uint32_t normalisation = 0);
+// In TOLIMAN_PERIOD_POWER_STANDARD or another.
+std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf,
+                             int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
 
 } // namespace cli
