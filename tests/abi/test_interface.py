@@ -143,12 +143,6 @@ class Headers(Tree):
         self.write(OLDEST, line % 64)
         self.refuses("lib/api refuses the 56 bytes of programs built before")
 
-    def test_sizes_that_are_forgotten(self):
-        """Of a struct that grew long ago."""
-        text = self.read(OLDEST)
-        self.write(OLDEST, "\n".join(line for line in text.split("\n") if "toliman_sim_options" not in line))
-        self.refuses("struct toliman_sim_options: lib/api refuses the 40 bytes of programs built before")
-
     def test_additions(self):
         self.accepts((BASE, "#define TOLIMAN_E_STATE 13 ", "#define TOLIMAN_E_NEW 14\n#define TOLIMAN_E_STATE 13 "),
                      "constant TOLIMAN_E_NEW = 14")

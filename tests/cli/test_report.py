@@ -116,7 +116,7 @@ class Run(ReportTest):
     def test_page(self):
         self.assertEqual(self.told, "page/report.html\n")
         page = self.check_page(self.top / "page", self.FIGURES)
-        for words in ("short.1", f"seed {SEED},", "0.1.0", "40 frames", "365 days"):
+        for words in ("short.1", f"seed {SEED},", "0.2.0", "40 frames", "365 days"):
             self.assertIn(words, page.text)
 
     def figure(self, name, folder=None):

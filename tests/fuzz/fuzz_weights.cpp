@@ -34,8 +34,8 @@ toliman_cae_info info_of(const toliman_cae *cae) {
 Bytes save(const toliman_cae *cae, const Bytes &like) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
-    options.weights_encoding = like[68];
-    options.planes_encoding = like[70];
+    options.weights_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[68];
+    options.planes_encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[70];
     options.training = (like[20] & 8) != 0;
     size_t size = 0;
     require(toliman_cae_save(cae, &options, nullptr, 0, &size) == TOLIMAN_OK, toliman_last_error());

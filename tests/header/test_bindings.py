@@ -74,9 +74,9 @@ class Bindings(unittest.TestCase):
         self.refuses(FORTRAN + ": toliman_other is missing", PYTHON + ": toliman_other is missing")
 
     def test_new_function_is_made_for_all(self):
-        self.change(LINEAR, "/* Facts of a collection.",
+        self.change(LINEAR, "/* Predicted standard deviation",
                     "/* New. Since 0.1. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
-                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Facts of a collection.")
+                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Predicted standard deviation")
         self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_linear_query_new;")
         self.refuses("toliman_linear_query_new is missing")
         self.assertEqual(self.run_tool("tools/gen/generate"), (0, ""))
