@@ -135,7 +135,7 @@ class Run(ReportTest):
             self.assertTrue(0 < x / frequency - 1 < 0.05)
             self.assertAlmostEqual(y, top, delta=0.05)
             arrow = plot.line(None, "x")
-            half = own["period_fwhm_days"] * frequency**2 / 2
+            half = own["fwhm_period_days"] * frequency**2 / 2
             self.assertAlmostEqual(arrow[:, 0].min() / (frequency - half), 1, delta=1e-3)
             self.assertAlmostEqual(arrow[:, 0].max() / (frequency + half), 1, delta=1e-3)
             self.assertAlmostEqual(arrow[:, 1].mean() / top, 0.5, delta=0.01)
@@ -166,16 +166,16 @@ class Run(ReportTest):
         span = 1200  # 40 frames 30 days apart
         truth, fap = result["true_series"], result["log10_fap"]
         self.assertEqual(page.row("signal")[0], f"{truth['period_days'] / span:.4f} \u00b1 "
-                                                f"{truth['period_half_width_days'] / span:.4f}")
+                                                f"{truth['half_width_period_days'] / span:.4f}")
         row = page.row("network (atom)")
-        self.assertEqual(row[0], f"{result['period_days'] / span:.4f} \u00b1 {result['period_half_width_days'] / span:.4f}")
+        self.assertEqual(row[0], f"{result['period_days'] / span:.4f} \u00b1 {result['half_width_period_days'] / span:.4f}")
         self.assertEqual(row[1:3], [f"{fap:.1f}", "0.33 \u00b1 0.06, -67.1"])
 
     def test_digits_follow_from_the_error(self):
         """Two digits of the error; a period of days is not rounded to an error of 0.00."""
         template = {**self.result["template"], "period_days": 2.59927}
         self.copy(without=("scene.json", "training.csv"), period_days=2.599307, period_error_days=0.00041953,
-                  period_half_width_days=0.0100, period_fwhm_days=0.0200, template=template)
+                  half_width_period_days=0.0100, fwhm_period_days=0.0200, template=template)
         (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n0.1,0.1,0.2\n0.5,0.9,0.8\n")
         page = self.report()
         self.assertIn("2.59931 \u00b1 0.00042 days", page.text)
@@ -222,9 +222,9 @@ class Run(ReportTest):
     def test_labels_of_a_peak_stay_on_the_figure(self):
         frequency = numpy.linspace(0.005, 0.5, 500)
         for period, place in ((150, "left"), (20, "middle"), (2.01, "edge")):
-            self.copy(without=("scene.json", "training.csv"), period_days=period, period_fwhm_days=0.004 * period**2,
+            self.copy(without=("scene.json", "training.csv"), period_days=period, fwhm_period_days=0.004 * period**2,
                       period_error_days=0.1, template={**self.result["template"], "period_days": period,
-                                                               "period_fwhm_days": 9e9})  # wider than the figure
+                                                               "fwhm_period_days": 9e9})  # wider than the figure
             power = numpy.exp(-(((frequency - 1 / period) / 0.003) ** 2)).tolist()
             rows = "".join(f"{f!r},{p!r},{p!r}\n" for f, p in zip(frequency.tolist(), power))
             (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template\n" + rows)
@@ -383,8 +383,8 @@ class Run(ReportTest):
                     arguments=("report", "empty"))
         (self.folder / "file").write_text("{}")
         self.refuse(3, "file: is no folder", arguments=("report", "file"))
-        self.copy(schema="toliman-run/2")
-        self.refuse(3, "copy/result.json: schema = toliman-run/2: must be toliman-run/1", arguments=("report", "copy"))
+        self.copy(schema="toliman-run/1")
+        self.refuse(3, "copy/result.json: schema = toliman-run/1: must be toliman-run/2", arguments=("report", "copy"))
         self.copy(template=None)
         self.refuse(3, "copy/result.json: template.sigma_px: must be a number", arguments=("report", "copy"))
         self.copy(scene=7)

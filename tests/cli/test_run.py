@@ -14,7 +14,7 @@ class ChapterRun(ProgramTest):
         self.assertEqual(sorted(p.name for p in files.iterdir()), ["periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv", "weights.tlmw"])
         self.assertEqual(out, (files / "result.json").read_text())
         result = json.loads(out)
-        self.assertEqual(result["schema"], "toliman-run/1")
+        self.assertEqual(result["schema"], "toliman-run/2")
         self.assertEqual((result["scene"], result["seed"], result["frames"]), ("chapter", 3, 1095))
         self.assertAlmostEqual(result["amplitude_uas"], 0.2, delta=1e-12)  # 1e-6 px of 0.2 arcsec
         self.assertAlmostEqual(result["crb_px"], 1.239e-6, delta=0.01e-6)
@@ -56,7 +56,7 @@ class ChapterRun(ProgramTest):
         """The chapter's Table 1 has 0.33 +- 0.05 of the time span; Baluev's FAP of 1e-3 is one that noise rarely has."""
         truth = result["true_series"]
         self.assertAlmostEqual(truth["period_days"], 365, delta=1e-3)
-        self.assertAlmostEqual(truth["period_half_width_days"] / 1095, 0.0499, delta=2e-4)
+        self.assertAlmostEqual(truth["half_width_period_days"] / 1095, 0.0499, delta=2e-4)
         self.assertLess(truth["log10_fap"], -16000)
         # exp(-N P/2) of some 550 independent frequencies is 1e-3
         self.assertAlmostEqual(result["power_at_fap_1e-3"], 2 / 1095 * math.log(550e3), delta=0.004)

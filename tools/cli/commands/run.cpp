@@ -32,7 +32,7 @@ Examples:
   toliman run chapter.json
   toliman run mission.json --seed 7 --out mission7 --json
 
-Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/1),
+Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/2),
 series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which
 `toliman report` makes a page with figures. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.
@@ -56,12 +56,12 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     Json json, of_template, no_signal, untrained, truth, grid, timings, decoder;
     of_template.set("sigma_px", pipeline.estimate.sigma_px).set("period_days", pipeline.estimate.peak.period);
     of_template.set("log10_fap", pipeline.estimate.peak.log10_fap);
-    of_template.set("period_fwhm_days", pipeline.estimate.peak.fwhm_period);
+    of_template.set("fwhm_period_days", pipeline.estimate.peak.fwhm_period);
     no_signal.set("log10_fap", pipeline.no_signal.peak.log10_fap);
     no_signal.set("frames", static_cast<double>(pipeline.control_frames));
     untrained.set("log10_fap", pipeline.untrained.peak.log10_fap).set("sigma_px", pipeline.untrained.sigma_px);
     const toliman_period_peak &true_peak = pipeline.truth.peak;
-    truth.set("period_days", true_peak.period).set("period_half_width_days", true_peak.half_width_period);
+    truth.set("period_days", true_peak.period).set("half_width_period_days", true_peak.half_width_period);
     truth.set("log10_fap", true_peak.log10_fap);
     decoder.set("cosine", pipeline.decoder_cosine).set("gain", pipeline.decoder_gain);
     grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", static_cast<double>(pipeline.grid.nf));
@@ -70,7 +70,7 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     timings.set("encode_s", spent.encode).set("period_s", spent.period).set("controls_s", spent.controls);
     timings.set("total_s", spent.total);
 
-    json.set("schema", "toliman-run/1").set("version", toliman_version());
+    json.set("schema", "toliman-run/2").set("version", toliman_version());
     json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", pipeline.seed);
     json.set("scene_folder", std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
@@ -83,7 +83,7 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     json.set("efficiency", pipeline.efficiency);
     json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
     json.set("cosine", pipeline.training.cosine).set("period_days", peak.period);
-    json.set("period_half_width_days", peak.half_width_period).set("period_fwhm_days", peak.fwhm_period);
+    json.set("half_width_period_days", peak.half_width_period).set("fwhm_period_days", peak.fwhm_period);
     json.set("period_error_days", peak.period_error);
     json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);

@@ -156,7 +156,7 @@ void add_series(const ResultFile &result, const RunSeries &series, Page &page) {
 
 void add_periodograms(const std::string &folder, const ResultFile &result, Page &page) {
     const std::string path = folder + "/periodogram.csv";
-    const double period = result.number("period_days"), fwhm = result.number("period_fwhm_days");
+    const double period = result.number("period_days"), fwhm = result.number("fwhm_period_days");
     Series latent = read_series(path, {"frequency", "power"});
     std::vector<PowerCurve> curves(1);
     curves[0] = {"network's latents",
@@ -169,7 +169,7 @@ void add_periodograms(const std::string &folder, const ResultFile &result, Page 
     const std::vector<std::string> header = header_of(path);
     if (std::find(header.begin(), header.end(), "template") != header.end()) {
         const double other = result.number("template.period_days"),
-                     other_fwhm = result.number_or("template.period_fwhm_days", NAN);
+                     other_fwhm = result.number_or("template.fwhm_period_days", NAN);
         curves.push_back({"template's values", latent.t, column_of(path, "frequency", "template"), 1 / other,
                           other_fwhm / (other * other), curves[0].level, period_text(result, other) + " days"});
     }

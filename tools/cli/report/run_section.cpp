@@ -109,9 +109,9 @@ void add_table_1(const ResultFile &result, Page &page) {
             rows.back().push_back(chapter);
     };
     if (result.has("true_series"))
-        add_row("signal", result.number("true_series.period_days"), result.number("true_series.period_half_width_days"),
+        add_row("signal", result.number("true_series.period_days"), result.number("true_series.half_width_period_days"),
                 result.number("true_series.log10_fap"), "0.33 &plusmn; 0.05, FAP 0");
-    add_row("network (atom)", result.number("period_days"), result.number("period_half_width_days"),
+    add_row("network (atom)", result.number("period_days"), result.number("half_width_period_days"),
             result.number("log10_fap"), "0.33 &plusmn; 0.06, &minus;67.1");
     std::vector<std::string> heads = {"", "period", "log<sub>10</sub> FAP"};
     std::string caption =
@@ -145,7 +145,7 @@ void try_images(const std::string &folder, const ResultFile &result, Page &page)
 } // namespace
 
 void add_run_section(const std::string &folder, Page &page, Progress &progress) {
-    const ResultFile result(folder + "/result.json", "toliman-run/1");
+    const ResultFile result(folder + "/result.json", "toliman-run/2");
     add_facts(result, page);
     add_figures_table(result, page);
     add_table_1(result, page);
