@@ -113,6 +113,13 @@ module toliman
         type(c_ptr) :: user_data = c_null_ptr
     end type
 
+    ! How the toliman_X_load functions make an object. Since 0.2.
+    type, bind(C), public :: toliman_load_options
+        integer(c_int32_t) :: struct_size = 16
+        integer(c_int32_t) :: reserved = 0 ! 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the object's large arrays; NULL: the system's memory
+    end type
+
     ! What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
     type, bind(C), public :: toliman_machine
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_machine)
@@ -850,6 +857,13 @@ module toliman
             integer(c_size_t) :: answer
         end function
 
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_load_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_load_options), intent(inout) :: options
+        end subroutine
+
         ! Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch.
         function toliman_version() bind(C) result(answer)
             import
@@ -1579,11 +1593,11 @@ module toliman
         end function
 
         ! Periodogram from exactly size state bytes.
-        function toliman_period_load(bytes, size, allocator, out) bind(C) result(answer)
+        function toliman_period_load(bytes, size, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
             integer(c_int8_t), intent(in) :: bytes(*)
-            type(toliman_allocator), intent(in), optional :: allocator
+            type(toliman_load_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -1597,10 +1611,10 @@ module toliman
         end function
 
         ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
-        function toliman_period_load_file(path, allocator, out) bind(C) result(answer)
+        function toliman_period_load_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
-            type(toliman_allocator), intent(in), optional :: allocator
+            type(toliman_load_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -1824,6 +1838,7 @@ module toliman
     public :: toliman_status_name
     public :: toliman_last_error
     public :: toliman_last_error_copy
+    public :: toliman_load_options_init
     public :: toliman_version
     public :: toliman_version_number
     public :: toliman_abi_version
@@ -3219,17 +3234,17 @@ contains
     end subroutine
 
     ! Periodogram from exactly size state bytes. bytes(size).
-    subroutine periodogram_load(self, bytes, allocator, stat, errmsg)
+    subroutine periodogram_load(self, bytes, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         integer(c_int8_t), intent(in), contiguous :: bytes(:)
-        type(toliman_allocator), intent(in), optional :: allocator
+        type(toliman_load_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_size
         type(c_ptr) :: made
         integer(c_int32_t) :: status
         of_size = size(bytes, 1, c_size_t)
-        status = toliman_period_load(bytes, of_size, allocator, made)
+        status = toliman_period_load(bytes, of_size, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -3247,15 +3262,15 @@ contains
     end subroutine
 
     ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
-    subroutine periodogram_load_file(self, path, allocator, stat, errmsg)
+    subroutine periodogram_load_file(self, path, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         character(len=*), intent(in) :: path
-        type(toliman_allocator), intent(in), optional :: allocator
+        type(toliman_load_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         type(c_ptr) :: made
         integer(c_int32_t) :: status
-        status = toliman_period_load_file(c_string(path), allocator, made)
+        status = toliman_period_load_file(c_string(path), options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made

@@ -6,6 +6,7 @@
  *                             |                                           ^
  *                             +---- off a downlink: track.h --------------+
  *
+ *   toliman_load_options_init -> toliman_load_options -> the toliman_X_load functions
  *   A call fails -> status -> toliman_status_name, toliman_last_error, toliman_last_error_copy
  *   Which library runs        toliman_version, toliman_version_number, toliman_abi_version, toliman_get_struct_size
  *   On which machine          toliman_get_machine, toliman_get_blas_speed
@@ -107,6 +108,17 @@ typedef struct toliman_allocator {
     void *user_data;
 } toliman_allocator;
 #define TOLIMAN_ALLOCATOR_INIT TOLIMAN_INIT(toliman_allocator)
+
+/* How the toliman_X_load functions make an object. Since 0.2. */
+typedef struct toliman_load_options {
+    uint32_t struct_size;
+    uint32_t reserved;                  /* 0 */
+    const toliman_allocator *allocator; /* for the object's large arrays; NULL: the system's memory */
+} toliman_load_options;
+#define TOLIMAN_LOAD_OPTIONS_INIT TOLIMAN_INIT(toliman_load_options)
+
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.2. */
+TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
  * TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1. */

@@ -309,9 +309,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
 /* Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
- * impossible content: before 1.0 only this version's bytes load. allocator may be NULL. Destroy *out. Since 0.1. */
+ * impossible content: before 1.0 only this version's bytes load. options may be NULL. Destroy *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
-                                                                  const toliman_allocator *allocator,
+                                                                  const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;
 
 /* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
@@ -319,7 +319,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *by
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save_file(const toliman_period *period,
                                                                        const char *path) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load_file(const char *path,
-                                                                       const toliman_allocator *allocator,
+                                                                       const toliman_load_options *options,
                                                                        toliman_period **out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

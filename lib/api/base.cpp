@@ -75,6 +75,10 @@ const char *better_core(const char *core) noexcept {
 
 extern "C" {
 
+void toliman_load_options_init(toliman_load_options *options, size_t size) noexcept {
+    api::deliver_defaults(toliman_load_options{}, options, size);
+}
+
 const char *toliman_status_name(toliman_status status) noexcept {
     for (const Code &entry : kCodes)
         if (entry.code == status)

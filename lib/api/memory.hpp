@@ -19,4 +19,11 @@ inline Memory memory_of(const toliman_allocator *allocator) {
     return {allocator->allocate, allocator->release, allocator->user_data};
 }
 
+inline Memory memory_of(const toliman_load_options *options) {
+    const toliman_load_options known = accept(options, toliman_load_options{}, "options");
+    if (known.reserved != 0)
+        fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
+    return memory_of(known.allocator);
+}
+
 } // namespace toliman::api

@@ -449,10 +449,10 @@ toliman_status toliman_period_save(const toliman_period *period, void *bytes, si
     });
 }
 
-toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_allocator *allocator,
+toliman_status toliman_period_load(const void *bytes, size_t size, const toliman_load_options *options,
                                    toliman_period **out) noexcept {
     return guard([&] {
-        const MemoryScope scope(memory_of(allocator));
+        const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         required(out, "out");
         *out = new toliman_period{{}, period::Stream::load(bytes, size)};
@@ -466,10 +466,10 @@ toliman_status toliman_period_save_file(const toliman_period *period, const char
     });
 }
 
-toliman_status toliman_period_load_file(const char *path, const toliman_allocator *allocator,
+toliman_status toliman_period_load_file(const char *path, const toliman_load_options *options,
                                         toliman_period **out) noexcept {
     return guard([&] {
-        const MemoryScope scope(memory_of(allocator));
+        const MemoryScope scope(memory_of(options));
         required(out, "out");
         const std::vector<uint8_t> header = file::head(&required(path, "path"), period::Stream::kHeaderSize);
         size_t size = 0;

@@ -36,6 +36,11 @@ static toliman_status blas_speed(attempt *a) {
     return status;
 }
 
+static toliman_status load_options(attempt *a) {
+    toliman_load_options_init((void *)a->out, sizeof(toliman_load_options));
+    return TOLIMAN_OK;
+}
+
 static const scenario all[] = {
     {.function = "toliman_version", .call = texts},
     {.function = "toliman_version_number", .call = texts},
@@ -44,6 +49,7 @@ static const scenario all[] = {
     {.function = "toliman_get_struct_size", .call = texts},
     {.function = "toliman_last_error", .call = message},
     {.function = "toliman_last_error_copy", .call = message},
+    {.function = "toliman_load_options_init", .call = load_options},
     {.function = "toliman_get_machine", .call = machine, .struct_size = sizeof(toliman_machine)},
     {.function = "toliman_get_blas_speed", .call = blas_speed},
 };

@@ -91,12 +91,20 @@ static toliman_status period_in(const toliman_allocator *allocator, void **out) 
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
 }
 
+static toliman_load_options load_options_of(const toliman_allocator *allocator) {
+    toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
+    options.allocator = allocator;
+    return options;
+}
+
 static toliman_status loaded_period_in(const toliman_allocator *allocator, void **out) {
-    return toliman_period_load(state, state_size, allocator, (toliman_period **)out);
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_period_load(state, state_size, &options, (toliman_period **)out);
 }
 
 static toliman_status period_file_in(const toliman_allocator *allocator, void **out) {
-    return toliman_period_load_file(state_file, allocator, (toliman_period **)out);
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_period_load_file(state_file, &options, (toliman_period **)out);
 }
 
 static toliman_status tracker_in(const toliman_allocator *allocator, const char *place, void **out) {
@@ -293,11 +301,29 @@ static void halves_of_an_allocator_are_refused(void **unused) {
     assert_null(made);
 }
 
+static void load_options_are_checked_and_zero_is_their_default(void **unused) {
+    (void)unused;
+    toliman_load_options filled, options = TOLIMAN_LOAD_OPTIONS_INIT;
+    memset(&filled, 0xff, sizeof filled);
+    toliman_load_options_init(&filled, sizeof filled);
+    assert_memory_equal(&filled, &options, sizeof options);
+    toliman_period *made = NULL;
+    assert_ok(toliman_period_load(state, state_size, &options, &made));
+    toliman_period_destroy(made);
+    made = NULL;
+    options.reserved = 1;
+    assert_fails(toliman_period_load(state, state_size, &options, &made), TOLIMAN_E_ARGUMENT, "options->reserved = 1");
+    options.struct_size = 4;
+    assert_fails(toliman_period_load_file(state_file, &options, &made), TOLIMAN_E_ARGUMENT, "struct_size");
+    assert_null(made);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(large_arrays_come_from_the_caller),
         cmocka_unit_test(no_memory_is_an_error),
         cmocka_unit_test(memory_belongs_to_its_object),
+        cmocka_unit_test(load_options_are_checked_and_zero_is_their_default),
         cmocka_unit_test(halves_of_an_allocator_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -83,6 +83,18 @@ class toliman_allocator(Sized):
     ]
 
 
+class toliman_load_options(Sized):
+    """How the toliman_X_load functions make an object. Since 0.2.
+    reserved: 0
+    allocator: for the object's large arrays; NULL: the system's memory"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
 class toliman_machine(Sized):
     """What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
     struct_size: in: sizeof(toliman_machine)
@@ -1188,6 +1200,10 @@ thread; never NULL. One line; numbers have a decimal point in every locale. Sinc
         """Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
 when size is 0). Returns the length of the whole message without its zero byte. Since 0.1.""",
     ),
+    "toliman_load_options_init": (
+        None, (("options", POINTER(toliman_load_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.2.""",
+    ),
     "toliman_version": (
         c_char_p, (),
         """Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
@@ -1870,11 +1886,11 @@ merge of other references, which is not exact. Since 0.1.""",
         c_int32, (
             ("bytes", c_void_p),
             ("size", c_size_t),
-            ("allocator", POINTER(toliman_allocator)),
+            ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
         """Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
-impossible content: before 1.0 only this version's bytes load. allocator may be NULL. Destroy *out. Since 0.1.""",
+impossible content: before 1.0 only this version's bytes load. options may be NULL. Destroy *out. Since 0.1.""",
     ),
     "toliman_period_save_file": (
         c_int32, (("period", POINTER(toliman_period)), ("path", c_char_p)),
@@ -1884,7 +1900,7 @@ reads the header first, and no more of a file that has not the size it tells. Si
     "toliman_period_load_file": (
         c_int32, (
             ("path", c_char_p),
-            ("allocator", POINTER(toliman_allocator)),
+            ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
         """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
