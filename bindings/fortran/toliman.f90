@@ -134,6 +134,32 @@ module toliman
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
+    ! Kinds of pixels: unsigned, signed and floating-point numbers. Those without a suffix have the byte order of the
+    ! machine, which is little-endian; those ending in BE are big-endian (most significant byte first, as telemetry is).
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16BE = 38
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32BE = 39
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
+
+    ! One frame or several in memory, which functions read and never write: pixel (r, c) of frame k is the element k
+    ! frame_stride + r stride + c of pixels. Since 0.2.
+    type, bind(C), public :: toliman_image
+        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
+        type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
+        integer(c_int64_t) :: rows = 0 ! of a frame; must be those that the object takes, 0 = those
+        integer(c_int64_t) :: cols = 0
+        integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
+        integer(c_int64_t) :: frame_stride = 0 ! pixels from frame to frame, at least 1; 0 = rows times stride
+    end type
+
     ! How a simulator is made. Since 0.1.
     type, bind(C), public :: toliman_sim_options
         integer(c_int32_t) :: struct_size = 56
@@ -650,19 +676,10 @@ module toliman
     ! the estimator failed or gave no finite value
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
 
-    ! Kinds of pixels, in the byte order of the machine, which is little-endian.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
-
     ! A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 88 ! sizeof(toliman_frame)
-        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_... of image.h, big-endian ones too
         type(c_ptr) :: session = c_null_ptr ! 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
         type(c_ptr) :: roi = c_null_ptr
         integer(c_int64_t) :: frame_id = 0 ! any number, below 0 too
@@ -1166,15 +1183,16 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for
-        ! any number.
-        function toliman_cae_encode_many(cae, counts, count, threads, latents_px) bind(C) result(answer)
+        ! Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of
+        ! toliman_cae_encode for the same counts, for any number of workers.
+        function toliman_cae_encode_many(cae, image, count, threads, latents_px, chi_square) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
             integer(c_size_t), value :: count
             integer(c_int32_t), value :: threads
-            real(c_double), intent(in) :: counts(*)
+            type(toliman_image), intent(in) :: image
             real(c_double), intent(out) :: latents_px(*)
+            real(c_double), intent(out), optional :: chi_square(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -1292,6 +1310,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Adds `count` frames of image, of any kind of pixels, in their order.
+        function toliman_components_push_many(components, image, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_size_t), value :: count
+            type(toliman_image), intent(in) :: image
+            integer(c_int32_t) :: answer
+        end function
+
         ! Forgets every frame; options and memory stay.
         function toliman_components_reset(components) bind(C) result(answer)
             import
@@ -1355,6 +1382,20 @@ module toliman
             integer(c_size_t), value :: stride
             real(c_double), intent(in) :: counts(*)
             real(c_double), intent(out) :: value_px
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of
+        ! toliman_linear_encode for the same counts, for any number of workers.
+        function toliman_linear_encode_many(linear, image, count, threads, values_px, &
+            chi_square) bind(C) result(answer)
+            import
+            type(c_ptr), value :: linear
+            integer(c_size_t), value :: count
+            integer(c_int32_t), value :: threads
+            type(toliman_image), intent(in) :: image
+            real(c_double), intent(out) :: values_px(*)
+            real(c_double), intent(out), optional :: chi_square(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -1886,6 +1927,7 @@ module toliman
     public :: toliman_components_create
     public :: toliman_components_destroy
     public :: toliman_components_push
+    public :: toliman_components_push_many
     public :: toliman_components_reset
     public :: toliman_components_train_options_init
     public :: toliman_components_train
@@ -1894,6 +1936,7 @@ module toliman
     public :: toliman_linear_create
     public :: toliman_linear_destroy
     public :: toliman_linear_encode
+    public :: toliman_linear_encode_many
     public :: toliman_linear_get_sigma
     public :: toliman_period_options_init
     public :: toliman_period_suggest
@@ -2008,6 +2051,7 @@ module toliman
     contains
         procedure :: create => component_set_create
         procedure :: push => component_set_push
+        procedure :: push_many => component_set_push_many
         procedure :: reset => component_set_reset
         procedure :: train => component_set_train
         procedure :: get_series => component_set_get_series
@@ -2027,6 +2071,7 @@ module toliman
     contains
         procedure :: create => linear_estimator_create
         procedure :: encode => linear_estimator_encode
+        procedure :: encode_many => linear_estimator_encode_many
         procedure :: get_sigma => linear_estimator_get_sigma
         procedure :: destroy => linear_estimator_destroy
         procedure, private :: linear_estimator_assign
@@ -2695,22 +2740,23 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for any
-    ! number. counts(cols, rows, count), latents_px(count).
-    subroutine autoencoder_encode_many(self, counts, threads, latents_px, stat, errmsg)
+    ! Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode
+    ! for the same counts, for any number of workers. latents_px(count), chi_square(count).
+    subroutine autoencoder_encode_many(self, image, threads, latents_px, chi_square, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
-        real(c_double), intent(in), contiguous :: counts(:, :, :)
+        type(toliman_image), intent(in) :: image
         integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: latents_px(:)
+        real(c_double), intent(out), optional, contiguous :: chi_square(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
-        of_count = size(counts, 3, c_size_t)
-        if (.not. fits(size(counts, 1, c_size_t), self%cols, 'counts', 1, stat, errmsg)) return
-        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
-        if (.not. fits(size(latents_px, 1, c_size_t), of_count, 'latents_px', 1, stat, errmsg)) return
-        status = toliman_cae_encode_many(self%handle, counts, of_count, threads, latents_px)
+        of_count = size(latents_px, 1, c_size_t)
+        if (present(chi_square)) then
+            if (.not. fits(size(chi_square, 1, c_size_t), of_count, 'chi_square', 1, stat, errmsg)) return
+        end if
+        status = toliman_cae_encode_many(self%handle, image, of_count, threads, latents_px, chi_square)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -2856,6 +2902,16 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Adds `count` frames of image, of any kind of pixels, in their order.
+    subroutine component_set_push_many(self, image, count, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_image), intent(in) :: image
+        integer(c_size_t), intent(in) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_push_many(self%handle, image, count), stat, errmsg)
+    end subroutine
+
     ! Forgets every frame; options and memory stay.
     subroutine component_set_reset(self, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
@@ -2937,6 +2993,26 @@ contains
         of_stride = size(counts, 1, c_size_t)
         if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
         status = toliman_linear_encode(self%handle, counts, of_stride, value_px)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of
+    ! toliman_linear_encode for the same counts, for any number of workers. values_px(count), chi_square(count).
+    subroutine linear_estimator_encode_many(self, image, threads, values_px, chi_square, stat, errmsg)
+        class(toliman_linear_estimator), intent(in) :: self
+        type(toliman_image), intent(in) :: image
+        integer(c_int32_t), intent(in) :: threads
+        real(c_double), intent(out), contiguous :: values_px(:)
+        real(c_double), intent(out), optional, contiguous :: chi_square(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(values_px, 1, c_size_t)
+        if (present(chi_square)) then
+            if (.not. fits(size(chi_square, 1, c_size_t), of_count, 'chi_square', 1, stat, errmsg)) return
+        end if
+        status = toliman_linear_encode_many(self%handle, image, of_count, threads, values_px, chi_square)
         call conclude(status, stat, errmsg)
     end subroutine
 

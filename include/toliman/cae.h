@@ -1,5 +1,7 @@
 /* libtoliman, convolutional autoencoder: one frame of 256x256 counts in, one number out: the separation in pixels.
  *
+ * Frames that may come twice, late or damaged belong to track.h: a frame that is encoded twice counts as two samples.
+ *
  * Data flow (functions toliman_cae_...)
  *
  *   toliman_sim -> create      weights -> load, load_file
@@ -20,6 +22,7 @@
 #define TOLIMAN_CAE_H
 
 #include <toliman/base.h>
+#include <toliman/image.h>
 #include <toliman/sim.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -176,11 +179,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
 
-/* Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for any
- * number. Errors as of toliman_cae_encode, with the number of the frame. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae, const double *counts,
-                                                                      size_t count, uint32_t threads,
-                                                                      double *latents_px) TOLIMAN_NOEXCEPT;
+/* Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode for
+ * the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
+ * of freedom of what the scene's linear model leaves of each frame's crop,
+ *
+ *   |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel.
+ *
+ * u_k are the K orthonormal images that are projected out, t is that of toliman_cae_get_target. Weights and input do
+ * not enter. Frames of the scene have 1 with the standard deviation sqrt(2/65536), damaged ones far more; see
+ * toliman_linear_encode_many. Errors as of toliman_cae_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an
+ * image of another shape, TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,
+                                                                      const toliman_image *image, size_t count,
+                                                                      uint32_t threads, double *latents_px,
+                                                                      double *chi_square) TOLIMAN_NOEXCEPT;
 
 /* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
  * px; linear in it up to 1 px. With another input, the input that it paints. TOLIMAN_E_UNSUPPORTED for layout PAPER;

@@ -3,7 +3,7 @@
  *
  * Data flow (functions toliman_components_...)
  *
- *   toliman_sim -> create -> toliman_components <- push <- frames
+ *   toliman_sim -> create -> toliman_components <- push, push_many <- frames
  *     (options_init)               |
  *    train_options_init ->       train -> get_series -> one value a frame -> period.h
  *                                get_info
@@ -12,6 +12,7 @@
 #ifndef TOLIMAN_COMPONENTS_H
 #define TOLIMAN_COMPONENTS_H
 
+#include <toliman/image.h>
 #include <toliman/sim.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -50,6 +51,13 @@ TOLIMAN_API void toliman_components_destroy(toliman_components *components) TOLI
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push(toliman_components *components,
                                                                       const double *counts,
                                                                       size_t stride) TOLIMAN_NOEXCEPT;
+
+/* Adds `count` frames of image, of any kind of pixels, in their order. Errors as of toliman_components_push, with the
+ * number of the frame, of which no frame is then added; TOLIMAN_E_ARGUMENT for another shape, TOLIMAN_E_RANGE for
+ * frames that do not fit in memory. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push_many(toliman_components *components,
+                                                                           const toliman_image *image,
+                                                                           size_t count) TOLIMAN_NOEXCEPT;
 
 /* Forgets every frame; options and memory stay. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_reset(toliman_components *components) TOLIMAN_NOEXCEPT;

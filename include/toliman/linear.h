@@ -2,7 +2,7 @@
  *
  * Data flow (functions toliman_linear_...)
  *
- *   toliman_sim -> create -> toliman_linear -> encode -> value, px -> period.h
+ *   toliman_sim -> create -> toliman_linear -> encode, encode_many -> value, px -> period.h
  *                                 |   get_sigma -> its standard deviation, px
  *                              destroy
  */
@@ -10,6 +10,7 @@
 #define TOLIMAN_LINEAR_H
 
 #include <toliman/base.h>
+#include <toliman/image.h>
 #include <toliman/sim.h>
 
 TOLIMAN_BEGIN_DECLS
@@ -32,6 +33,23 @@ TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT
  * count, with its row and column. Source: Gauss-Markov; equals maximum likelihood to first order. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear, const double *counts,
                                                                     size_t stride, double *value_px) TOLIMAN_NOEXCEPT;
+
+/* Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_linear_encode for
+ * the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
+ * of freedom of what the model leaves of each frame,
+ *
+ *   |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel.
+ *
+ * u_k are the K images of preprocess.project over sigma, made orthonormal; w is the derivative over sigma, made
+ * orthogonal to them. Frames of the scene have 1 with the standard deviation sqrt(2/pixels), or sqrt(sum(2 +
+ * 1/m))/pixels where pixels expect few electrons m. Damaged frames have far more, as do systematics that are not
+ * projected out; an empty frame has about 0 where both fluxes are projected out. +infinity where it overflows. Errors
+ * as of toliman_linear_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an image of another shape,
+ * TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode_many(const toliman_linear *linear,
+                                                                         const toliman_image *image, size_t count,
+                                                                         uint32_t threads, double *values_px,
+                                                                         double *chi_square) TOLIMAN_NOEXCEPT;
 
 /* Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_get_sigma(const toliman_linear *linear,

@@ -5,6 +5,7 @@
 #include <toliman/base.h>
 #include <toliman/cae.h>
 #include <toliman/components.h>
+#include <toliman/image.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
 #include <toliman/period_batch.h>

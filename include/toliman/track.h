@@ -36,6 +36,7 @@
 #define TOLIMAN_TRACK_H
 
 #include <toliman/cae.h>
+#include <toliman/image.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
 
@@ -69,19 +70,10 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 /* A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1. */
 TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
-/* Kinds of pixels, in the byte order of the machine, which is little-endian. */
-#define TOLIMAN_PIXEL_U8 31
-#define TOLIMAN_PIXEL_U16 32
-#define TOLIMAN_PIXEL_U32 33
-#define TOLIMAN_PIXEL_I16 34
-#define TOLIMAN_PIXEL_I32 35
-#define TOLIMAN_PIXEL_F32 36
-#define TOLIMAN_PIXEL_F64 37
-
 /* A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
-    int32_t pixel;        /* TOLIMAN_PIXEL_... */
+    int32_t pixel;        /* TOLIMAN_PIXEL_... of image.h, big-endian ones too */
     const char *session;  /* 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi */
     const char *roi;
     int64_t frame_id;   /* any number, below 0 too */

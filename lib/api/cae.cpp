@@ -12,6 +12,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
 #include "cae/network.hpp"
 #include "cae/tied.hpp"
@@ -272,16 +273,16 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
     });
 }
 
-toliman_status toliman_cae_encode_many(const toliman_cae *cae, const double *counts, size_t count, uint32_t threads,
-                                       double *latents_px) noexcept {
+toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count,
+                                       uint32_t threads, double *latents_px, double *chi_square) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
         if (count == 0)
             return;
         const cae::Preprocess &preprocess = network.preprocess();
-        required_array(counts, count, preprocess.rows * preprocess.cols * sizeof *counts, "counts");
-        network.encode_many(counts, count, threads, &required(latents_px, "latents_px"));
+        const PixelFrames frames = frames_of(image, count, preprocess.rows, preprocess.cols);
+        network.encode_many(frames, count, threads, &required(latents_px, "latents_px"), chi_square);
     });
 }
 

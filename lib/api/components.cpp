@@ -1,4 +1,4 @@
-// The components of include/toliman/linear.h: unwrap, call, convert.
+// include/toliman/components.h: unwrap, call, convert.
 #include <algorithm>
 
 #include <toliman/components.h>
@@ -7,6 +7,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/pixel_frames.hpp"
 #include "base/workers.hpp"
 #include "linear/components.hpp"
 #include "linear/residuals.hpp"
@@ -67,6 +68,11 @@ linear::DictionaryOptions dictionary_of(const toliman_components_train_options &
     return known;
 }
 
+void forget_training(toliman_components &components) noexcept {
+    components.gram.clear();
+    components.trained = {};
+}
+
 } // namespace
 
 extern "C" {
@@ -102,8 +108,19 @@ toliman_status toliman_components_push(toliman_components *handle, const double 
         linear::Residuals &residuals = components->residuals;
         required_image(counts, stride, residuals.cols(), "counts");
         residuals.push({counts, residuals.rows(), residuals.cols(), stride});
-        components->gram.clear();
-        components->trained = {};
+        forget_training(*components);
+    });
+}
+
+toliman_status toliman_components_push_many(toliman_components *handle, const toliman_image *image,
+                                            size_t count) noexcept {
+    return guard([&] {
+        const Use components(handle, "components");
+        linear::Residuals &residuals = components->residuals;
+        if (count == 0)
+            return;
+        residuals.push_many(frames_of(image, count, residuals.rows(), residuals.cols()), count);
+        forget_training(*components);
     });
 }
 
@@ -111,8 +128,7 @@ toliman_status toliman_components_reset(toliman_components *handle) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         components->residuals.clear();
-        components->gram.clear();
-        components->trained = {};
+        forget_training(*components);
     });
 }
 

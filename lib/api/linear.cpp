@@ -4,6 +4,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/pixel_frames.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -31,6 +32,18 @@ toliman_status toliman_linear_encode(const toliman_linear *handle, const double 
         required_image(counts, stride, estimator.cols(), "counts");
         double &value = required(value_px, "value_px");
         value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride});
+    });
+}
+
+toliman_status toliman_linear_encode_many(const toliman_linear *handle, const toliman_image *image, size_t count,
+                                          uint32_t threads, double *values_px, double *chi_square) noexcept {
+    return guard([&] {
+        const Use use(handle, "linear");
+        const linear::TemplateEstimator &estimator = use->estimator;
+        if (count == 0)
+            return;
+        const PixelFrames frames = frames_of(image, count, estimator.rows(), estimator.cols());
+        estimator.estimate_many(frames, count, threads, &required(values_px, "values_px"), chi_square);
     });
 }
 

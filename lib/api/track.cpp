@@ -13,6 +13,7 @@
 #include "api/handles.hpp"
 #include "api/memory.hpp"
 #include "api/peak.hpp"
+#include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_results.hpp"
 #include "base/workers.hpp"
@@ -33,7 +34,6 @@ struct toliman_track : Handle<toliman_track> {
 namespace {
 
 constexpr Choice<track::Sync> kSyncs = {TOLIMAN_TRACK_SYNC_GROUP, TOLIMAN_TRACK_SYNC_NONE, "TOLIMAN_TRACK_SYNC_..."};
-constexpr Choice<track::Pixel> kPixels = {TOLIMAN_PIXEL_U8, TOLIMAN_PIXEL_F64, "TOLIMAN_PIXEL_..."};
 
 // A call that changes the sums, which the caller may be querying as a periodogram.
 class Changing {
@@ -271,7 +271,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     track::check_name(&required(given.roi, "frames->roi"), "roi");
     required(given.pixels, "frames->pixels");
     if (!kPixels.holds(given.pixel))
-        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 37");
+        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 41");
     if (given.rows < 1 || given.rows > kLargestSide)
         refuse("rows", given.rows, "in [1, 65536]");
     if (given.cols < 1 || given.cols > kLargestSide)
@@ -283,10 +283,10 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
         fail(Status::argument, "frames[%zu].sigma = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
-    const track::Pixel pixel = kPixels.take(given.pixel, "pixel");
-    if (reinterpret_cast<uintptr_t>(given.pixels) % track::size_of(pixel) != 0)
+    const Pixel pixel = kPixels.take(given.pixel, "pixel");
+    if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)
         fail(Status::argument, "frames[%zu].pixels: must be aligned to %zu bytes, the size of a pixel", i,
-             track::size_of(pixel));
+             size_of(pixel));
     track::Frame frame = {};
     frame.session = given.session;
     frame.roi = given.roi;

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/estimates.hpp"
 #include "base/hash.hpp"
-#include "base/workers.hpp"
 
 namespace toliman::cae {
 
@@ -22,7 +22,7 @@ Network::Network(const Layout &layout, Preprocess preprocess, Parameters paramet
       encoder_(pack_encoder(layout, parameters_)), decoder_(pack_decoder(layout, parameters_)), seed_(seed),
       trained_(trained), cosine_(cosine) {}
 
-double Network::encode(ImageView<const double> frame, Workspace &work, Pooling *pooling) const {
+double Network::latent_of(ImageView<const double> frame, Workspace &work, Pooling *pooling) const {
     preprocess_.apply(frame, work.scratch, work.images[0] + kInputStride + 1, kInputStride);
     const double latent = cae::encode(*layout_, parameters_, encoder_, work.images, pooling);
     if (!std::isfinite(latent))
@@ -32,26 +32,25 @@ double Network::encode(ImageView<const double> frame, Workspace &work, Pooling *
 
 double Network::encode(ImageView<const double> frame) const {
     Workspace work;
-    return encode(frame, work, nullptr);
+    return encode(frame, work);
+}
+
+double Network::encode(ImageView<const double> frame, Workspace &work, double *chi_square) const {
+    const double latent = latent_of(frame, work, nullptr);
+    if (chi_square != nullptr)
+        *chi_square = preprocess_.chi_square(frame, work.scratch);
+    return latent;
 }
 
 uint64_t Network::digest() const noexcept {
     return fnv1a(parameters_.values, fnv1a(layout_hash(*layout_), preprocess_.digest()));
 }
 
-void Network::encode_many(const double *counts, size_t count, unsigned workers, double *latents) const {
-    // One job a worker, so that each has one workspace; a frame's latent does not depend on who computes it.
-    const size_t jobs = std::min<size_t>(worker_count(workers), count);
-    Buffer<double> results(count);
-    run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
-        Workspace work;
-        for (size_t i = job; i < count; i += jobs)
-            in_frame(i, [&] {
-                const double *frame = counts + i * preprocess_.rows * preprocess_.cols;
-                results[i] = encode({frame, preprocess_.rows, preprocess_.cols, preprocess_.cols}, work, nullptr);
-            });
-    });
-    std::copy(results.begin(), results.end(), latents);
+void Network::encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
+                          double *chi_square) const {
+    estimate_many<Workspace>(
+        frames, count, workers, latents, chi_square,
+        [this](ImageView<const double> frame, Workspace &work, double *square) { return encode(frame, work, square); });
 }
 
 void Network::decode(double latent, double *image) const {
@@ -77,7 +76,7 @@ void Network::paint(double latent, Pooling &pooling, double *image) const {
 void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Workspace work;
     Pooling pooling(*layout_);
-    const double latent = encode(frame, work, &pooling);
+    const double latent = latent_of(frame, work, &pooling);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::range, "counts: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
              latent, -kLargestLatent, kLargestLatent);

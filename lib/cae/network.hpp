@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/pixel.hpp"
 #include "base/view.hpp"
 #include "cae/forward.hpp"
 #include "cae/preprocess.hpp"
@@ -35,14 +36,15 @@ class Network {
 
     // Latent in px of one frame. Status::argument for a non-finite count, Status::range for a latent beyond float.
     double encode(ImageView<const double> frame) const;
-    // The same without an allocation.
-    double encode(ImageView<const double> frame, Workspace &work) const { return encode(frame, work, nullptr); }
+    // The same without an allocation; chi_square, unless NULL, becomes that of Preprocess.
+    double encode(ImageView<const double> frame, Workspace &work, double *chi_square = nullptr) const;
 
     // FNV-1a of all that the latents come from.
     uint64_t digest() const noexcept;
 
-    // The same for counts [count][rows][cols].
-    void encode_many(const double *counts, size_t count, unsigned workers, double *latents) const;
+    // The same of many frames, and chi_square [count] of each unless NULL.
+    void encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
+                     double *chi_square) const;
 
     // Whitened residual image [kPixels] for a latent in px. Status::argument for a latent beyond 1e6 px, Status::range
     // when weights are so large that the image overflows, Status::unsupported for a layout that needs a frame's
@@ -54,7 +56,7 @@ class Network {
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
-    double encode(ImageView<const double> frame, Workspace &work, Pooling *pooling) const;
+    double latent_of(ImageView<const double> frame, Workspace &work, Pooling *pooling) const;
     void paint(double latent, Pooling &pooling, double *image) const;
 
     const Layout *layout_;

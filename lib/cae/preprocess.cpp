@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/bytes.hpp"
@@ -113,6 +114,7 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
 }
 
 void Preprocess::derive() {
+    target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
     offset = reference;
     factor.assign(kPixels, 1.0);
     if (input == Input::whitened)
@@ -153,6 +155,25 @@ void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, 
     for (size_t r = 0; r < kSide; r++)
         for (size_t c = 0; c < kSide; c++)
             out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);
+}
+
+double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &residual) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    if (projected == 0) { // else it is as apply() left it
+        residual.resize(kPixels);
+        for (size_t r = 0; r < kSide; r++) {
+            const double *counts = frame.row(crop_row + r) + crop_col;
+            for (size_t c = 0; c < kSide; c++)
+                residual[r * kSide + c] = counts[c] - reference[r * kSide + c];
+        }
+        kernels::whiten(residual.data(), variance.data(), kPixels, residual.data());
+    }
+    const double along = target_square > 0 ? kernel.inner(target.data(), residual.data(), kPixels) : 0;
+    const double left = kernel.inner(residual.data(), residual.data(), kPixels) -
+                        (target_square > 0 ? along / target_square * along : 0);
+    if (!std::isfinite(left))
+        return std::numeric_limits<double>::infinity();
+    return std::max(left, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));
 }
 
 uint64_t Preprocess::digest() const noexcept {

@@ -33,6 +33,7 @@ struct Preprocess {
     Buffer<double> target;         // whitened, projected derivative, sigmas of a pixel per px
     Buffer<double> units;          // [projected][pixels], whitened nuisance images, orthonormal
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
+    double target_square = 0;      // derived: |target|^2
 
     // Crop about the light's barycentre of the reference. Status::unsupported for frames below 256x256 and for a
     // projection of what is not whitened, Status::scene when nothing of the derivative is left beside the nuisances.
@@ -46,6 +47,11 @@ struct Preprocess {
     // input_scale times the input, [256 rows][stride], from the crop of a frame. scratch, kept from frame to frame,
     // saves an allocation. Status::argument for a non-finite count.
     void apply(ImageView<const double> frame, Buffer<double> &scratch, float *out, size_t stride) const;
+
+    // Mean square per degree of freedom of what reference, nuisances and derivative leave of the whitened residual r of
+    // the crop, whatever the input is: |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2/(pixels - projected - 1); +infinity
+    // where it overflows. Of the frame that was applied last, with its scratch.
+    double chi_square(ImageView<const double> frame, Buffer<double> &scratch) const;
 
     // FNV-1a of what makes the input.
     uint64_t digest() const noexcept;

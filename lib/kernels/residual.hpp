@@ -21,6 +21,10 @@ struct ResidualKernels {
     // Notes     plain sums in 16 parts: off by count/16 roundings of the sum of the absolute products at most, 5e-13 of
     //           it for a frame. kernels/project.hpp has the compensated form. The same bits on every instruction set.
     void (*project_out)(const double *units, size_t planes, size_t count, double *vector) noexcept;
+
+    // Given     a, b [count], a multiple of 16
+    // Returned  sum a_i b_i, by the same plain sums in 16 parts
+    double (*inner)(const double *a, const double *b, size_t count) noexcept;
 };
 TOLIMAN_ISA_DECLARE(ResidualKernels, residual)
 

@@ -33,19 +33,24 @@ bool scaled_residual(const double *counts, const double *reference, const double
     return bad == 0;
 }
 
-void project_out(const double *units, size_t planes, size_t count, double *vector) noexcept {
+double inner(const double *a, const double *b, size_t count) noexcept {
     constexpr size_t kParts = 16;
+    double part[kParts] = {};
+    for (size_t i = 0; i < count; i += kParts)
+        for (size_t p = 0; p < kParts; p++)
+            part[p] += a[i + p] * b[i + p];
+    for (size_t half = kParts / 2; half > 0; half /= 2)
+        for (size_t p = 0; p < half; p++)
+            part[p] += part[p + half];
+    return part[0];
+}
+
+void project_out(const double *units, size_t planes, size_t count, double *vector) noexcept {
     for (size_t k = 0; k < planes; k++) {
         const double *unit = units + k * count;
-        double part[kParts] = {};
-        for (size_t i = 0; i < count; i += kParts)
-            for (size_t p = 0; p < kParts; p++)
-                part[p] += unit[i + p] * vector[i + p];
-        for (size_t half = kParts / 2; half > 0; half /= 2)
-            for (size_t p = 0; p < half; p++)
-                part[p] += part[p + half];
+        const double component = inner(unit, vector, count);
         for (size_t i = 0; i < count; i++)
-            vector[i] -= part[0] * unit[i];
+            vector[i] -= component * unit[i];
     }
 }
 
@@ -53,6 +58,6 @@ void project_out(const double *units, size_t planes, size_t count, double *vecto
 } // namespace TOLIMAN_ISA
 
 const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {TOLIMAN_ISA::residual, TOLIMAN_ISA::scaled_residual,
-                                                     TOLIMAN_ISA::project_out};
+                                                     TOLIMAN_ISA::project_out, TOLIMAN_ISA::inner};
 
 } // namespace toliman::kernels

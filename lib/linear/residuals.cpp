@@ -84,6 +84,18 @@ void Residuals::push(ImageView<const double> counts) {
                    [](double value) { return static_cast<float>(value); });
 }
 
+void Residuals::push_many(const PixelFrames &frames, size_t count) {
+    const size_t before = values_.size();
+    Buffer<double> converted;
+    try {
+        for (size_t i = 0; i < count; i++)
+            in_frame(i, [&] { push(frames.frame(i, converted)); });
+    } catch (...) {
+        values_.resize(before);
+        throw;
+    }
+}
+
 double Residuals::threshold_px() const noexcept {
     const double per_frame = static_cast<double>(pixels_ - projected_) / static_cast<double>(frames());
     return crb_px_ * std::sqrt(2 * std::sqrt(per_frame));

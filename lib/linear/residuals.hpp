@@ -5,6 +5,7 @@
 
 #include "base/buffer.hpp"
 #include "base/frame_model.hpp"
+#include "base/pixel.hpp"
 #include "base/view.hpp"
 
 namespace toliman::linear {
@@ -25,6 +26,9 @@ class Residuals {
     // Adds a frame of the model's shape. Status::argument for a count that is not finite, Status::range for one beyond
     // float32, Status::capacity when full; nothing is changed then, and no memory taken ever.
     void push(ImageView<const double> counts);
+
+    // The same of many frames: all of them or none.
+    void push_many(const PixelFrames &frames, size_t count);
 
     void clear() noexcept { values_.clear(); }
 

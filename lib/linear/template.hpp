@@ -2,6 +2,7 @@
 #pragma once
 #include "base/buffer.hpp"
 #include "base/frame_model.hpp"
+#include "base/pixel.hpp"
 #include "base/view.hpp"
 
 namespace toliman::linear {
@@ -19,6 +20,15 @@ class TemplateEstimator {
     double estimate(ImageView<const double> counts, double *residual) const;
     double estimate(ImageView<const double> counts) const;
 
+    // The same of many frames, and chi_square [count] of each unless NULL.
+    void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
+                       double *chi_square) const;
+
+    // Mean square per degree of freedom of what the fit of derivative and nuisances leaves of the whitened residual,
+    // |r - sum_k <u_k, r> u_k - value w|^2/(pixels - nuisances - 1), of counts with that value; +infinity where it
+    // overflows. Its relative error is 1e-12 |r|^2/(what is left).
+    double chi_square(ImageView<const double> counts, double value, Buffer<double> &scratch) const;
+
     // FNV-1a of the numbers that make the values.
     uint64_t digest() const noexcept;
 
@@ -32,6 +42,9 @@ class TemplateEstimator {
     size_t rows_, cols_;
     Buffer<double> reference_;
     Buffer<double> filter_; // px per count
+    Buffer<double> inverse_sigma_;
+    size_t rank_, padded_; // of nuisances; pixels up to a multiple of 16
+    Buffer<double> units_; // [rank][padded], whitened nuisance images, orthonormal, 0 beyond the pixels
     double sigma_px_;
 };
 

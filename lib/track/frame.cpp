@@ -26,23 +26,24 @@ template <class T> T largest_pixel(uint32_t bit_depth) noexcept {
 }
 
 // Whether no pixel of a row can be a flaw: a pass without branches, which most rows need no more than.
-template <class T> bool is_plain(const T *row, size_t cols, T most) noexcept {
+template <class T> bool is_plain(const T *row, size_t cols, ValueOf<T> most) noexcept {
+    using Value = ValueOf<T>;
     int bad = 0;
     for (size_t c = 0; c < cols; c++)
         bad |= static_cast<int>(!(row[c] <= most)) | static_cast<int>(row[c] == 0);
-    if constexpr (std::is_floating_point_v<T>)
+    if constexpr (std::is_floating_point_v<Value>)
         for (size_t c = 0; c < cols; c++)
-            bad |= static_cast<int>(!(row[c] >= -std::numeric_limits<T>::max()));
+            bad |= static_cast<int>(!(row[c] >= -std::numeric_limits<Value>::max()));
     return bad == 0;
 }
 
 // The first pixel that is not finite or above `most`, or that completes a hole.
-template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry) noexcept {
-    const T most = largest_pixel<T>(geometry.bit_depth);
+template <class T> Flaw first_flaw(const T *pixels, const Frame &frame, const Geometry &geometry) noexcept {
+    const auto most = largest_pixel<ValueOf<T>>(geometry.bit_depth);
     const size_t hole = geometry.hole > 0 ? (geometry.hole + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
     size_t zeros = 0;
     for (size_t r = 0; r < frame.rows; r++) {
-        const T *row = static_cast<const T *>(frame.pixels) + r * frame.stride;
+        const T *row = pixels + r * frame.stride;
         if (is_plain(row, frame.cols, most)) {
             zeros = 0;
             continue;
@@ -59,15 +60,15 @@ template <class T> Flaw first_flaw(const Frame &frame, const Geometry &geometry)
     return {};
 }
 
-template <class T> Flaw take_pixels(const Frame &frame, const Geometry &geometry, double *out) noexcept {
-    const Flaw flaw = first_flaw<T>(frame, geometry);
+template <class T>
+Flaw take_pixels(const T *pixels, const Frame &frame, const Geometry &geometry, double *out) noexcept {
+    const Flaw flaw = first_flaw(pixels, frame, geometry);
     if (flaw.reason != Reason::none)
         return flaw;
     if (geometry.bin > 1)
         std::fill_n(out, geometry.out_rows * geometry.out_cols, 0.0);
     for (size_t r = 0; r < geometry.out_rows * geometry.bin; r++) {
-        const T *row =
-            static_cast<const T *>(frame.pixels) + (geometry.crop_row + r) * frame.stride + geometry.crop_col;
+        const T *row = pixels + (geometry.crop_row + r) * frame.stride + geometry.crop_col;
         double *sums = out + r / geometry.bin * geometry.out_cols;
         if (geometry.bin == 1)
             for (size_t c = 0; c < geometry.out_cols; c++)
@@ -80,11 +81,6 @@ template <class T> Flaw take_pixels(const Frame &frame, const Geometry &geometry
 }
 
 } // namespace
-
-size_t size_of(Pixel pixel) noexcept {
-    constexpr size_t kSizes[kPixels] = {1, 2, 4, 2, 4, 4, 8};
-    return kSizes[static_cast<size_t>(pixel)];
-}
 
 void Geometry::check() const {
     if (rows < 1 || cols < 1 || out_rows < 1 || out_cols < 1 || bin < 1)
@@ -120,23 +116,7 @@ uint32_t content_of(const Frame &frame) noexcept {
 Flaw take(const Frame &frame, const Geometry &geometry, double *out) noexcept {
     if (frame.rows != geometry.rows || frame.cols != geometry.cols)
         return {Reason::shape, frame.rows, frame.cols, 0};
-    switch (frame.pixel) {
-    case Pixel::u8:
-        return take_pixels<uint8_t>(frame, geometry, out);
-    case Pixel::u16:
-        return take_pixels<uint16_t>(frame, geometry, out);
-    case Pixel::u32:
-        return take_pixels<uint32_t>(frame, geometry, out);
-    case Pixel::i16:
-        return take_pixels<int16_t>(frame, geometry, out);
-    case Pixel::i32:
-        return take_pixels<int32_t>(frame, geometry, out);
-    case Pixel::f32:
-        return take_pixels<float>(frame, geometry, out);
-    case Pixel::f64:
-        break;
-    }
-    return take_pixels<double>(frame, geometry, out);
+    return with_pixels(frame.pixel, frame.pixels, [&](auto first) { return take_pixels(first, frame, geometry, out); });
 }
 
 } // namespace toliman::track

@@ -4,13 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/pixel.hpp"
 #include "track/record.hpp"
 
 namespace toliman::track {
-
-enum class Pixel : int32_t { u8 = 0, u16 = 1, u32 = 2, i16 = 3, i32 = 4, f32 = 5, f64 = 6 };
-constexpr int32_t kPixels = 7;
-size_t size_of(Pixel pixel) noexcept;
 
 struct Frame {
     const char *session, *roi;

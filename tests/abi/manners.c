@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "cae_scene.h"
+#include "images.h"
 #include "track_frames.h"
 #include "watch.h"
 
@@ -159,7 +160,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     options.progress = go_on;
     assert_ok(toliman_cae_train(cae, &options, NULL));
     double latents[FRAMES], image[kPixels], mmse, mssim, floor_of_noise;
-    assert_ok(toliman_cae_encode_many(cae, frames, FRAMES, 2, latents));
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, 2, latents, NULL));
     result("latents", latents, sizeof latents);
     assert_ok(toliman_cae_reconstruct(cae, frames, kSide, image, kSide, &mmse, &mssim, &floor_of_noise));
     result("reconstruction", image, sizeof image);

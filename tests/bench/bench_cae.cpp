@@ -261,7 +261,10 @@ int main(int count, char **arguments) {
     chosen = *std::find_if(std::begin(all), std::end(all), runs);
     const Scene scene("examples/scenes/chapter.json");
     std::vector<double> latents(kFrames);
-    check(toliman_cae_encode_many(scene.cae, scene.frames.data(), kFrames, 1, latents.data()));
+    toliman_image image = {};
+    image.struct_size = sizeof image;
+    image.pixels = scene.frames.data();
+    check(toliman_cae_encode_many(scene.cae, &image, kFrames, 1, latents.data(), nullptr));
     measure_tied(scene);
     for (const Isa isa : all) {
         if (!runs(isa))

@@ -1,6 +1,7 @@
 /* Weights blobs of every encoding: their bytes, into the folder given, and what a network loaded from them is worth,
  * one JSON object a line. weights.py runs it and lays out the table. */
 #include "cae_scene.h"
+#include "images.h"
 #include "scene_text.h"
 #include "timing.h"
 
@@ -58,7 +59,7 @@ static void encode_frames(const toliman_sim *sim, toliman_cae *const *networks, 
     for (int first = 0; first < FRAMES; first += BATCH) {
         assert_ok(toliman_sim_frame_many(sim, 1, 1095 + first, BATCH, zero, 0, frames));
         for (int k = 0; k < COMBINATIONS; k++)
-            assert_ok(toliman_cae_encode_many(networks[k], frames, BATCH, 0, &latents[k][first]));
+            assert_ok(toliman_cae_encode_many(networks[k], PLAIN_IMAGE(frames), BATCH, 0, &latents[k][first], NULL));
     }
     free(frames);
 }

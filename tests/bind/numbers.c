@@ -61,7 +61,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_cae_training report = {.struct_size = sizeof report};
     int32_t calls = 0;
     size_t size;
-    double latent, mmse, *image = malloc(256 * 256 * sizeof *image);
+    double latent, square, mmse, *image = malloc(256 * 256 * sizeof *image);
     MUST(toliman_cae_create(sim, 5, NULL, &made));
     toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 3;
@@ -77,6 +77,10 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_load(bytes, size, NULL, &cae));
     MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent));
     show("latent", latent);
+    const toliman_image many = {.struct_size = sizeof many, .pixels = frame};
+    MUST(toliman_cae_encode_many(cae, &many, 1, 1, &latent, &square));
+    show("latent_of_many", latent);
+    show("chi_square", square);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
     show("decode", image[3 * 256 + 250]);
     MUST(toliman_cae_reconstruct(cae, frame, (size_t)cols, image, 256, &mmse, NULL, NULL));

@@ -78,13 +78,14 @@ contains
 
     subroutine encode(sim, frame)
         type(toliman_simulator), intent(in) :: sim
-        real(c_double), intent(in), contiguous :: frame(:, :)
+        real(c_double), intent(in), contiguous, target :: frame(:, :)
         type(toliman_autoencoder) :: made, cae
         type(toliman_cae_train_options) :: options
         type(toliman_cae_training) :: report
         integer(c_int8_t), allocatable :: bytes(:)
         real(c_double), allocatable :: image(:, :)
-        real(c_double) :: latent, mmse
+        real(c_double) :: latent, mmse, latents(1), squares(1)
+        type(toliman_image) :: many
         call made%create(sim, 5_c_int64_t)
         call toliman_cae_train_options_init(options, c_sizeof(options))
         options%steps = 3
@@ -98,6 +99,11 @@ contains
         call cae%load(bytes)
         call cae%encode(frame, latent)
         call show('latent', latent)
+        many%pixel = TOLIMAN_PIXEL_F64
+        many%pixels = c_loc(frame)
+        call cae%encode_many(many, 1, latents, squares)
+        call show('latent_of_many', latents(1))
+        call show('chi_square', squares(1))
         allocate (image(256, 256))
         call cae%decode(1d-3, image)
         call show('decode', image(251, 4))

@@ -18,7 +18,7 @@ struct Arrival {
     uint16_t pixels[kPixels];
     int64_t id;
     track::Frame frame() const {
-        return {"pass", "core", id, id * 1000, 0, pixels, kSide, kSide, kSide, track::Pixel::u16, 0};
+        return {"pass", "core", id, id * 1000, 0, pixels, kSide, kSide, kSide, Pixel::u16, 0};
     }
 };
 

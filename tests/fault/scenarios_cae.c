@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cae_scene.h"
+#include "images.h"
 #include "scenario.h"
 
 static toliman_status create_with(int32_t layout, int32_t input, void **made) {
@@ -215,7 +216,7 @@ static toliman_status encode(attempt *a) {
     return toliman_cae_encode(network(), wide_frames(), WIDE, (double *)a->out);
 }
 static toliman_status encode_many(attempt *a) {
-    return toliman_cae_encode_many(network(), wide_frames(), FRAMES, 3, (double *)a->out);
+    return toliman_cae_encode_many(network(), PLAIN_IMAGE(wide_frames()), FRAMES, 3, (double *)a->out, NULL);
 }
 static toliman_status reconstruct(attempt *a) {
     double *const out = (double *)a->out;

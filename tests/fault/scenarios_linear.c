@@ -1,5 +1,6 @@
-/* linear.h */
+/* linear.h, components.h */
 #include "assert_close.h"
+#include "images.h"
 #include "scenario.h"
 
 enum { PIXELS = SMALL * SMALL };
@@ -80,6 +81,10 @@ static toliman_status destroy(attempt *a) {
 static toliman_status encode(attempt *a) {
     return toliman_linear_encode(fitter(), small_frames(), SMALL, (double *)a->out);
 }
+static toliman_status encode_many(attempt *a) {
+    double *const out = (double *)a->out;
+    return toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, out + FRAMES);
+}
 static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);
 }
@@ -98,6 +103,9 @@ static toliman_status destroy_components(attempt *a) {
 }
 static toliman_status push_frame(attempt *a) {
     return toliman_components_push(a->object, small_frames() + (FRAMES - 1) * PIXELS, SMALL);
+}
+static toliman_status push_last(attempt *a) {
+    return toliman_components_push_many(a->object, PLAIN_IMAGE(small_frames() + (FRAMES - 1) * PIXELS), 1);
 }
 static toliman_status reset(attempt *a) {
     return toliman_components_reset(a->object);
@@ -126,12 +134,14 @@ static const scenario all[] = {
     {.function = "toliman_linear_create", .call = create, .made = &fitters, .stage = put_frames},
     {.function = "toliman_linear_destroy", .call = destroy, .make = make, .of = &fitters},
     {.function = "toliman_linear_encode", .call = encode, .stage = put_frames},
+    {.function = "toliman_linear_encode_many", .call = encode_many, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
     {.function = "toliman_components_options_init", .call = inits},
     {.function = "toliman_components_train_options_init", .call = inits},
     {.function = "toliman_components_create", .call = create_components, .made = &collections},
     {.function = "toliman_components_destroy", .call = destroy_components, .make = make_trained, .of = &collections},
     {.function = "toliman_components_push", .call = push_frame, .make = make_trained, .of = &collections},
+    {.function = "toliman_components_push_many", .call = push_last, .make = make_trained, .of = &collections},
     {.function = "toliman_components_reset", .call = reset, .make = make_trained, .of = &collections},
     {.function = "toliman_components_train", "PCA", train_pca, make_components, &collections, .struct_size = REPORT},
     {.function = "toliman_components_train",

@@ -58,7 +58,7 @@ struct Run {
     // The first pixel is the value.
     void push_pixel(int64_t id, uint16_t pixel) {
         const uint16_t pixels[kPixels] = {pixel, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
-        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, track::Pixel::u16, 0};
+        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, Pixel::u16, 0};
         track::Outcome outcome;
         size_t done;
         tracker->push(&frame, 1, &outcome, done);

@@ -93,6 +93,8 @@ class Bindings(unittest.TestCase):
                  "toliman_period_push_many: nothing tells the extents of y"),
                 ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
                  "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
+                ("toliman_components_push_many: count\n", "",
+                 "toliman_components_push_many: nothing has the extent count"),
                 ("toliman_track_merge: lost?\n", "",
                  "toliman_track_merge: its comment says that something may be NULL"),
                 ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is no function"),

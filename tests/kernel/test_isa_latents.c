@@ -1,5 +1,6 @@
 /* Latents of noisy frames by the same weights on every instruction set: within 1e-5 of the latent's sigma. */
 #include "cae_scene.h"
+#include "images.h"
 
 int shim_choose_isa(int isa);
 
@@ -25,7 +26,7 @@ static void check_layout(int32_t layout, uint32_t steps, double allowed) {
     for (int isa = 0; isa < 3; isa++) {
         if (!shim_choose_isa(isa))
             continue;
-        assert_ok(toliman_cae_encode_many(cae, frames, kFrames, 1, isa == 0 ? first : latents));
+        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFrames, 1, isa == 0 ? first : latents, NULL));
         for (int i = 0; isa > 0 && i < kFrames; i++)
             assert_close(latents[i], first[i], 0, allowed);
     }

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "cae_scene.h"
+#include "images.h"
 #include "track_frames.h"
 
 #include <toliman/toliman.h>
@@ -114,7 +115,7 @@ static void estimate(const toliman_sim *sim, const double *frames) {
         model = into;
     for (int blob = 0; blob < 2; blob++) {
         assert_ok(toliman_cae_load(bytes, recall(blobs[blob][0], bytes, sizeof bytes), NULL, &cae));
-        assert_ok(toliman_cae_encode_many(cae, frames, FRAMES, workers, values));
+        assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, workers, values, NULL));
         keep(blobs[blob][1], values, sizeof values);
         toliman_cae_destroy(cae);
     }

@@ -6,6 +6,7 @@
 #include <pthread.h>
 
 #include "cae_scene.h"
+#include "images.h"
 #include "scene_text.h"
 #include "track_frames.h"
 
@@ -105,7 +106,7 @@ static int use_network(results *found) {
     if (status == TOLIMAN_OK)
         status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0]);
     if (status == TOLIMAN_OK)
-        status = toliman_cae_encode_many(shared_cae, wide_frames, 2, 2, &latents[1]);
+        status = toliman_cae_encode_many(shared_cae, PLAIN_IMAGE(wide_frames), 2, 2, &latents[1], NULL);
     for (int i = 0; i < 3; i++)
         add(found, latents[i]);
     toliman_cae_destroy(cae);

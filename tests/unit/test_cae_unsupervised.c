@@ -1,5 +1,6 @@
 /* Unsupervised training, both layouts and all inputs: bits, taking up, learning, refusals. */
 #include "cae_scene.h"
+#include "images.h"
 
 static toliman_sim *sim;
 
@@ -161,7 +162,7 @@ static void test_learns_a_large_signal(void **unused) {
     for (int i = 0; i < kFresh; i++)
         displacements[i] = 1e-2 * sin(1.3 * i + 0.4);
     assert_ok(toliman_sim_frame_many(sim, 6, 0, kFresh, displacements, 0, frames));
-    assert_ok(toliman_cae_encode_many(cae, frames, kFresh, 0, latents));
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFresh, 0, latents, NULL));
     double sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
     for (int i = 0; i < kFresh; i++) {
         const double x = displacements[i], y = latents[i];

@@ -20,6 +20,7 @@ def attach(table, top):
     for item in table.all(Function) + table.all(Callback):
         for argument in item.arguments:
             argument.extents, argument.nullable = [argument.type.array] if argument.type.array else [], False
+            argument.alone = False
     for number, name, rest in words(top):
         place = f"tools/gen/shapes:{number}"
         item = table.by_name.get(name)
@@ -29,6 +30,9 @@ def attach(table, top):
         for word in rest:
             match = re.fullmatch(r"(\w+)((?:\[(?:\w+|\*)\])*)(\??)", word)
             argument = arguments.get(match.group(1)) if match else None
+            if argument is not None and match.group(0) == argument.name and not argument.type.pointers:
+                argument.alone = True
+                continue
             if argument is None or not argument.type.pointers:
                 raise SystemExit(f"{place}: {word}: expected a pointer among the arguments of {name}")
             argument.extents = re.findall(r"\w+|\*", match.group(2)) or argument.extents
@@ -43,7 +47,7 @@ def complain(item):
     extents = {extent for argument in item.arguments for extent in argument.extents}
     for argument in item.arguments:
         kind = argument.type
-        if kind.base == "size_t" and not kind.pointers and argument.name not in extents:
+        if kind.base == "size_t" and not kind.pointers and argument.name not in extents and not argument.alone:
             raise SystemExit(f"tools/gen/shapes: {item.name}: nothing has the extent {argument.name}")
         number = kind.pointers and not kind.base.startswith("toliman_") and kind.base != "char"
         if number and not argument.extents and (kind.const or kind.base == "void") and argument.name != "user_data":

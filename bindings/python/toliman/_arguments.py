@@ -87,7 +87,8 @@ def plain(name: str, values: ArrayLike) -> Doubles:
     except ValueError as error:  # rows of unequal length
         raise ValueError(f"{name} is no array: {error}") from None
     if array.dtype.kind not in "biuf":
-        what = f"a {type(values).__name__}" if array.dtype.kind == "O" else f"an array of {array.dtype}"
+        plain_object = array.dtype.kind == "O" and not isinstance(values, numpy.ndarray)
+        what = f"a {type(values).__name__}" if plain_object else f"an array of {array.dtype}"
         raise TypeError(f"{name} is {what}: give plain numbers")
     exact = numpy.require(array, numpy.float64, ["C", "A"])
     if array.dtype.kind in "iuf" and array.dtype.itemsize >= 8 and array.dtype != numpy.float64:
@@ -105,10 +106,16 @@ def pointer(array: NDArray | None) -> typing.Any:
 def shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Doubles:
     """The same as plain() of a shape that is known; -1 stands for any number."""
     array = plain(name, values)
-    if numpy.ndim(values) != len(shape) or any(want not in (-1, got) for want, got in zip(shape, array.shape)):
-        wanted = ", ".join("any" if want == -1 else str(want) for want in shape)
-        raise ValueError(f"{name} has the shape {numpy.shape(values)}: must be ({wanted})")
+    has_shape(name, values, shape)
     return array
+
+
+def has_shape(name: str, values: ArrayLike, shape: tuple[int, ...]) -> None:
+    """Refuses an array of another shape."""
+    given = numpy.shape(values)
+    if len(given) != len(shape) or any(want not in (-1, got) for want, got in zip(shape, given)):
+        wanted = ", ".join("any" if want == -1 else str(want) for want in shape)
+        raise ValueError(f"{name} has the shape {given}: must be ({wanted})")
 
 
 def of_kind(name: str, value: typing.Any, kind: type) -> typing.Any:

@@ -119,6 +119,43 @@ class toliman_machine(Sized):
     ]
 
 
+# Kinds of pixels: unsigned, signed and floating-point numbers. Those without a suffix have the byte order of the
+# machine, which is little-endian; those ending in BE are big-endian (most significant byte first, as telemetry is).
+TOLIMAN_PIXEL_U8 = 31
+TOLIMAN_PIXEL_U16 = 32
+TOLIMAN_PIXEL_U32 = 33
+TOLIMAN_PIXEL_I16 = 34
+TOLIMAN_PIXEL_I32 = 35
+TOLIMAN_PIXEL_F32 = 36
+TOLIMAN_PIXEL_F64 = 37
+TOLIMAN_PIXEL_U16BE = 38
+TOLIMAN_PIXEL_U32BE = 39
+TOLIMAN_PIXEL_I16BE = 40
+TOLIMAN_PIXEL_F32BE = 41
+
+
+class toliman_image(Sized):
+    """One frame or several in memory, which functions read and never write: pixel (r, c) of frame k is the element k
+    frame_stride + r stride + c of pixels. Since 0.2.
+    struct_size: sizeof(toliman_image)
+    pixel: TOLIMAN_PIXEL_..., 0 = F64
+    pixels: aligned to the size of a pixel
+    rows: of a frame; must be those that the object takes, 0 = those
+    cols: of a frame; must be those that the object takes, 0 = those
+    stride: pixels from row to row, at least cols; 0 = cols
+    frame_stride: pixels from frame to frame, at least 1; 0 = rows times stride"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pixel", c_int32),
+        ("pixels", c_void_p),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("stride", c_int64),
+        ("frame_stride", c_int64),
+    ]
+
+
 class toliman_sim(Structure):
     """A scene made ready: PSFs and derivative images computed once, then frames by random access. Const calls may run on
     one simulator from several threads. Since 0.1."""
@@ -839,20 +876,11 @@ TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
 TOLIMAN_TRACK_REASON_CLOCK = 516  # a time for which there is no TAI, or which is too far off for the periodogram
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed or gave no finite value
 
-# Kinds of pixels, in the byte order of the machine, which is little-endian.
-TOLIMAN_PIXEL_U8 = 31
-TOLIMAN_PIXEL_U16 = 32
-TOLIMAN_PIXEL_U32 = 33
-TOLIMAN_PIXEL_I16 = 34
-TOLIMAN_PIXEL_I32 = 35
-TOLIMAN_PIXEL_F32 = 36
-TOLIMAN_PIXEL_F64 = 37
-
 
 class toliman_frame(Sized):
     """A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
     struct_size: sizeof(toliman_frame)
-    pixel: TOLIMAN_PIXEL_...
+    pixel: TOLIMAN_PIXEL_... of image.h, big-endian ones too
     session: 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
     frame_id: any number, below 0 too
     camera_ns: the camera's clock
@@ -1137,6 +1165,7 @@ OF_OBJECTS = {
     "toliman_components_create": False,
     "toliman_components_destroy": True,
     "toliman_components_push": True,
+    "toliman_components_push_many": True,
     "toliman_components_reset": True,
     "toliman_components_train": True,
     "toliman_components_get_series": False,
@@ -1144,6 +1173,7 @@ OF_OBJECTS = {
     "toliman_linear_create": False,
     "toliman_linear_destroy": True,
     "toliman_linear_encode": False,
+    "toliman_linear_encode_many": False,
     "toliman_linear_get_sigma": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
@@ -1469,13 +1499,22 @@ about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 an
     "toliman_cae_encode_many": (
         c_int32, (
             ("cae", POINTER(toliman_cae)),
-            ("counts", POINTER(c_double)),
+            ("image", POINTER(toliman_image)),
             ("count", c_size_t),
             ("threads", c_uint32),
             ("latents_px", POINTER(c_double)),
+            ("chi_square", POINTER(c_double)),
         ),
-        """Latents of frames counts[count][rows][cols] on `threads` workers (0 = one a processor); the same bits for any
-number. Errors as of toliman_cae_encode, with the number of the frame. Since 0.1.""",
+        """Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode for
+the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
+of freedom of what the scene's linear model leaves of each frame's crop,
+
+  |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel.
+
+u_k are the K orthonormal images that are projected out, t is that of toliman_cae_get_target. Weights and input do
+not enter. Frames of the scene have 1 with the standard deviation sqrt(2/65536), damaged ones far more; see
+toliman_linear_encode_many. Errors as of toliman_cae_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an
+image of another shape, TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2.""",
     ),
     "toliman_cae_decode": (
         c_int32, (
@@ -1584,6 +1623,16 @@ destroys *out. TOLIMAN_E_ARGUMENT for impossible options. Since 0.1.""",
 non-finite count, with its row and column; TOLIMAN_E_RANGE for one beyond float32; TOLIMAN_E_CAPACITY when full.
 Since 0.1.""",
     ),
+    "toliman_components_push_many": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+        ),
+        """Adds `count` frames of image, of any kind of pixels, in their order. Errors as of toliman_components_push, with the
+number of the frame, of which no frame is then added; TOLIMAN_E_ARGUMENT for another shape, TOLIMAN_E_RANGE for
+frames that do not fit in memory. Since 0.2.""",
+    ),
     "toliman_components_reset": (
         c_int32, (("components", POINTER(toliman_components)),),
         """Forgets every frame; options and memory stay. Since 0.1.""",
@@ -1647,6 +1696,28 @@ preprocess.project leave nothing of the separation's derivative. The caller dest
         ),
         """Displacement (px) of one frame of counts[rows][stride] (shape of the scene). TOLIMAN_E_ARGUMENT for a non-finite
 count, with its row and column. Source: Gauss-Markov; equals maximum likelihood to first order. Since 0.1.""",
+    ),
+    "toliman_linear_encode_many": (
+        c_int32, (
+            ("linear", POINTER(toliman_linear)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+            ("threads", c_uint32),
+            ("values_px", POINTER(c_double)),
+            ("chi_square", POINTER(c_double)),
+        ),
+        """Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_linear_encode for
+the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
+of freedom of what the model leaves of each frame,
+
+  |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel.
+
+u_k are the K images of preprocess.project over sigma, made orthonormal; w is the derivative over sigma, made
+orthogonal to them. Frames of the scene have 1 with the standard deviation sqrt(2/pixels), or sqrt(sum(2 +
+1/m))/pixels where pixels expect few electrons m. Damaged frames have far more, as do systematics that are not
+projected out; an empty frame has about 0 where both fluxes are projected out. +infinity where it overflows. Errors
+as of toliman_linear_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an image of another shape,
+TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2.""",
     ),
     "toliman_linear_get_sigma": (
         c_int32, (("linear", POINTER(toliman_linear)), ("sigma_px", POINTER(c_double))),

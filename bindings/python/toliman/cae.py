@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import _raw
 from ._library import check, library
 from ._arguments import Doubles, file_name, of_kind, options_of, pointer, real, saved, shaped, whole
-from ._encode import encode
+from ._encode import Values, encode
 from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import NetworkInfo, Training
@@ -98,15 +98,21 @@ class CAE(Handle):
             watch.check(library.toliman_cae_train(self._c, ctypes.byref(options), ctypes.byref(report)))
         return Training._of(report)
 
-    def encode(self, frames: ArrayLike, *, threads: int = 0, progress: Progress | bool | None = None) -> typing.Any:
-        """Latent (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. float64 frames in
-        C order are read where they lie; others are copied."""
-        threads = whole("threads", threads, 2**32)
+    @typing.overload
+    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[False] = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values: ...
 
-        def many(images: Doubles, latents: Doubles) -> int:
-            return library.toliman_cae_encode_many(self._c, pointer(images), len(images), threads, pointer(latents))
+    @typing.overload
+    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[True], threads: int = 0,
+               progress: Progress | bool | None = None) -> tuple[Values, Values]: ...
 
-        return encode(many, frames, self.shape, progress)
+    def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
+        """Latent (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. Arrays of a pixel
+        type of C (u1 to u4, i2, i4, f4, f8, and big-endian u2, u4, i2, f4) are read where they lie if rows are
+        contiguous; others are copied. chi_square: a pair, of the latents and of what the scene's linear model leaves of
+        each frame, per degree of freedom: 1 for frames of the scene, far larger for damaged ones."""
+        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from . import _raw
 from ._library import check, library
-from ._arguments import Doubles, of_kind, options_of, pointer, real, shaped, whole
-from ._encode import encode
+from ._arguments import Doubles, of_kind, options_of, pointer, real, whole
+from ._encode import Values, encode
 from ._handle import Handle
+from ._pixels import frames_of, image_of
 from ._progress import Progress, Watch
 from ._results import ComponentsInfo, ComponentsTraining
 from ._words import number
@@ -32,18 +33,19 @@ class Template(Handle):
         super().__init__(self._made(library.toliman_linear_create, simulator._c, None))
         self.shape = simulator.shape
 
-    def encode(self, frames: ArrayLike, *, progress: Progress | bool | None = None) -> typing.Any:
-        """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array."""
-        self._c  # not closed
+    @typing.overload
+    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[False] = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values: ...
 
-        def many(images: Doubles, values: Doubles) -> int:
-            for place, image in enumerate(images):
-                status = library.toliman_linear_encode(self._c, pointer(image), self.shape[1], pointer(values[place:]))
-                if status != _raw.TOLIMAN_OK:
-                    return status
-            return _raw.TOLIMAN_OK
+    @typing.overload
+    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[True], threads: int = 0,
+               progress: Progress | bool | None = None) -> tuple[Values, Values]: ...
 
-        return encode(many, frames, self.shape, progress)
+    def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
+        """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. Pixel types
+        and chi_square as of CAE.encode."""
+        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
 
     @property
     def sigma(self) -> float:
@@ -80,9 +82,9 @@ class Components(Handle):
 
     def push(self, frames: ArrayLike) -> None:
         """Adds a frame [row][column], or frames [frame][row][column], and forgets what was trained."""
-        images = shaped("frames", frames, self.shape if numpy.ndim(frames) == 2 else (-1, *self.shape))
-        for image in images.reshape(-1, *self.shape):
-            check(library.toliman_components_push(self._c, pointer(image), self.shape[1]))
+        images = frames_of(frames, self.shape)
+        image, lying = image_of(images[None] if images.ndim == 2 else images)
+        check(library.toliman_components_push_many(self._c, ctypes.byref(image), len(lying)))
 
     def reset(self) -> None:
         """Forgets every frame."""

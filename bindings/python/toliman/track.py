@@ -15,6 +15,7 @@ from ._arguments import (INT64, array_of, file_name, of_kind, options_of, real, 
                          within)
 from ._handle import Handle
 from ._log import log
+from ._pixels import PIXELS
 from ._progress import Progress, Watch
 from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
@@ -27,8 +28,6 @@ Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
 
 VERDICTS = words("TOLIMAN_TRACK_VERDICT")
 REASONS = words("TOLIMAN_TRACK_REASON")
-
-_PIXELS = {f"{word[0]}{int(word[1:]) // 8}": number for number, word in words("TOLIMAN_PIXEL").items()}
 
 
 @dataclasses.dataclass(eq=False)
@@ -280,9 +279,9 @@ def _pixels_of(frame: Frame) -> NDArray:
     refuse_lost("pixels", frame.pixels)
     pixels = numpy.asarray(frame.pixels)
     kind = pixels.dtype.newbyteorder("=")
-    if pixels.ndim != 2 or kind.str[1:] not in _PIXELS:
+    if pixels.ndim != 2 or kind.str[1:] not in PIXELS:
         raise TypeError(f"pixels has the shape {pixels.shape} and type {pixels.dtype}: must be (rows, columns) of "
-                        f"{', '.join(_PIXELS)}")
+                        f"{', '.join(PIXELS)}")
     pixels = pixels.astype(kind, copy=False)
     rows_apart, apart = pixels.strides
     if apart != kind.itemsize or rows_apart < pixels.shape[1] * apart or rows_apart % apart or not pixels.flags.aligned:
@@ -292,7 +291,7 @@ def _pixels_of(frame: Frame) -> NDArray:
 
 def _struct_of(frame: Frame, pixels: NDArray) -> typing.Any:
     return _raw.toliman_frame(
-        pixel=_PIXELS[pixels.dtype.str[1:]], session=text("session", frame.session),
+        pixel=PIXELS[pixels.dtype.str[1:]], session=text("session", frame.session),
         roi=text("roi", frame.roi),
         frame_id=within("frame_id", frame.frame_id, -INT64, INT64),
         camera_ns=within("camera_ns", frame.camera_ns, -INT64, INT64),

@@ -4,6 +4,7 @@
 
 #include "common/failure.hpp"
 #include "experiment/series_methods.hpp"
+#include "frames/network.hpp"
 #include "options/suggest.hpp"
 
 namespace cli {
@@ -15,8 +16,6 @@ using toliman::check;
 // Methods that know a frame when they see it: each is encoded as it comes.
 class FrameByFrame : public Method {
   public:
-    explicit FrameByFrame(const Scene &scene) : pixels_(scene.pixels()), cols_(static_cast<size_t>(scene.info.cols)) {}
-
     void push(const double *images, size_t count) override {
         values_.resize(values_.size() + count);
         encode(images, count, &values_[values_.size() - count]);
@@ -26,7 +25,6 @@ class FrameByFrame : public Method {
 
   protected:
     virtual void encode(const double *images, size_t count, double *values) const = 0;
-    size_t pixels_, cols_;
 
   private:
     std::vector<double> values_;
@@ -35,13 +33,12 @@ class FrameByFrame : public Method {
 class TemplateMethod : public FrameByFrame {
   public:
     explicit TemplateMethod(const Scene &scene)
-        : FrameByFrame(scene),
-          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
+        : linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
 
   private:
     void encode(const double *images, size_t count, double *values) const override {
-        for (size_t i = 0; i < count; i++)
-            check(toliman_linear_encode(linear_.get(), images + i * pixels_, cols_, &values[i]));
+        const toliman_image image = plain_image(images);
+        check(toliman_linear_encode_many(linear_.get(), &image, count, 0, values, nullptr));
     }
 
     toliman::linear_estimator linear_;
@@ -50,8 +47,7 @@ class TemplateMethod : public FrameByFrame {
 class NetworkMethod : public FrameByFrame {
   public:
     NetworkMethod(const Scene &scene, uint64_t seed, const toliman_cae_options *options)
-        : FrameByFrame(scene),
-          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, options)) {}
+        : cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, options)) {}
 
     void train() {
         toliman_cae_train_options options;
@@ -62,7 +58,8 @@ class NetworkMethod : public FrameByFrame {
 
   private:
     void encode(const double *images, size_t count, double *values) const override {
-        check(toliman_cae_encode_many(cae_.get(), images, count, 0, values));
+        const toliman_image image = plain_image(images);
+        check(toliman_cae_encode_many(cae_.get(), &image, count, 0, values, nullptr));
     }
 
     toliman::autoencoder cae_;

@@ -6,6 +6,7 @@
 #include "common/failure.hpp"
 #include "common/stopwatch.hpp"
 #include "frames/frame_loop.hpp"
+#include "frames/network.hpp"
 
 namespace cli {
 
@@ -82,12 +83,13 @@ class Bench {
         untrained.resize(total);
         result.validation_frames = std::min(total, kValidationFrames);
         const auto work = [&](size_t at, size_t count, const double *images) {
+            const toliman_image image = plain_image(images);
             {
                 const Stopwatch watch(result.timings.encode);
-                check(toliman_cae_encode_many(cae_.get(), images, count, 0, &result.latents[at]));
+                check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &result.latents[at], nullptr));
             }
             const Stopwatch watch(result.timings.controls);
-            check(toliman_cae_encode_many(untrained_.get(), images, count, 0, &untrained[at]));
+            check(toliman_cae_encode_many(untrained_.get(), &image, count, 0, &untrained[at], nullptr));
             estimate(images, count, &result.estimates[at]);
             for (size_t i = 0; i < count && at + i < result.validation_frames; i++)
                 reconstruct(images + i * scene_.pixels(), result);
@@ -106,11 +108,12 @@ class Bench {
         untrained.resize(std::min(total, cadence.times.size()));
         const std::vector<double> still(total, 0.0);
         const auto work = [&](size_t at, size_t count, const double *images) {
-            check(toliman_cae_encode_many(cae_.get(), images, count, 0, &latents[at]));
+            const toliman_image image = plain_image(images);
+            check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &latents[at], nullptr));
             estimate(images, count, &estimates[at]);
             if (at < untrained.size())
-                check(toliman_cae_encode_many(untrained_.get(), images, std::min(count, untrained.size() - at), 0,
-                                              &untrained[at]));
+                check(toliman_cae_encode_many(untrained_.get(), &image, std::min(count, untrained.size() - at), 0,
+                                              &untrained[at], nullptr));
             show("controls", at + count, total);
         };
         for_frames(scene_, seed_, static_cast<int64_t>(cadence.times.size()), total, still.data(), work);
@@ -122,8 +125,8 @@ class Bench {
     }
 
     void estimate(const double *images, size_t count, double *values) const {
-        for (size_t i = 0; i < count; i++)
-            check(toliman_linear_encode(linear_.get(), images + i * scene_.pixels(), cols(), &values[i]));
+        const toliman_image image = plain_image(images);
+        check(toliman_linear_encode_many(linear_.get(), &image, count, 0, values, nullptr));
     }
 
     void reconstruct(const double *image, Pipeline &result) const {

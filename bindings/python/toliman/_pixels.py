@@ -1,0 +1,50 @@
+"""Kinds of pixels: numpy's types as C has them, and arrays of frames as C reads them."""
+from __future__ import annotations
+
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import has_shape, plain, refuse_lost
+from ._words import words
+
+
+def _type_of(word: str) -> str:
+    """u16 -> u2, u16be -> >u2."""
+    big = word.endswith("be")
+    bits = int(word[1:-2] if big else word[1:])
+    return f"{'>' if big else ''}{word[0]}{bits // 8}"
+
+
+PIXELS = {_type_of(word): number for number, word in words("TOLIMAN_PIXEL").items()}
+
+
+def _kind_of(array: NDArray) -> int | None:
+    text = array.dtype.str
+    return PIXELS.get(text if text.startswith(">") else text[1:])
+
+
+def frames_of(frames: ArrayLike, shape: tuple[int, int]) -> NDArray:
+    """Frames [frame][row][column] or one [row][column], as they lie where C knows their pixels, else as doubles."""
+    known = isinstance(frames, numpy.ndarray) and _kind_of(frames) is not None
+    if known:
+        refuse_lost("frames", frames)
+    images = numpy.asarray(frames) if known else plain("frames", frames)
+    has_shape("frames", images, shape if images.ndim == 2 else (-1, *shape))
+    return images
+
+
+def image_of(images: NDArray) -> tuple[typing.Any, NDArray]:
+    """The struct for frames [frame][row][column], and the array that it points into: a copy where C cannot step."""
+    size = images.itemsize
+    frame, row, column = images.strides
+    if (column != size or row < images.shape[2] * size or row % size or frame < size or frame % size
+            or not images.flags.aligned):
+        images = numpy.require(images, requirements=["C", "A"])
+        frame, row, _ = images.strides
+    rows, cols = images.shape[1:]
+    image = _raw.toliman_image(pixel=_kind_of(images), pixels=images.ctypes.data, rows=rows, cols=cols,
+                               stride=row // size, frame_stride=frame // size)
+    return image, images

@@ -1,0 +1,85 @@
+// Kinds of pixels as callers hand them over, and frames of them as doubles.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+#include "base/buffer.hpp"
+#include "base/view.hpp"
+
+namespace toliman {
+
+// In the order of TOLIMAN_PIXEL_...; those ending in `be` are big-endian, the others little-endian.
+enum class Pixel : int32_t { u8, u16, u32, i16, i32, f32, f64, u16be, u32be, i16be, f32be };
+
+size_t size_of(Pixel pixel) noexcept;
+
+inline uint16_t swap_bytes(uint16_t bits) noexcept {
+    return __builtin_bswap16(bits);
+}
+inline uint32_t swap_bytes(uint32_t bits) noexcept {
+    return __builtin_bswap32(bits);
+}
+
+// A big-endian number in memory; reads as a T.
+template <class T> class BigEndian {
+  public:
+    operator T() const noexcept {
+        const Bits swapped = swap_bytes(bits_);
+        T value;
+        std::memcpy(&value, &swapped, sizeof value);
+        return value;
+    }
+
+  private:
+    using Bits = std::conditional_t<sizeof(T) == 2, uint16_t, uint32_t>;
+    Bits bits_;
+};
+
+// What a pixel in memory reads as.
+template <class T> struct Reads { using Value = T; };
+template <class T> struct Reads<BigEndian<T>> { using Value = T; };
+template <class T> using ValueOf = typename Reads<T>::Value;
+
+// work(first), where first points to pixels of the kind's type.
+template <class Work> auto with_pixels(Pixel kind, const void *pixels, Work work) {
+    switch (kind) {
+    case Pixel::u8:
+        return work(static_cast<const uint8_t *>(pixels));
+    case Pixel::u16:
+        return work(static_cast<const uint16_t *>(pixels));
+    case Pixel::u32:
+        return work(static_cast<const uint32_t *>(pixels));
+    case Pixel::i16:
+        return work(static_cast<const int16_t *>(pixels));
+    case Pixel::i32:
+        return work(static_cast<const int32_t *>(pixels));
+    case Pixel::f32:
+        return work(static_cast<const float *>(pixels));
+    case Pixel::f64:
+        break;
+    case Pixel::u16be:
+        return work(static_cast<const BigEndian<uint16_t> *>(pixels));
+    case Pixel::u32be:
+        return work(static_cast<const BigEndian<uint32_t> *>(pixels));
+    case Pixel::i16be:
+        return work(static_cast<const BigEndian<int16_t> *>(pixels));
+    case Pixel::f32be:
+        return work(static_cast<const BigEndian<float> *>(pixels));
+    }
+    return work(static_cast<const double *>(pixels));
+}
+
+// Frames of one kind of pixels, at equal distances in memory.
+struct PixelFrames {
+    Pixel pixel;
+    const void *pixels;
+    size_t rows, cols;
+    size_t stride, frame_stride; // in pixels, from row to row and from frame to frame
+
+    // Frame i as doubles: where it lies if it has them, else converted into scratch.
+    ImageView<const double> frame(size_t i, Buffer<double> &scratch) const;
+};
+
+} // namespace toliman

@@ -1,0 +1,348 @@
+/* Frames of every kind of pixels, and the chi-square of frames: of good ones, damaged ones, and against a plain fit. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <toliman/components.h>
+#include <toliman/linear.h>
+
+#include "cae_scene.h"
+#include "images.h"
+
+enum { COUNT = 3, kGap = 5 };
+
+static const char *const shared_nuisances = "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"";
+
+/* What is shared by the tests; the network and the fit are of the same scene. */
+static toliman_sim *sim;
+static toliman_cae *cae;
+static toliman_linear *linear;
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = make_sim(kSide, kSide, 0, shared_nuisances);
+    cae = make_cae(sim, 1, 0, NULL);
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_linear_destroy(linear);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+static int is_signed(int32_t kind) {
+    return kind == TOLIMAN_PIXEL_I16 || kind == TOLIMAN_PIXEL_I32 || kind == TOLIMAN_PIXEL_F32 ||
+           kind == TOLIMAN_PIXEL_F64 || kind == TOLIMAN_PIXEL_I16BE || kind == TOLIMAN_PIXEL_F32BE;
+}
+
+/* A number that the kind holds, with more than one byte where it has more. */
+static double number_at(int32_t kind, size_t i) {
+    const double small = (double)(i * 37 % 251);
+    if (kind == TOLIMAN_PIXEL_U8)
+        return small;
+    const double large = small * 111 + (double)(i % 7);
+    return is_signed(kind) && i % 3 == 0 ? -large : large;
+}
+
+static size_t width_of(int32_t kind) {
+    const size_t widths[] = {1, 2, 4, 2, 4, 4, 8, 2, 4, 2, 4};
+    return widths[kind - TOLIMAN_PIXEL_U8];
+}
+
+/* The bytes of a pixel, least significant first, then turned round where the kind is big-endian. */
+static void put_pixel(int32_t kind, double value, unsigned char *at) {
+    const size_t width = width_of(kind);
+    const int64_t whole = (int64_t)value;
+    const float narrow = (float)value;
+    if (kind == TOLIMAN_PIXEL_F64)
+        memcpy(at, &value, width);
+    else if (kind == TOLIMAN_PIXEL_F32 || kind == TOLIMAN_PIXEL_F32BE)
+        memcpy(at, &narrow, width);
+    else
+        memcpy(at, &whole, width);
+    for (size_t i = 0; kind >= TOLIMAN_PIXEL_U16BE && i < width / 2; i++) {
+        const unsigned char byte = at[i];
+        at[i] = at[width - 1 - i];
+        at[width - 1 - i] = byte;
+    }
+}
+
+/* Frames of a kind, row r of frame k at k frame_stride + r stride; the same as doubles without gaps. */
+static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char *pixels, double *plain) {
+    for (size_t k = 0; k < COUNT; k++)
+        for (size_t r = 0; r < kSide; r++)
+            for (size_t c = 0; c < kSide; c++) {
+                const size_t i = (k * kSide + r) * kSide + c;
+                plain[i] = number_at(kind, i);
+                put_pixel(kind, plain[i], pixels + (k * frame_stride + r * stride + c) * width_of(kind));
+            }
+}
+
+static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unused) {
+    (void)unused;
+    /* without gaps, with gaps, and row by row of all frames */
+    const size_t strides[][2] = {{0, 0}, {kSide + kGap, (kSide + kGap) * (kSide + kGap)}, {COUNT * kSide, kSide}};
+    unsigned char *pixels = malloc(8 * COUNT * (kSide + kGap) * (kSide + kGap));
+    double *plain = new_image(COUNT * kPixels);
+    assert_non_null(pixels);
+    for (int32_t kind = TOLIMAN_PIXEL_U8; kind <= TOLIMAN_PIXEL_F32BE; kind++)
+        for (size_t s = 0; s < 3; s++) {
+            const size_t stride = strides[s][0], frame_stride = strides[s][1];
+            fill(kind, stride ? stride : kSide, frame_stride ? frame_stride : kPixels, pixels, plain);
+            const toliman_image image = {.struct_size = sizeof image,
+                                         .pixel = kind,
+                                         .pixels = pixels,
+                                         .rows = s == 0 ? 0 : kSide,
+                                         .cols = s == 0 ? 0 : kSide,
+                                         .stride = (int64_t)stride,
+                                         .frame_stride = (int64_t)frame_stride};
+            double latents[COUNT], values[COUNT], alone;
+            assert_ok(toliman_cae_encode_many(cae, &image, COUNT, 2, latents, NULL));
+            assert_ok(toliman_linear_encode_many(linear, &image, COUNT, 2, values, NULL));
+            for (size_t k = 0; k < COUNT; k++) {
+                assert_ok(toliman_cae_encode(cae, plain + k * kPixels, kSide, &alone));
+                assert_memory_equal(&latents[k], &alone, sizeof alone);
+                assert_ok(toliman_linear_encode(linear, plain + k * kPixels, kSide, &alone));
+                assert_memory_equal(&values[k], &alone, sizeof alone);
+            }
+        }
+    free(plain);
+    free(pixels);
+}
+
+static void components_take_many_frames_or_none(void **unused) {
+    (void)unused;
+    enum { SMALL = 1 << 4 };
+    const toliman_components_options options = {.struct_size = sizeof options, .bin = SMALL, .capacity = COUNT};
+    toliman_components *one_by_one, *at_once;
+    unsigned char *pixels = malloc(2 * COUNT * kPixels);
+    double *plain = new_image(COUNT * kPixels), series[2][COUNT];
+    assert_non_null(pixels);
+    fill(TOLIMAN_PIXEL_U16BE, kSide, kPixels, pixels, plain);
+    assert_ok(toliman_components_create(sim, &options, &one_by_one));
+    assert_ok(toliman_components_create(sim, &options, &at_once));
+    for (size_t k = 0; k < COUNT; k++)
+        assert_ok(toliman_components_push(one_by_one, plain + k * kPixels, kSide));
+    const toliman_image *const image = IMAGE_OF(TOLIMAN_PIXEL_U16BE, pixels);
+    assert_ok(toliman_components_push_many(at_once, NULL, 0));
+    assert_fails(toliman_components_push_many(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY, "frame 3: 3 frames");
+    plain[kPixels + 300] = NAN;
+    assert_fails(toliman_components_push_many(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
+                 "frame 1: counts[1][44] = nan");
+    assert_ok(toliman_components_push_many(at_once, image, COUNT)); /* nothing of the others is in */
+    assert_ok(toliman_components_train(one_by_one, NULL, NULL));
+    assert_ok(toliman_components_train(at_once, NULL, NULL));
+    assert_ok(toliman_components_get_series(one_by_one, 0, series[0], NULL));
+    assert_ok(toliman_components_get_series(at_once, 0, series[1], NULL));
+    assert_memory_equal(series[0], series[1], sizeof series[0]);
+    toliman_components_destroy(one_by_one);
+    toliman_components_destroy(at_once);
+    free(plain);
+    free(pixels);
+}
+
+static void impossible_images_are_refused(void **unused) {
+    (void)unused;
+    double *frames = new_image(2 * kPixels), values[2] = {1, 2}, squares[2] = {3, 4};
+    for (size_t i = 0; i < 2 * kPixels; i++)
+        frames[i] = 1;
+    const toliman_image good = {.struct_size = sizeof good, .pixels = frames};
+    struct {
+        toliman_image image;
+        size_t count;
+        toliman_status status;
+        const char *text;
+    } cases[13];
+    for (size_t i = 0; i < 13; i++)
+        cases[i].image = good, cases[i].count = 2, cases[i].status = TOLIMAN_E_ARGUMENT;
+    cases[0].image.pixel = 42, cases[0].text = "image->pixel = 42: must be one of TOLIMAN_PIXEL_..., 31 to 41";
+    cases[1].image.pixels = NULL, cases[1].text = "image->pixels is NULL";
+    cases[2].image.rows = 255, cases[2].text = "image->rows = 255: must be 256";
+    cases[3].image.cols = -1, cases[3].text = "image->cols = -1: must be 256";
+    cases[4].image.stride = 255, cases[4].text = "image->stride = 255: must be at least 256";
+    cases[5].image.frame_stride = -1, cases[5].text = "image->frame_stride = -1: must be at least 1";
+    cases[6].image.pixels = (char *)frames + 4, cases[6].text = "image->pixels: must be aligned to 8 bytes";
+    cases[7].image.struct_size = 3, cases[7].text = "struct_size";
+    cases[8].count = (size_t)1 << 60, cases[8].text = "image: 1152921504606846976 frames of 256x256 pixels";
+    cases[9].image.stride = INT64_MAX, cases[9].text = "does not fit in memory";
+    cases[10].image.frame_stride = INT64_MAX, cases[10].text = "does not fit in memory";
+    cases[11].count = SIZE_MAX, cases[11].text = "does not fit in memory";
+    cases[12].image.stride = INT64_MAX / 8, cases[12].text = "does not fit in memory";
+    for (size_t i = 8; i < 13; i++)
+        cases[i].status = TOLIMAN_E_RANGE;
+    for (size_t i = 0; i < 13; i++) {
+        const toliman_image *const image = &cases[i].image;
+        assert_fails(toliman_cae_encode_many(cae, image, cases[i].count, 1, values, squares), cases[i].status,
+                     cases[i].text);
+        assert_fails(toliman_linear_encode_many(linear, image, cases[i].count, 1, values, squares), cases[i].status,
+                     cases[i].text);
+    }
+    assert_fails(toliman_linear_encode_many(NULL, &good, 1, 1, values, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
+    assert_fails(toliman_linear_encode_many(linear, NULL, 1, 1, values, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
+    assert_fails(toliman_linear_encode_many(linear, &good, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "values_px is NULL");
+    assert_ok(toliman_linear_encode_many(linear, NULL, 0, 1, NULL, NULL));
+    frames[kPixels + 259] = INFINITY;
+    assert_fails(toliman_linear_encode_many(linear, &good, 2, 1, values, squares), TOLIMAN_E_ARGUMENT,
+                 "frame 1: counts[1][3] = inf");
+    assert_true(values[0] == 1 && values[1] == 2 && squares[0] == 3 && squares[1] == 4);
+    free(frames);
+}
+
+/* Residual over sigma, less what the images take away one after the other, in long double. */
+static double slow_chi_square(const double *frame) {
+    const int32_t kinds[] = {TOLIMAN_SIM_IMAGE_STAR_A, TOLIMAN_SIM_IMAGE_STAR_B, TOLIMAN_SIM_IMAGE_SHIFT_X,
+                             TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_SEPARATION};
+    enum { PLANES = 5 };
+    static double image[kPixels], variance[kPixels];
+    static long double planes[PLANES][kPixels], residual[kPixels];
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, image, kSide));
+    for (size_t i = 0; i < kPixels; i++)
+        residual[i] = ((long double)frame[i] - image[i]) / sqrtl(variance[i]);
+    for (size_t p = 0; p <= PLANES; p++) {
+        long double *const plane = p < PLANES ? planes[p] : residual;
+        if (p < PLANES) {
+            assert_ok(toliman_sim_get_image(sim, kinds[p], image, kSide));
+            for (size_t i = 0; i < kPixels; i++)
+                plane[i] = image[i] / sqrtl(variance[i]);
+        }
+        for (size_t q = 0; q < 2 * p; q++) { /* twice, for its own rounding */
+            long double along = 0, square = 0;
+            for (size_t i = 0; i < kPixels; i++)
+                along += plane[i] * planes[q % p][i], square += planes[q % p][i] * planes[q % p][i];
+            for (size_t i = 0; i < kPixels; i++)
+                plane[i] -= along / square * planes[q % p][i];
+        }
+    }
+    long double left = 0;
+    for (size_t i = 0; i < kPixels; i++)
+        left += residual[i] * residual[i];
+    return (double)(left / (kPixels - PLANES));
+}
+
+static void chi_square_is_that_of_a_plain_fit(void **unused) {
+    (void)unused;
+    static double frame[kPixels];
+    double value, alone, squares[2];
+    assert_ok(toliman_sim_frame(sim, 1e-3, 3, 0, frame, kSide));
+    for (size_t i = 0; i < kPixels; i++)
+        frame[i] *= 1 + 1e-4 * (i % 256 < 128); /* no scene's frame */
+    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frame), 1, 1, &value, &squares[0]));
+    assert_ok(toliman_linear_encode(linear, frame, kSide, &alone));
+    assert_memory_equal(&value, &alone, sizeof value);
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frame), 1, 1, &value, &squares[1]));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &alone));
+    assert_memory_equal(&value, &alone, sizeof value);
+    const double expected = slow_chi_square(frame);
+    assert_true(expected > 1.1);
+    assert_close(squares[0], expected, 1e-9, 0);
+    assert_close(squares[1], expected, 1e-5, 0); /* its planes are float32 */
+}
+
+static double as_swapped(double counts) {
+    const uint32_t bits = (uint32_t)counts;
+    return (double)(bits << 24 | (bits & 0xff00) << 8 | (bits >> 8 & 0xff00) | bits >> 24);
+}
+
+enum { TRANSPOSED, SHIFTED, SWAPPED, HALF_LOST, EMPTY, FAULTS };
+
+static void damage(int fault, const double *good, double *out) {
+    for (size_t r = 0; r < kSide; r++)
+        for (size_t c = 0; c < kSide; c++) {
+            const double counts[FAULTS] = {good[c * kSide + r], good[r * kSide + (c + 1) % kSide],
+                                           as_swapped(good[r * kSide + c]), r % 2 ? 0 : good[r * kSide + c], 0};
+            out[r * kSide + c] = counts[fault];
+        }
+}
+
+/* Of both estimators for a scene: noisy frames are within 5 sigma of 1, damaged ones beyond: above it, or
+ * below it where the fluxes are free and an empty frame is fitted without any noise. */
+static void check_scene(const toliman_sim *scene, const toliman_cae *network, const toliman_linear *fit) {
+    enum { GOOD = 24 };
+    const double sigma = sqrt(2.0 / kPixels);
+    double *frames = new_image((GOOD + FAULTS) * kPixels), values[GOOD + FAULTS], squares[2][GOOD + FAULTS];
+    for (size_t k = 0; k < GOOD; k++)
+        assert_ok(toliman_sim_frame(scene, 1e-6 * (double)k, 9, (int64_t)k, frames + k * kPixels, kSide));
+    for (int fault = 0; fault < FAULTS; fault++)
+        damage(fault, frames, frames + (size_t)(GOOD + fault) * kPixels);
+    assert_ok(toliman_cae_encode_many(network, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, squares[0]));
+    assert_ok(toliman_linear_encode_many(fit, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, squares[1]));
+    for (int which = 0; which < 2; which++) {
+        double mean = 0, scatter = 0;
+        for (size_t k = 0; k < GOOD; k++) {
+            assert_close(squares[which][k], 1, 0, 5 * sigma);
+            mean += squares[which][k] / GOOD;
+            scatter += (squares[which][k] - 1) * (squares[which][k] - 1) / GOOD;
+        }
+        assert_close(mean, 1, 0, 5 * sigma / sqrt(GOOD));
+        assert_close(sqrt(scatter), sigma, 0.5, 0);
+        for (size_t k = GOOD; k < GOOD + FAULTS; k++)
+            assert_true(fabs(squares[which][k] - 1) > 5 * sigma);
+    }
+    free(frames);
+}
+
+static void damaged_frames_stand_out(void **unused) {
+    (void)unused;
+    check_scene(sim, cae, linear);
+}
+
+/* Nothing is projected there, so that the network's own residual is not at hand. */
+static void damaged_frames_stand_out_of_the_chapter(void **unused) {
+    (void)unused;
+    toliman_sim *scene;
+    toliman_linear *fit;
+    assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &scene));
+    assert_ok(toliman_linear_create(scene, NULL, &fit));
+    toliman_cae *networks[2];
+    assert_ok(toliman_cae_create(scene, 1, NULL, &networks[0]));
+    const toliman_cae_options raw = {.struct_size = sizeof raw, .input = TOLIMAN_CAE_INPUT_RAW};
+    assert_ok(toliman_cae_create(scene, 1, &raw, &networks[1]));
+    check_scene(scene, networks[0], fit);
+    static double frame[kPixels];
+    double value, squares[2];
+    assert_ok(toliman_sim_frame(scene, 0, 4, 4, frame, kSide));
+    for (int i = 0; i < 2; i++) { /* the input changes nothing */
+        assert_ok(toliman_cae_encode_many(networks[i], PLAIN_IMAGE(frame), 1, 1, &value, &squares[i]));
+        toliman_cae_destroy(networks[i]);
+    }
+    assert_close(squares[0], squares[1], 1e-12, 0);
+    toliman_linear_destroy(fit);
+    toliman_sim_destroy(scene);
+}
+
+static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
+    (void)unused;
+    double *frames = new_image(COUNT * kPixels), values[COUNT], first[2][COUNT], squares[COUNT];
+    for (size_t k = 0; k < COUNT; k++)
+        assert_ok(toliman_sim_frame(sim, 0, 1, (int64_t)k, frames + k * kPixels, kSide));
+    for (uint32_t threads = 1; threads <= 4; threads++)
+        for (int which = 0; which < 2; which++) {
+            assert_ok(which ? toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), COUNT, threads, values, squares)
+                            : toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), COUNT, threads, values, squares));
+            if (threads == 1)
+                memcpy(first[which], squares, sizeof squares);
+            assert_memory_equal(squares, first[which], sizeof squares);
+        }
+    for (size_t i = 0; i < kPixels; i++)
+        frames[i] = 1e200;
+    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), 1, 1, values, squares));
+    assert_true(isinf(squares[0]) && squares[0] > 0);
+    free(frames);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_kind_of_pixels_and_every_layout_gives_the_same_bits),
+        cmocka_unit_test(components_take_many_frames_or_none),
+        cmocka_unit_test(impossible_images_are_refused),
+        cmocka_unit_test(chi_square_is_that_of_a_plain_fit),
+        cmocka_unit_test(damaged_frames_stand_out),
+        cmocka_unit_test(damaged_frames_stand_out_of_the_chapter),
+        cmocka_unit_test(chi_square_is_the_same_on_any_number_of_workers),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
