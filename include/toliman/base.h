@@ -7,7 +7,9 @@
  *                             +---- off a downlink: track.h --------------+
  *
  *   toliman_load_options_init -> toliman_load_options -> the toliman_X_load functions
- *   A call fails -> status -> toliman_status_name, toliman_last_error, toliman_last_error_copy
+ *
+ *   A call fails -> status -> toliman_status_name, toliman_last_error, toliman_last_error_copy, toliman_last_error_field
+ *
  *   Which library runs        toliman_version, toliman_version_number, toliman_abi_version, toliman_get_struct_size
  *   On which machine          toliman_get_machine, toliman_get_blas_speed
  *
@@ -67,6 +69,7 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_MISMATCH 11   /* two objects or files do not belong together */
 #define TOLIMAN_E_CAPACITY 12   /* a buffer given by the caller is too small, or a capacity is used up */
 #define TOLIMAN_E_STATE 13      /* the object is not ready for this call (too few samples, nothing trained yet) */
+#define TOLIMAN_E_LOST 14       /* a file no longer has what it had: another program or the disk has changed it */
 
 /* Name of a code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown one. Static text, never NULL. Since 0.1. */
 TOLIMAN_API const char *toliman_status_name(toliman_status status) TOLIMAN_NOEXCEPT;
@@ -78,6 +81,13 @@ TOLIMAN_API const char *toliman_last_error(void) TOLIMAN_NOEXCEPT;
 /* Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
  * when size is 0). Returns the length of the whole message without its zero byte. Since 0.1. */
 TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Name of what was wrong in the last failed call on this thread, as its message has it, so that no program needs to
+ * parse the message: an argument ("sigma"), a member of a struct ("options->bin", "frames[3].sigma"), a key of a scene
+ * ("telescope.aperture_m"), or the path of a file that is missing, malformed or lost, or cannot be written. "" when
+ * none failed yet, and where a failure has no such name (out of memory, cancelled, too few samples). Valid until the
+ * next failing call on this thread; never NULL. Since 0.2. */
+TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
 /* Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
  * 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the

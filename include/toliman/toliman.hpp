@@ -4,19 +4,23 @@
 
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 #include <toliman/toliman.h>
 
 namespace toliman {
 
-// A failed call: its status code and the library's message.
+// A failed call: its status code, the library's message, and the name of what was wrong (toliman_last_error_field).
 class error : public std::runtime_error {
   public:
-    explicit error(toliman_status status) : std::runtime_error(toliman_last_error()), status_(status) {}
+    explicit error(toliman_status status)
+        : std::runtime_error(toliman_last_error()), status_(status), field_(toliman_last_error_field()) {}
     toliman_status status() const noexcept { return status_; }
+    const std::string &field() const noexcept { return field_; }
 
   private:
     toliman_status status_;
+    std::string field_;
 };
 
 // A struct that knows its size, with 0, the default, in every other member: auto options =

@@ -177,10 +177,11 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
 
 /* Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
  * another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
- * tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines, that is missing though
- * other files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
- * TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
- * numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1. */
+ * tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of toliman_track_merge
+ * leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other files of the folder are
+ * there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames; TOLIMAN_E_NOT_FOUND if there is
+ * nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random numbers to give. The ledger itself
+ * is locked until the tracker is destroyed. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_create(const toliman_track_options *options,
                                                                    toliman_track **out) TOLIMAN_NOEXCEPT;
 
@@ -190,7 +191,7 @@ TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
 /* Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
  * not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
  * or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
- * then until the folder is opened anew; TOLIMAN_E_WRITE also, before a group of lines is written, if the ledger was
+ * then until the folder is opened anew; TOLIMAN_E_LOST, before a group of lines is written, if the ledger was
  * removed, renamed, replaced or changed by another program: nothing more is acknowledged then; TOLIMAN_E_STATE without
  * an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
  * Since 0.1. */

@@ -35,6 +35,7 @@ constexpr Code kCodes[] = {
     TOLIMAN_CODE(mismatch, TOLIMAN_E_MISMATCH),
     TOLIMAN_CODE(capacity, TOLIMAN_E_CAPACITY),
     TOLIMAN_CODE(state, TOLIMAN_E_STATE),
+    TOLIMAN_CODE(lost, TOLIMAN_E_LOST),
 };
 #undef TOLIMAN_CODE
 
@@ -88,6 +89,10 @@ const char *toliman_status_name(toliman_status status) noexcept {
 
 const char *toliman_last_error(void) noexcept {
     return last_error();
+}
+
+const char *toliman_last_error_field(void) noexcept {
+    return last_error_field();
 }
 
 size_t toliman_last_error_copy(char *text, size_t size) noexcept {

@@ -12,7 +12,7 @@ inline void deliver_bytes(const std::vector<uint8_t> &content, void *bytes, size
     required(needed, "needed");
     if (bytes != nullptr) {
         if (capacity < content.size())
-            fail(Status::capacity, "capacity = %zu: must be at least %zu bytes", capacity, content.size());
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu bytes", capacity, content.size());
         std::memcpy(bytes, content.data(), content.size());
     }
     *needed = content.size();

@@ -45,7 +45,7 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
     toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
     options.mode = kModes.give(kModes.take_or(options.mode, cae::Mode::tied, "options->mode"));
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
-        fail(Status::argument, "options->learning_rate = %g: must be in [0, 1], 0 for the default",
+        fail(Status::argument, "{options->learning_rate} = %g: must be in [0, 1], 0 for the default",
              options.learning_rate);
     if (options.loss_count > 0)
         required(options.losses, "options->losses");
@@ -95,20 +95,20 @@ cae::FrameSource frame_source(const toliman_cae_train_options &options) {
     return [call = options.frames, data = options.frames_data](size_t first, size_t count, double *counts) {
         const toliman_status status = in_callback("frames", [&] { return call(first, count, counts, data); });
         if (status != TOLIMAN_OK)
-            fail(static_cast<Status>(status), "frames %zu to %zu: their source failed with %s", first,
+            fail(static_cast<Status>(status), "{frames} %zu to %zu: their source failed with %s", first,
                  first + count - 1, toliman_status_name(status));
     };
 }
 
 cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &options) {
     if (options.frame_count < 2 || options.frame_count > cae::kMostFrames)
-        fail(Status::argument, "options->frame_count = %llu: must be in [2, %llu]",
+        fail(Status::argument, "{options->frame_count} = %llu: must be in [2, %llu]",
              static_cast<unsigned long long>(options.frame_count), static_cast<unsigned long long>(cae::kMostFrames));
     if (options.validation >= options.frame_count)
-        fail(Status::argument, "options->validation = %llu: must be below the frame count, %llu",
+        fail(Status::argument, "{options->validation} = %llu: must be below the frame count, %llu",
              static_cast<unsigned long long>(options.validation), static_cast<unsigned long long>(options.frame_count));
     if (options.batch > cae::kLargestBatch)
-        fail(Status::argument, "options->batch = %u: must be at most %u", options.batch, cae::kLargestBatch);
+        fail(Status::argument, "{options->batch} = %u: must be at most %u", options.batch, cae::kLargestBatch);
     cae::UnsupervisedOptions known;
     known.epochs = or_default(options.epochs, known.epochs);
     known.batch = or_default(options.batch, known.batch);
@@ -146,7 +146,7 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
     const cae::Network &network = use->network;
     const toliman_cae_save_options options = accept(given, toliman_cae_save_options{}, "options");
     if (options.training > 1)
-        fail(Status::argument, "options->training = %u: must be 0 or 1", options.training);
+        fail(Status::argument, "{options->training} = %u: must be 0 or 1", options.training);
     return cae::to_blob(
         network,
         {kEncodings.take_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
@@ -184,7 +184,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
         if (known.reserved != 0)
-            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
         give({cae::untrained_network(

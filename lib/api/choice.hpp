@@ -15,7 +15,7 @@ template <class Enum> struct Choice {
 
     Enum take(int32_t value, const char *name) const {
         if (!holds(value))
-            fail(Status::argument, "%s = %d: must be one of %s, %d to %d", name, value, constants, first, last);
+            fail(Status::argument, "{%s} = %d: must be one of %s, %d to %d", name, value, constants, first, last);
         return static_cast<Enum>(value - first);
     }
 

@@ -30,10 +30,10 @@ constexpr double kLargestLambda = 1e6;
 
 linear::Preparation preparation_of(const toliman_components_options &options, int64_t cadence) {
     if (options.raw > 1)
-        fail(Status::argument, "options->raw = %u: must be 0 or 1", options.raw);
+        fail(Status::argument, "{options->raw} = %u: must be 0 or 1", options.raw);
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
     if (capacity < 2 || capacity > kMostFrames)
-        fail(Status::argument, "options->capacity = %lld%s: must be in [2, %u] frames",
+        fail(Status::argument, "{options->capacity} = %lld%s: must be in [2, %u] frames",
              static_cast<long long>(capacity), options.capacity != 0 ? "" : ", that of the scene's cadence",
              kMostFrames);
     return {options.raw != 0, std::max<size_t>(options.bin, 1), static_cast<size_t>(capacity)};
@@ -46,14 +46,14 @@ constexpr Choice<Method> kMethods = {TOLIMAN_COMPONENTS_PCA, TOLIMAN_COMPONENTS_
 toliman_components_train_options known_options(const toliman_components_train_options *given) {
     auto options = accept(given, toliman_components_train_options{}, "options");
     if (options.reserved != 0)
-        fail(Status::argument, "options->reserved = %u: must be 0", options.reserved);
+        fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
     options.method = kMethods.give(kMethods.take_or(options.method, Method::pca, "options->method"));
     if (options.components > kMostComponents)
-        fail(Status::argument, "options->components = %u: must be in [1, %u], 0 for 1", options.components,
+        fail(Status::argument, "{options->components} = %u: must be in [1, %u], 0 for 1", options.components,
              kMostComponents);
     if (!(options.lambda >= 0 && options.lambda <= kLargestLambda))
-        fail(Status::argument, "options->lambda = %g: must be in [0, %g] rms pixels, 0 for the default", options.lambda,
-             kLargestLambda);
+        fail(Status::argument, "{options->lambda} = %g: must be in [0, %g] rms pixels, 0 for the default",
+             options.lambda, kLargestLambda);
     options.components = std::max(options.components, 1u);
     return options;
 }
@@ -168,7 +168,7 @@ toliman_status toliman_components_get_series(const toliman_components *handle, u
         if (trained.frames == 0)
             fail(Status::state, "components: no series before training, nor after a push until the next");
         if (component >= trained.share.size())
-            fail(Status::range, "component = %u: must be less than %zu, those trained", component,
+            fail(Status::range, "{component} = %u: must be less than %zu, those trained", component,
                  trained.share.size());
         if (values != nullptr)
             std::copy_n(&trained.series[component * trained.frames], trained.frames, values);

@@ -9,7 +9,7 @@ namespace toliman::api {
 
 inline void set_flags(period::Grid &grid, uint32_t flags, const char *name) {
     if ((flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_WIDE)) != 0)
-        fail(Status::argument, "options->%s = 0x%x: unknown bits", name, flags);
+        fail(Status::argument, "{options->%s} = 0x%x: unknown bits", name, flags);
     grid.fixed_mean = (flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
     grid.wide_sums = (flags & TOLIMAN_PERIOD_WIDE) != 0;
 }

@@ -17,7 +17,7 @@ toliman_status status_of_exception() noexcept {
     try {
         throw;
     } catch (const Error &error) {
-        set_last_error(error.what());
+        set_last_error(error.what(), error.field());
         return static_cast<toliman_status>(error.status());
     } catch (const std::bad_alloc &) {
         set_last_error("out of memory");
@@ -40,8 +40,9 @@ toliman_status status_of_exception() noexcept {
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current) {
     constexpr uint32_t kMember = 8; // every published layout ends with a whole one
     if (given < oldest || given > current || given % kMember != 0)
-        fail(Status::argument, "%s->struct_size = %u: must be in [%zu, %zu]; set it with sizeof or the _init function",
-             name, given, oldest, current);
+        fail(Status::argument,
+             "{%s->struct_size} = %u: must be in [%zu, %zu]; set it with sizeof or the _init function", name, given,
+             oldest, current);
 }
 
 } // namespace toliman::api

@@ -30,19 +30,19 @@ template <class Body> toliman_status guard(Body &&body) noexcept {
 // The reference behind a pointer argument, or an error that names it.
 template <class T> T &required(T *pointer, const char *name) {
     if (pointer == nullptr)
-        fail(Status::argument, "%s is NULL", name);
+        fail(Status::argument, "{%s} is NULL", name);
     return *pointer;
 }
 
 inline void required(const void *pointer, const char *name) {
     if (pointer == nullptr)
-        fail(Status::argument, "%s is NULL", name);
+        fail(Status::argument, "{%s} is NULL", name);
 }
 
 // An array argument of `count` elements of `bytes` each: no more than memory can hold, and not NULL unless it is empty.
 inline void required_array(const void *pointer, size_t count, size_t bytes, const char *name) {
     if (count > PTRDIFF_MAX / bytes)
-        fail(Status::range, "%s: %zu elements of %zu bytes: does not fit in memory", name, count, bytes);
+        fail(Status::range, "{%s}: %zu elements of %zu bytes: does not fit in memory", name, count, bytes);
     if (count > 0)
         required(pointer, name);
 }
@@ -52,7 +52,7 @@ template <class Work> void in_file(const char *path, Work work) {
     try {
         work();
     } catch (const Error &error) {
-        fail(error.status(), "%s: %s", path, error.what());
+        fail_within(error, error.status(), "{%s}: %s", path, error.what());
     }
 }
 
@@ -94,7 +94,7 @@ template <class T> T accept(const T *options, const T &defaults, const char *nam
 template <class T> T *required_image(T *image, size_t stride, size_t cols, const char *name) {
     required(image, name);
     if (stride < cols)
-        fail(Status::argument, "stride of %s = %zu: must be at least %zu, the row's length", name, stride, cols);
+        fail(Status::argument, "{stride} of %s = %zu: must be at least %zu, the row's length", name, stride, cols);
     return image;
 }
 

@@ -20,11 +20,11 @@ template <class T> class Handle {
     // Status::state if the calls that use it exclude this one.
     void begin(bool shared, const char *name) const {
         if (type_ != T::kType)
-            fail(Status::argument, "%s is no %s, or was destroyed", name, T::kType);
+            fail(Status::argument, "{%s} is no %s, or was destroyed", name, T::kType);
         int32_t calls = calls_.load(std::memory_order_relaxed);
         do {
             if (calls < 0 || (calls > 0 && !shared))
-                fail(Status::state, "%s is in use by another thread, or by the call that runs this callback", name);
+                fail(Status::state, "{%s} is in use by another thread, or by the call that runs this callback", name);
         } while (!calls_.compare_exchange_weak(calls, shared ? calls + 1 : kExclusive, std::memory_order_acquire,
                                                std::memory_order_relaxed));
     }

@@ -13,9 +13,9 @@ inline Memory memory_of(const toliman_allocator *allocator) {
         return {};
     check_struct_size("allocator", *allocator);
     if (allocator->allocate == nullptr || allocator->release == nullptr)
-        fail(Status::argument, "allocator->%s is NULL", allocator->allocate == nullptr ? "allocate" : "release");
+        fail(Status::argument, "{allocator->%s} is NULL", allocator->allocate == nullptr ? "allocate" : "release");
     if (allocator->reserved != 0)
-        fail(Status::argument, "allocator->reserved = %u: must be 0", allocator->reserved);
+        fail(Status::argument, "{allocator->reserved} = %u: must be 0", allocator->reserved);
     return {allocator->allocate, allocator->release, allocator->user_data};
 }
 

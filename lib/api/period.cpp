@@ -223,7 +223,7 @@ toliman_status toliman_period_merge(toliman_period *period, const toliman_period
         const Use use(period, "period");
         period::Stream &stream = use->stream;
         if (period == other)
-            fail(Status::argument, "other: is the periodogram itself");
+            fail(Status::argument, "{other}: is the periodogram itself");
         const Use use_other(other, "other");
         stream.merge(use_other->stream);
     });
@@ -278,11 +278,11 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
         const period::Stream &stream = use->stream;
         required(power, "power");
         if (normalisation < TOLIMAN_PERIOD_POWER_STANDARD || normalisation > TOLIMAN_PERIOD_POWER_PSD)
-            fail(Status::argument, "normalisation = %d: must be one of TOLIMAN_PERIOD_POWER_..., %d to %d",
+            fail(Status::argument, "{normalisation} = %d: must be one of TOLIMAN_PERIOD_POWER_..., %d to %d",
                  normalisation, TOLIMAN_PERIOD_POWER_STANDARD, TOLIMAN_PERIOD_POWER_PSD);
         const int64_t nf = stream.grid().nf;
         if (first < 0 || first > nf || count > static_cast<size_t>(nf - first))
-            fail(Status::range, "first = %lld, count = %zu: the grid has %lld frequencies",
+            fail(Status::range, "{first} = %lld, count = %zu: the grid has %lld frequencies",
                  static_cast<long long>(first), count, static_cast<long long>(nf));
         const period::PowerQuery query(stream);
         query.check();
@@ -299,7 +299,7 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
         const period::Stream &stream = use->stream;
         required(out, "out");
         if (k < 0 || k >= stream.grid().nf)
-            fail(Status::range, "k = %lld: the grid has %lld frequencies", static_cast<long long>(k),
+            fail(Status::range, "{k} = %lld: the grid has %lld frequencies", static_cast<long long>(k),
                  static_cast<long long>(stream.grid().nf));
         const period::PowerQuery query(stream);
         if (!query.meaningful())
@@ -329,7 +329,7 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, size_t m
         const StructArray<toliman_period_peak> told(peaks, "peaks");
         required(count, "count");
         if (most < 1 || most > period::kMostPeaks)
-            fail(Status::argument, "most = %zu: must be in [1, %zu]", most, period::kMostPeaks);
+            fail(Status::argument, "{most} = %zu: must be in [1, %zu]", most, period::kMostPeaks);
         period::Peak found[period::kMostPeaks];
         *count = period::find_peaks(stream, most, found);
         for (size_t i = 0; i < *count; i++)
@@ -365,7 +365,7 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
         required(result, "log10_fap");
         const period::Fap fap = fap_method(method);
         if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
-            fail(Status::argument, "log10_residual = %g: must be in [%g, 0]", log10_residual,
+            fail(Status::argument, "{log10_residual} = %g: must be in [%g, 0]", log10_residual,
                  period::kLeastLogResidual);
         if (log10_residual == 0) { // nothing is claimed, as of constant values
             *result = 0;
@@ -387,7 +387,7 @@ toliman_status toliman_period_query_level(const toliman_period *period, int32_t 
         const period::Sampling sampling = period::sampling_of(stream);
         const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
         if (!(log10_fap <= 0 && log10_fap >= least))
-            fail(Status::argument, "log10_fap = %g: must be in [%g, 0] for these samples", log10_fap, least);
+            fail(Status::argument, "{log10_fap} = %g: must be in [%g, 0] for these samples", log10_fap, least);
         *log10_residual = log10_level(fap, sampling, log10_fap);
     });
 }

@@ -39,7 +39,7 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.progress = {known.progress, known.progress_data};
     settings.log = {known.log, known.log_data};
     if (known.reserved != 0)
-        fail(Status::argument, "options->reserved = %d: must be 0", known.reserved);
+        fail(Status::argument, "{options->reserved} = %d: must be 0", known.reserved);
     settings.engine = kEngines.take_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
     return settings;
 }
@@ -53,14 +53,14 @@ template <class Use> void with_options(const toliman_sim_options *options, Use u
 
 void check_displacement(double displacement_px, double limit) {
     if (std::isnan(displacement_px))
-        fail(Status::argument, "displacement_px is NaN");
+        fail(Status::argument, "{displacement_px} is NaN");
     if (std::fabs(displacement_px) > limit)
-        fail(Status::range, "displacement_px = %g: must be in [%g, %g] px", displacement_px, -limit, limit);
+        fail(Status::range, "{displacement_px} = %g: must be in [%g, %g] px", displacement_px, -limit, limit);
 }
 
 void check_frames(int64_t first, size_t count, int64_t frames) {
     if (first < 0 || first > frames || count > static_cast<uint64_t>(frames - first))
-        fail(Status::range, "first = %lld, count = %zu: must be within the cadence of %lld frames",
+        fail(Status::range, "{first} = %lld, count = %zu: must be within the cadence of %lld frames",
              static_cast<long long>(first), count, static_cast<long long>(frames));
 }
 
@@ -85,7 +85,7 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
         return images.star[0];
     case TOLIMAN_SIM_IMAGE_STAR_B:
         if (images.star[1].empty())
-            fail(Status::argument, "kind = %d: the scene has star A only", kind);
+            fail(Status::argument, "{kind} = %d: the scene has star A only", kind);
         return images.star[1];
     case TOLIMAN_SIM_IMAGE_SEPARATION:
         return images.motion[0];
@@ -106,7 +106,7 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
     case TOLIMAN_SIM_IMAGE_BACKGROUND:
         return images.background;
     default:
-        fail(Status::argument, "kind = %d: must be one of TOLIMAN_SIM_IMAGE_..., %d to %d", kind,
+        fail(Status::argument, "{kind} = %d: must be one of TOLIMAN_SIM_IMAGE_..., %d to %d", kind,
              TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_BACKGROUND);
     }
 }
@@ -337,7 +337,7 @@ toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, do
         const api::Use use(sim, "sim");
         const optics::Light &light = use->simulator.light();
         if (count != light.wavelength_m.size())
-            fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, light.wavelength_m.size());
+            fail(Status::argument, "{count} = %zu: must be %zu, the wavelengths", count, light.wavelength_m.size());
         if (wavelength_m != nullptr)
             std::copy(light.wavelength_m.begin(), light.wavelength_m.end(), wavelength_m);
         if (weight_a != nullptr)
@@ -355,7 +355,7 @@ toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
         const optics::Simulator &simulator = use->simulator;
         const size_t wavelengths = simulator.light().wavelength_m.size();
         if (count != wavelengths)
-            fail(Status::argument, "count = %zu: must be %zu, the wavelengths", count, wavelengths);
+            fail(Status::argument, "{count} = %zu: must be %zu, the wavelengths", count, wavelengths);
         api::required(relative_error, "relative_error");
         const std::vector<double> &errors = simulator.plan().plate_scale_errors;
         std::fill_n(relative_error, count, 0.0);
@@ -401,7 +401,7 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
     return api::guard([&] {
         check_displacement(displacement_px, api::Use(sim, "sim")->simulator.largest_displacement_px());
         if (k < 0)
-            fail(Status::range, "k = %lld: must be at least 0", static_cast<long long>(k));
+            fail(Status::range, "{k} = %lld: must be at least 0", static_cast<long long>(k));
         give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             Buffer<double> scratch(simulator.pixels());
             simulator.frame(displacement_px, seed, k, scratch.data(), whole);

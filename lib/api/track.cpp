@@ -80,22 +80,22 @@ toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
     const toliman_track_options options = accept(given, default_options(), "options");
     if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
-        fail(Status::argument, "options->flags = 0x%x: unknown bits", options.flags);
+        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
     if (options.clock_points > 0)
         required(options.clock, "options->clock");
     if (options.group < 1 || options.group > kLargestGroup)
-        fail(Status::argument, "options->group = %u: must be in [1, %u]", options.group, kLargestGroup);
+        fail(Status::argument, "{options->group} = %u: must be in [1, %u]", options.group, kLargestGroup);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMost)
-        fail(Status::argument, "options->capacity = %lld: must be in [1, 2^28]",
+        fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28]",
              static_cast<long long>(options.capacity));
     if (options.folder == nullptr && options.flags != 0)
-        fail(Status::argument, "options->folder is NULL: it is needed for READ_ONLY and REBUILD");
+        fail(Status::argument, "{options->folder} is NULL: it is needed for READ_ONLY and REBUILD");
     return options;
 }
 
 size_t side(int64_t value, const char *name) {
     if (value < 0 || value > kLargestSide)
-        fail(Status::argument, "options->%s = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
+        fail(Status::argument, "{options->%s} = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
              static_cast<long long>(kLargestSide));
     return static_cast<size_t>(value);
 }
@@ -129,7 +129,7 @@ Source source_of(const linear::TemplateEstimator &estimator) {
 Source source_of(const toliman_track_options &options, unsigned workers) {
     const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.estimate != nullptr};
     if (given[0] + given[1] + given[2] > 1)
-        fail(Status::argument, "options: more than one of cae, linear and estimate");
+        fail(Status::argument, "{options}: more than one of cae, linear and estimate");
     if (given[0])
         return source_of(options.cae->network, workers);
     if (given[1])
@@ -144,12 +144,12 @@ void complete(size_t &frame, size_t crop, size_t bin, size_t &image, size_t own,
     if (image == 0)
         image = own > 0 ? own : (frame > crop ? (frame - crop) / bin : 0);
     if (own > 0 && image != own)
-        fail(Status::argument, "options->image_%s = %zu: the estimator takes %zu", name, image, own);
+        fail(Status::argument, "{options->image_%s} = %zu: the estimator takes %zu", name, image, own);
     if (frame == 0)
         frame = crop + image * bin;
     if (image == 0)
-        fail(Status::argument, "options->%s = %zu, crop %zu, bin = %zu: nothing is left for the estimator", name, frame,
-             crop, bin);
+        fail(Status::argument, "{options->%s} = %zu, crop %zu, bin = %zu: nothing is left for the estimator", name,
+             frame, crop, bin);
 }
 
 track::Geometry geometry_of(const toliman_track_options &options, const Source &source) {
@@ -182,7 +182,7 @@ track::Terms terms_of(const toliman_track_options &options, const Source &source
     terms.geometry = geometry_of(options, source);
     terms.sigma = options.sigma != 0 ? options.sigma : source.sigma;
     if (terms.sigma == 0)
-        fail(Status::argument, "options->sigma = 0: the estimator does not know it");
+        fail(Status::argument, "{options->sigma} = 0: the estimator does not know it");
     terms.value_limit = options.value_limit != 0 ? options.value_limit : kSigmasToLimit * terms.sigma;
     terms.estimator = source.digest;
     terms.check();
@@ -224,12 +224,13 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
     }
     const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
     if (!grid && place.store)
-        fail(Status::argument, "options->nf = 0: %s, which would have the grid, is missing or damaged", path.c_str());
+        fail(Status::argument, "{options->nf} = 0: %s, which would have the grid, is missing or damaged", path.c_str());
     if (!grid)
-        fail(Status::argument, "options->nf = 0: must be at least 1");
+        fail(Status::argument, "{options->nf} = 0: must be at least 1");
     if (!clock && ledger > static_cast<int64_t>(track::LedgerFile::kHeaderSize))
         fail(Status::argument,
-             "options->clock is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, 0 "
+             "{options->clock} is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, "
+             "0 "
              "where the camera's time is TAI",
              path.c_str());
     return {*grid, clock.value_or(track::Clock())};
@@ -265,7 +266,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
 // A frame that fits this tracker's terms, or an error that names what does not.
 track::Frame known_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
-        fail(Status::argument, "frames[%zu].%s = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
+        fail(Status::argument, "{frames[%zu].%s} = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
     track::check_name(&required(given.session, "frames->session"), "session");
     track::check_name(&required(given.roi, "frames->roi"), "roi");
@@ -281,11 +282,11 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     if (given.dropped < 0 || given.dropped > UINT16_MAX)
         refuse("dropped", given.dropped, "in [0, 65535]");
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
-        fail(Status::argument, "frames[%zu].sigma = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
+        fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
     const Pixel pixel = kPixels.take(given.pixel, "pixel");
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)
-        fail(Status::argument, "frames[%zu].pixels: must be aligned to %zu bytes, the size of a pixel", i,
+        fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i,
              size_of(pixel));
     track::Frame frame = {};
     frame.session = given.session;
@@ -412,7 +413,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
         for (size_t i = 0; i < count; i++) {
             const toliman_frame frame = given.get(i);
             if (frame.struct_size != given.size())
-                fail(Status::argument, "frames[%zu].struct_size = %u: must be %u, as of frames[0]", i,
+                fail(Status::argument, "{frames[%zu].struct_size} = %u: must be %u, as of frames[0]", i,
                      frame.struct_size, given.size());
             known_frame(frame, i, tracker.plan().terms);
         }
@@ -433,7 +434,7 @@ toliman_status toliman_track_merge(toliman_track *track, const char *folder, uin
     return guard([&] {
         const Changing use(track);
         if ((flags & ~TOLIMAN_TRACK_SALVAGE) != 0)
-            fail(Status::argument, "flags = 0x%x: must be 0 or TOLIMAN_TRACK_SALVAGE", flags);
+            fail(Status::argument, "{flags} = 0x%x: must be 0 or TOLIMAN_TRACK_SALVAGE", flags);
         const std::unique_ptr<Store> other = open_folder(&required(folder, "folder"), Access::read);
         const uint64_t lines = use->tracker->merge(*other, flags != 0);
         if (lost != nullptr)
@@ -448,7 +449,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
         const track::Tracker &tracker = *use->tracker;
         required(done, "done");
         if (first < 0)
-            fail(Status::argument, "first = %lld: must be at least 0", static_cast<long long>(first));
+            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
         size_t told = 0;
         if (count == 0) {
             *done = 0;
@@ -487,7 +488,8 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
         if (room > 0) {
             const StructArray<toliman_track_stream> found(streams, "streams");
             if (room < tracker.stream_count())
-                fail(Status::capacity, "room = %zu: there are %zu sessions and regions", room, tracker.stream_count());
+                fail(Status::capacity, "{room} = %zu: there are %zu sessions and regions", room,
+                     tracker.stream_count());
             const std::vector<track::NamedStream> all = tracker.streams();
             for (size_t i = 0; i < all.size(); i++)
                 found.put(i, public_stream(all[i]));
@@ -503,9 +505,9 @@ toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *cloc
         const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
         required(points, "points");
         if (clock == nullptr && room > 0)
-            fail(Status::argument, "clock is NULL");
+            fail(Status::argument, "{clock} is NULL");
         if (clock != nullptr && room < known.size())
-            fail(Status::capacity, "room = %zu: the clock has %zu pairs", room, known.size());
+            fail(Status::capacity, "{room} = %zu: the clock has %zu pairs", room, known.size());
         for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
             clock[2 * i] = known[i].camera_ns;
             clock[2 * i + 1] = known[i].tai_ns;

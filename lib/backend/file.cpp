@@ -49,14 +49,14 @@ std::string folder_of(const std::string &path) {
 std::string target_of(const std::string &path) {
     struct stat facts = {};
     if (::lstat(path.c_str(), &facts) != 0)
-        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
     if (!S_ISLNK(facts.st_mode))
         return path;
     const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
     if (real == nullptr && errno == ENOMEM)
         throw std::bad_alloc();
     if (real == nullptr)
-        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
     return real.get();
 }
 
@@ -93,9 +93,9 @@ struct Input {
     // Opening a pipe would otherwise wait for a writer; regular files know no waiting.
     explicit Input(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
         if (descriptor.get() < 0)
-            fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+            fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
         if (::fstat(descriptor.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
-            fail(Status::not_found, "%s: not a regular file", path.c_str());
+            fail(Status::not_found, "{%s}: not a regular file", path.c_str());
     }
     Descriptor descriptor;
     struct stat facts = {};
@@ -103,7 +103,7 @@ struct Input {
 
 void check_not_empty(const std::string &path, const Input &input) {
     if (input.facts.st_size == 0)
-        fail(Status::format, "%s: is empty", path.c_str());
+        fail(Status::format, "{%s}: is empty", path.c_str());
 }
 
 // Up to `size` bytes from where the descriptor stands; fewer only at the end of the file.
@@ -115,7 +115,7 @@ std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, siz
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
-            fail(Status::not_found, "%s: %s", path.c_str(), std::strerror(errno));
+            fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
         if (got == 0)
             break;
         done += static_cast<size_t>(got);
@@ -131,11 +131,11 @@ std::vector<uint8_t> read(const std::string &path, size_t limit) {
     check_not_empty(path, input);
     const struct stat &facts = input.facts;
     if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
-        fail(Status::format, "%s: %lld bytes, at most %zu are allowed", path.c_str(),
+        fail(Status::format, "{%s}: %lld bytes, at most %zu are allowed", path.c_str(),
              static_cast<long long>(facts.st_size), limit);
     std::vector<uint8_t> bytes = read_bytes(path, input, static_cast<size_t>(facts.st_size));
     if (bytes.size() < static_cast<size_t>(facts.st_size))
-        fail(Status::format, "%s: became shorter while it was read", path.c_str());
+        fail(Status::format, "{%s}: became shorter while it was read", path.c_str());
     return bytes;
 }
 
@@ -162,29 +162,30 @@ void replace(const std::string &path, const void *data, size_t size) {
     struct stat facts = {};
     const bool exists = ::stat(path.c_str(), &facts) == 0;
     if (!exists && errno != ENOENT)
-        fail(Status::write, "%s: cannot be written: %s", path.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
     if (exists && !S_ISREG(facts.st_mode))
-        fail(Status::write, "%s: cannot be written: not a regular file", path.c_str());
+        fail(Status::write, "{%s}: cannot be written: not a regular file", path.c_str());
     const std::string target = exists ? target_of(path) : path;
     // Opened first: after the renaming nothing but its sync can fail.
     Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() < 0)
-        fail(Status::write, "%s: cannot be written: its folder cannot be opened: %s", path.c_str(),
+        fail(Status::write, "{%s}: cannot be written: its folder cannot be opened: %s", path.c_str(),
              std::strerror(errno));
     std::string temporary;
     unsigned mode = exists ? facts.st_mode & 0777 : 0;
     Descriptor output(open_beside(target, temporary, exists ? 0600 : 0666));
     if (output.get() < 0)
-        fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
     if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
         !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 || output.close() != 0 ||
         ::rename(temporary.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(temporary.c_str());
-        fail(Status::write, "%s: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));
+        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));
     }
     if (::fsync(folder.get()) != 0)
-        fail(Status::write, "%s: is written, but its folder cannot be synced: %s", path.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: is written, but its folder cannot be synced: %s", path.c_str(),
+             std::strerror(errno));
 }
 
 } // namespace toliman::file

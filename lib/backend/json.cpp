@@ -25,7 +25,7 @@ constexpr size_t kMostValues = 4096;
         column = text[i] == '\n' ? 1 : column + 1;
         line += text[i] == '\n';
     }
-    fail(Status::format, "%s: line %zu, column %zu: %s", source.c_str(), line, column, what);
+    fail(Status::format, "{%s}: line %zu, column %zu: %s", source.c_str(), line, column, what);
 }
 
 // Length of the UTF-8 sequence at text[at], or 0 if it is none (Unicode 15, table 3-7).
@@ -188,7 +188,7 @@ Value convert(const cJSON &node, const std::string &source) {
         value.kind = object ? Value::Kind::object : Value::Kind::array;
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
             if (object && !names.insert(item->string).second)
-                fail(Status::format, "%s: key \"%s\" stands twice in one object", source.c_str(), item->string);
+                fail(Status::format, "{%s}: key \"%s\" stands twice in one object", source.c_str(), item->string);
             value.items.push_back(convert(*item, source));
             if (object)
                 value.names.emplace_back(item->string);
@@ -208,7 +208,7 @@ const Value *Value::find(const std::string &name) const noexcept {
 
 Value parse(const std::string &text, const std::string &source) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
-        fail(Status::format, "%s: is empty", source.c_str());
+        fail(Status::format, "{%s}: is empty", source.c_str());
     Scan(text, source).run();
     const char *end = nullptr;
     errno = 0; // cJSON does not tell lack of memory from bad syntax

@@ -75,7 +75,7 @@ class Folder final : public Store {
         const char *const what = !exists                 ? "removed or renamed"
                                  : !is_same(here, named) ? "replaced by another file"
                                                          : "changed by another program";
-        fail(Status::write, "%s: was %s while it was being written: %lld bytes where %llu were written",
+        fail(Status::lost, "{%s}: was %s while it was being written: %lld bytes where %llu were written",
              path(name).c_str(), what, static_cast<long long>(exists ? named.st_size : 0),
              static_cast<unsigned long long>(size));
     }
@@ -172,7 +172,7 @@ class Folder final : public Store {
   private:
     [[noreturn]] void complain(Status status, const std::string &name) const {
         const int reason = errno;
-        fail(status, "%s: %s", path(name).c_str(), std::strerror(reason));
+        fail(status, "{%s}: %s", path(name).c_str(), std::strerror(reason));
     }
 
     // A folder is on the disk only when the one that it is in is synced, which whoever made it may not have come to;
@@ -194,7 +194,7 @@ class Folder final : public Store {
     }
 
     [[noreturn]] void refuse_second() const {
-        fail(Status::state, "%s: another process is writing to it", path_.c_str());
+        fail(Status::state, "{%s}: another process is writing to it", path_.c_str());
     }
 
     static bool is_same(const struct stat &a, const struct stat &b) noexcept {
@@ -332,7 +332,7 @@ class Folder final : public Store {
             return file;
         forget(name);
         if (exists && !S_ISREG(facts.st_mode))
-            fail(Status::format, "%s: is %s: must be a regular file", path(name).c_str(),
+            fail(Status::format, "{%s}: is %s: must be a regular file", path(name).c_str(),
                  S_ISLNK(facts.st_mode)   ? "a symbolic link"
                  : S_ISDIR(facts.st_mode) ? "a folder"
                                           : "a pipe or a device");
@@ -354,8 +354,8 @@ void read_all(Store &store, const std::string &name, uint64_t at, void *data, si
     const size_t done = store.read(name, at, data, size);
     const unsigned long long end = at + done;
     if (done < size)
-        fail(Status::format, "%s: truncated: %zu more bytes are needed at %llu", store.path(name).c_str(), size - done,
-             end);
+        fail(Status::format, "{%s}: truncated: %zu more bytes are needed at %llu", store.path(name).c_str(),
+             size - done, end);
 }
 
 std::string temporary_of(const std::string &name) {

@@ -46,7 +46,7 @@ template <class T> using Buffer = std::vector<T, AlignedAllocator<T>>;
 // a * b, or an error that names what was being sized.
 inline size_t checked_product(size_t a, size_t b, const char *what) {
     if (a != 0 && b > std::numeric_limits<size_t>::max() / a)
-        fail(Status::range, "%s: %zu x %zu does not fit in memory", what, a, b);
+        fail(Status::range, "{%s}: %zu x %zu does not fit in memory", what, a, b);
     return a * b;
 }
 

@@ -99,23 +99,35 @@ class Printer {
     size_t size_;
 };
 
-} // namespace
-
-size_t print_text(char *text, size_t size, const char *format, va_list arguments) noexcept {
+void print(char *text, size_t size, const char *format, va_list arguments, Piece *marked) noexcept {
     Printer printer(text, size);
     Arguments left;
     va_copy(left.list, arguments);
     while (*format != '\0') {
-        const size_t plain = std::strcspn(format, "%");
+        const size_t plain = std::strcspn(format, marked != nullptr ? "%{}" : "%");
         printer.put(format, plain);
         format += plain;
         if (*format == '%') {
             const Conversion one = conversion_at(format, left);
             printer.convert(one, left);
+        } else if (*format != '\0') {
+            (*format++ == '{' ? marked->begin : marked->end) = std::strlen(text);
         }
     }
     va_end(left.list);
+}
+
+} // namespace
+
+size_t print_text(char *text, size_t size, const char *format, va_list arguments) noexcept {
+    print(text, size, format, arguments, nullptr);
     return std::strlen(text);
+}
+
+Piece print_marked(char *text, size_t size, const char *format, va_list arguments) noexcept {
+    Piece marked;
+    print(text, size, format, arguments, &marked);
+    return marked;
 }
 
 size_t print_text(char *text, size_t size, const char *format, ...) noexcept {

@@ -12,4 +12,13 @@ size_t print_text(char *text, size_t size, const char *format, ...) noexcept __a
 size_t print_text(char *text, size_t size, const char *format, va_list arguments) noexcept
     __attribute__((format(printf, 3, 0)));
 
+// A piece of a text, from begin to end.
+struct Piece {
+    size_t begin = 0, end = 0;
+};
+
+// The same by a format that has one piece in braces, which are not written: where it is in the text.
+Piece print_marked(char *text, size_t size, const char *format, va_list arguments) noexcept
+    __attribute__((format(printf, 3, 0)));
+
 } // namespace toliman

@@ -26,7 +26,7 @@ double Network::latent_of(ImageView<const double> frame, Workspace &work, Poolin
     preprocess_.apply(frame, work.scratch, work.images[0] + kInputStride + 1, kInputStride);
     const double latent = cae::encode(*layout_, parameters_, encoder_, work.images, pooling);
     if (!std::isfinite(latent))
-        fail(Status::range, "counts: the latent is not finite; counts are too far from the scene's");
+        fail(Status::range, "{counts}: the latent is not finite; counts are too far from the scene's");
     return latent;
 }
 
@@ -58,7 +58,7 @@ void Network::decode(double latent, double *image) const {
         fail(Status::unsupported, "cae: layout %s un-pools with a frame's switches: only reconstruct can decode",
              layout_->name);
     if (!(std::fabs(latent) <= kLargestLatent))
-        fail(Status::argument, "latent_px = %g: must be in [%g, %g]", latent, -kLargestLatent, kLargestLatent);
+        fail(Status::argument, "{latent_px} = %g: must be in [%g, %g]", latent, -kLargestLatent, kLargestLatent);
     Pooling pooling(*layout_);
     paint(latent, pooling, image);
 }
@@ -78,7 +78,7 @@ void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Pooling pooling(*layout_);
     const double latent = latent_of(frame, work, &pooling);
     if (!(std::fabs(latent) <= kLargestLatent))
-        fail(Status::range, "counts: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
+        fail(Status::range, "{counts}: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
              latent, -kLargestLatent, kLargestLatent);
     paint(latent, pooling, image);
     preprocess_.to_counts(image);

@@ -39,7 +39,7 @@ void check_values(const Buffer<float> &values, Status status, const char *what) 
     for (size_t i = 0; i < values.size(); i++) {
         const double size = std::fabs(static_cast<double>(values[i]));
         if (!(size <= kLargestValue) || (size > 0 && size < kLeastValue))
-            fail(status, "%s: %s[%zu] = %g: must be finite and 0 or %.3g to %.3g in size", kKind, what, i,
+            fail(status, "%s: {%s[%zu]} = %g: must be finite and 0 or %.3g to %.3g in size", kKind, what, i,
                  static_cast<double>(values[i]), kLeastValue, kLargestValue);
     }
 }

@@ -67,7 +67,7 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
         kernels::project_out_twice(preprocess.units.data(), preprocess.projected, kPixels, target.data());
     if (!(left > kLeastLeft * before))
         fail(Status::scene,
-             "%s: preprocess.project: the scene tells nothing of the separation: %g of the information of %g px^-2 a "
+             "%s: {preprocess.project}: the scene tells nothing of the separation: %g of the information of %g px^-2 a "
              "frame is left after it",
              source.c_str(), before > 0 ? left / before * left / before : 0, before * before);
 }
@@ -76,13 +76,14 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
 
 Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     if (model.rows < kSide || model.cols < kSide)
-        fail(Status::unsupported, "%s: detector.shape = [%zu, %zu]: the network takes at least %zu px either way",
+        fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: the network takes at least %zu px either way",
              model.source.c_str(), model.rows, model.cols, kSide);
     if (model.projected.size() > kMaxProjected)
-        fail(Status::unsupported, "%s: preprocess.project: %zu names: at most %zu can be projected out",
+        fail(Status::unsupported, "%s: {preprocess.project}: %zu names: at most %zu can be projected out",
              model.source.c_str(), model.projected.size(), kMaxProjected);
     if (input != Input::whitened && !model.projected.empty())
-        fail(Status::unsupported, "%s: preprocess.project: only whitened input can be projected", model.source.c_str());
+        fail(Status::unsupported, "%s: {preprocess.project}: only whitened input can be projected",
+             model.source.c_str());
     Preprocess out;
     out.input = input;
     out.rows = model.rows;
@@ -147,7 +148,8 @@ void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, 
                                                                    out + r * stride);
         for (size_t c = 0; !finite && c < kSide; c++)
             if (!std::isfinite(counts[c]))
-                fail(Status::argument, "counts[%zu][%zu] = %g: must be finite", crop_row + r, crop_col + c, counts[c]);
+                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", crop_row + r, crop_col + c,
+                     counts[c]);
     }
     if (projected == 0)
         return;

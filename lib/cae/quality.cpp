@@ -15,7 +15,7 @@ Quality quality(const Network &network, ImageView<const double> frame, const dou
     const auto [darkest, brightest] = std::minmax_element(seen.begin(), seen.end());
     const double floor = *darkest, range = *brightest - floor;
     if (!(range > 0))
-        fail(Status::argument, "counts: all are %g; a frame without contrast has no scale to compare on", floor);
+        fail(Status::argument, "{counts}: all are %g; a frame without contrast has no scale to compare on", floor);
 
     double error = 0, variance = 0;
     for (size_t i = 0; i < kPixels; i++) {
@@ -30,7 +30,7 @@ Quality quality(const Network &network, ImageView<const double> frame, const dou
                              kernels::mean_ssim(seen.data(), painted.data(), kSide, kSide, scratch.data()),
                              variance / pixels / range / range};
     if (!std::isfinite(quality.mmse) || !std::isfinite(quality.mssim) || !std::isfinite(quality.photon_floor))
-        fail(Status::range, "counts: span %g, too little beside the image of the network to compare them", range);
+        fail(Status::range, "{counts}: span %g, too little beside the image of the network to compare them", range);
     return quality;
 }
 

@@ -48,7 +48,7 @@ Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOption
                 const double *frame = &counts[i * rows * cols];
                 preprocess.apply({frame, rows, cols, cols}, scratch, &inputs[(first + i) * kPixels], kSide);
                 if (std::all_of(frame, frame + rows * cols, [&](double value) { return value == frame[0]; }))
-                    fail(Status::argument, "counts: all are %g: nothing can be learnt from it", frame[0]);
+                    fail(Status::argument, "{counts}: all are %g: nothing can be learnt from it", frame[0]);
             });
         options.progress.report("frames", static_cast<double>(first + count) / static_cast<double>(options.frames));
     }
@@ -110,7 +110,7 @@ class Trainer {
     // Fails when a loss is not a number that the weights blob holds.
     void check(double loss, uint32_t epoch) const {
         if (!(loss <= kLargestValue))
-            fail(Status::range, "learning_rate = %g: training diverged in epoch %u", options_.learning_rate, epoch);
+            fail(Status::range, "{learning_rate} = %g: training diverged in epoch %u", options_.learning_rate, epoch);
     }
 
   private:

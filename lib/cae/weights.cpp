@@ -86,7 +86,7 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
     preprocess.units.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
         if (!(preprocess.variance[i] > 0))
-            fail(Status::format, "%s: variance[%zu] = %g: must be positive", kKind, i, preprocess.variance[i]);
+            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
     preprocess.derive();
 }
 
@@ -127,7 +127,8 @@ Header read_header(ByteReader &reader, size_t size) {
     header.layout = &layout_of(id, hash);
     const uint32_t input = flags >> kInputShift & kInputMask;
     if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag)) != 0 || input > kLastInput)
-        fail(Status::format, "%s: flags = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind, flags);
+        fail(Status::format, "%s: {flags} = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind,
+             flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
     preprocess.input = static_cast<Input>(input);
@@ -201,7 +202,7 @@ std::vector<uint8_t> pack_training(const Training &training) {
 
 void within(const char *name, uint64_t value, uint64_t least, uint64_t most) {
     if (value < least || value > most)
-        fail(Status::format, "%s: training: %s = %llu: must be in [%llu, %llu]", kKind, name,
+        fail(Status::format, "%s: training: {%s} = %llu: must be in [%llu, %llu]", kKind, name,
              static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
              static_cast<unsigned long long>(most));
 }

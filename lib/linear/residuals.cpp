@@ -25,8 +25,8 @@ Residuals::Residuals(const FrameModel &model, const Preparation &preparation)
       pixels_(model.rows * model.cols / (preparation.bin * preparation.bin)),
       crb_px_(std::numeric_limits<double>::quiet_NaN()), reference_(model.reference) {
     if (rows_ % preparation.bin != 0 || cols_ % preparation.bin != 0)
-        fail(Status::argument, "options->bin = %zu: must divide the frame's %zu rows and %zu columns", preparation.bin,
-             rows_, cols_);
+        fail(Status::argument, "{options->bin} = %zu: must divide the frame's %zu rows and %zu columns",
+             preparation.bin, rows_, cols_);
     if (!preparation.raw)
         whiten(model);
     scratch_.resize(pixels_);
@@ -60,13 +60,13 @@ void Residuals::whiten(const FrameModel &model) {
 
 void Residuals::push(ImageView<const double> counts) {
     if (frames() == preparation_.capacity)
-        fail(Status::capacity, "%zu frames are in: capacity = %zu is used up", frames(), preparation_.capacity);
+        fail(Status::capacity, "%zu frames are in: {capacity} = %zu is used up", frames(), preparation_.capacity);
     std::fill(scratch_.begin(), scratch_.end(), 0.0);
     for (size_t r = 0; r < rows_; r++) {
         const double *const row = counts.row(r), *const reference = &reference_[r * cols_];
         for (size_t c = 0; c < cols_; c++)
             if (!std::isfinite(row[c]))
-                fail(Status::argument, "counts[%zu][%zu] = %g: must be finite", r, c, row[c]);
+                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, row[c]);
         add_row(cols_, preparation_.bin, &scratch_[r / preparation_.bin * (cols_ / preparation_.bin)],
                 [&](size_t c) { return row[c] - reference[c]; });
     }
@@ -77,7 +77,7 @@ void Residuals::push(ImageView<const double> counts) {
     }
     for (const double value : scratch_)
         if (!(std::fabs(value) <= std::numeric_limits<float>::max()))
-            fail(Status::range, "counts differ from the scene's by %g: must be at most %g%s", value,
+            fail(Status::range, "{counts} differ from the scene's by %g: must be at most %g%s", value,
                  static_cast<double>(std::numeric_limits<float>::max()), preparation_.raw ? "" : " sigmas");
     values_.resize(values_.size() + pixels_);
     std::transform(scratch_.begin(), scratch_.end(), values_.end() - static_cast<ptrdiff_t>(pixels_),

@@ -34,11 +34,11 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
     kernels::whiten(model.derivative.data(), model.variance.data(), pixels, filter_.data());
     const auto [before, left] = kernels::project_out_twice(units.data(), rank, pixels, filter_.data());
     if (left == 0)
-        fail(
-            Status::scene,
-            "%s: preprocess.project: the scene tells nothing of the separation: nothing of the information of %g px^-2 "
-            "a frame is left after it",
-            model.source.c_str(), before * before);
+        fail(Status::scene,
+             "%s: {preprocess.project}: the scene tells nothing of the separation: nothing of the information of %g "
+             "px^-2 "
+             "a frame is left after it",
+             model.source.c_str(), before * before);
 
     for (size_t i = 0; i < pixels; i++)
         filter_[i] /= std::sqrt(model.variance[i]) * left * left;
@@ -55,7 +55,7 @@ double TemplateEstimator::estimate(ImageView<const double> counts, double *resid
         const double *row = counts.row(r), *reference = reference_.data() + r * cols_;
         for (size_t c = 0; c < cols_; c++) {
             if (!std::isfinite(row[c]))
-                fail(Status::argument, "counts[%zu][%zu] = %g: must be finite", r, c, row[c]);
+                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, row[c]);
             residual[r * cols_ + c] = row[c] - reference[c];
         }
     }

@@ -44,7 +44,7 @@ void check_brightness(const Scene &scene, const Images &images) {
         most = std::max(most, images.both[i] +
                                   reach * (std::fabs(images.motion[0][i]) + reach * std::fabs(images.motion[1][i])));
     if (!(most <= limit))
-        fail(Status::scene, "%s: cadence: the brightest pixel expects up to %g photons: at most %g are allowed",
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: at most %g are allowed",
              scene.source.c_str(), most, limit);
 }
 

@@ -86,7 +86,7 @@ double opd_of(const Mask &mask, double value, size_t i) {
     switch (mask.quantity) {
     case Mask::Quantity::binary:
         if (value != 0 && value != 1)
-            fail(Status::format, "%s: element %zu = %g: a binary mask holds 0 and 1", mask.file.c_str(), i, value);
+            fail(Status::format, "{%s}: element %zu = %g: a binary mask holds 0 and 1", mask.file.c_str(), i, value);
         return value * mask.opd_m;
     case Mask::Quantity::opd_m:
         break;
@@ -100,11 +100,11 @@ double opd_of(const Mask &mask, double value, size_t i) {
 std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n, Range range) {
     NpyImage image = parse_npy(file::read(path, n * n * sizeof(double) + 65536), path);
     if (image.rows != n || image.cols != n)
-        fail(Status::format, "%s: telescope.%s: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
+        fail(Status::format, "%s: {telescope.%s}: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
              scene.source.c_str(), key, path.c_str(), image.rows, image.cols, n, n);
     for (size_t i = 0; i < n * n; i++)
         if (!(image.values[i] >= range.low && image.values[i] <= range.high))
-            fail(Status::format, "%s: element %zu = %g: must be in [%g, %g]%s%s", path.c_str(), i, image.values[i],
+            fail(Status::format, "{%s}: element %zu = %g: must be in [%g, %g]%s%s", path.c_str(), i, image.values[i],
                  range.low, range.high, range.unit[0] != '\0' ? " " : "", range.unit);
     return std::move(image.values);
 }
@@ -154,7 +154,7 @@ void add_amplitude(const Scene &scene, Pupil &pupil) {
         pupil.amplitude[i] *= map[i];
     }
     if (!(pupil.area >= kLeastLight * open))
-        fail(Status::scene, "%s: telescope.amplitude.file: %s lets less than %g of the light pass",
+        fail(Status::scene, "%s: {telescope.amplitude.file}: %s lets less than %g of the light pass",
              scene.source.c_str(), path.c_str(), kLeastLight);
 }
 
@@ -175,7 +175,8 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
         pupil.area += pupil.amplitude[i];
     });
     if (!(pupil.area >= 1))
-        fail(Status::scene, "%s: telescope: secondary and struts leave less than a sample open", scene.source.c_str());
+        fail(Status::scene, "%s: {telescope}: secondary and struts leave less than a sample open",
+             scene.source.c_str());
     add_amplitude(scene, pupil);
     add_mask(scene, pupil);
     add_aberrations(scene, pupil);

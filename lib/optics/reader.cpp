@@ -96,7 +96,7 @@ std::string shown(Range range) {
 Reader::Reader(const json::Value &value, std::string path, const std::string &source)
     : value_(value), path_(std::move(path)), source_(source) {
     if (value.kind != Kind::object)
-        fail(Status::scene, "%s: %s = %s: must be an object", source_.c_str(),
+        fail(Status::scene, "%s: {%s} = %s: must be an object", source_.c_str(),
              path_.empty() ? "the scene" : path_.c_str(), shown(value).c_str());
 }
 
@@ -106,7 +106,7 @@ void Reader::refuse(Status status, const char *key, const char *format, ...) con
     va_start(arguments, format);
     print_text(text, sizeof text, format, arguments);
     va_end(arguments);
-    fail(status, "%s: %s%s", source_.c_str(), full(key).c_str(), text);
+    fail(status, "%s: {%s}%s", source_.c_str(), full(key).c_str(), text);
 }
 
 void Reader::allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later) const {
@@ -225,7 +225,7 @@ std::string Reader::file(const char *key, const std::string &folder) const {
     try {
         file::head(path, 1);
     } catch (const Error &error) {
-        refuse(error.status(), key, ": %s", error.what());
+        fail_within(error, error.status(), "%s: %s: %s", source_.c_str(), full(key).c_str(), error.what());
     }
     return path;
 }

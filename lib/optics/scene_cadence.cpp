@@ -31,12 +31,12 @@ std::vector<double> times_in(const std::string &path) {
         const char *const end = line.data() + line.size();
         const auto [rest, error] = std::from_chars(line.data(), end, time);
         if (error != std::errc() || rest != end || !(std::fabs(time) <= kTime.high))
-            fail(Status::format, "%s:%zu: \"%.40s\": must be a number in [%g, %g] days", path.c_str(), number,
+            fail(Status::format, "{%s}:%zu: \"%.40s\": must be a number in [%g, %g] days", path.c_str(), number,
                  line.c_str(), kTime.low, kTime.high);
         times.push_back(time);
     }
     if (times.empty() || times.size() > static_cast<size_t>(kMostFrames))
-        fail(Status::format, "%s: holds %zu times: must be 1 to %.0f", path.c_str(), times.size(), kMostFrames);
+        fail(Status::format, "{%s}: holds %zu times: must be 1 to %.0f", path.c_str(), times.size(), kMostFrames);
     return times;
 }
 

@@ -44,20 +44,20 @@ SpectrumTable::SpectrumTable(const std::string &path) {
         double wavelength, flux;
         if (!read_pair(start, stop, wavelength, flux)) {
             if (!std::exchange(head_allowed, false) || (*start >= '0' && *start <= '9'))
-                fail(Status::format, "%s: line %zu: must be two numbers with a comma between", path.c_str(), number);
+                fail(Status::format, "{%s}: line %zu: must be two numbers with a comma between", path.c_str(), number);
             continue;
         }
         head_allowed = false;
         if (!std::isfinite(wavelength) || (!wavelength_nm_.empty() && wavelength <= wavelength_nm_.back()))
-            fail(Status::format, "%s: line %zu: wavelengths must increase", path.c_str(), number);
+            fail(Status::format, "{%s}: line %zu: wavelengths must increase", path.c_str(), number);
         if (!(flux >= 0) || !std::isfinite(flux))
-            fail(Status::format, "%s: line %zu: flux = %g: must be finite and not negative", path.c_str(), number,
+            fail(Status::format, "{%s}: line %zu: flux = %g: must be finite and not negative", path.c_str(), number,
                  flux);
         wavelength_nm_.push_back(wavelength);
         flux_.push_back(flux);
     }
     if (wavelength_nm_.empty())
-        fail(Status::format, "%s: holds no numbers", path.c_str());
+        fail(Status::format, "{%s}: holds no numbers", path.c_str());
 }
 
 double SpectrumTable::at(double wavelength_nm) const noexcept {

@@ -39,15 +39,15 @@ struct Compensated {
 void check(const BatchSamples &samples, size_t i) {
     const double t = samples.t[i], y = samples.y[i];
     if (!std::isfinite(t))
-        fail(Status::argument, "sample %zu: t = %g: must be finite", i, t);
+        fail(Status::argument, "sample %zu: {t} = %g: must be finite", i, t);
     if (!std::isfinite(y))
-        fail(Status::argument, "sample %zu: y = %g: must be finite", i, y);
+        fail(Status::argument, "sample %zu: {y} = %g: must be finite", i, y);
     if (samples.sigma != nullptr && !(std::isfinite(samples.sigma[i]) && samples.sigma[i] > 0))
-        fail(Status::argument, "sample %zu: sigma = %g: must be finite and above 0", i, samples.sigma[i]);
+        fail(Status::argument, "sample %zu: {sigma} = %g: must be finite and above 0", i, samples.sigma[i]);
     if (!(std::fabs(t) <= kMostTime))
-        fail(Status::range, "sample %zu: t = %g: must be within +-%g", i, t, kMostTime);
+        fail(Status::range, "sample %zu: {t} = %g: must be within +-%g", i, t, kMostTime);
     if (!(std::fabs(y) <= kMostValue))
-        fail(Status::range, "sample %zu: y = %g: must be within +-%g", i, y, kMostValue);
+        fail(Status::range, "sample %zu: {y} = %g: must be within +-%g", i, y, kMostValue);
 }
 
 // 2^e with |largest| 2^e in [1/2, 1).
@@ -94,7 +94,7 @@ Archive::Archive(const BatchSamples &given, double last) : samples(given), n(giv
         t_high[i] = t.high;
         t_low[i] = t.low;
         if (!(std::fabs(t.high) * last <= kMostCycles))
-            fail(Status::range, "sample %zu: t = %g: more than 2^50 cycles from the mean time", i, samples.t[i]);
+            fail(Status::range, "sample %zu: {t} = %g: more than 2^50 cycles from the mean time", i, samples.t[i]);
     }
     if (value_bound == 0)
         return;

@@ -232,7 +232,7 @@ double Batch::exact_power(const Stream &stream, size_t k) const {
 
 void batch_power(const BatchJob &job, const BatchSamples &samples, double *power) {
     if (!(job.tolerance >= 0 && job.tolerance <= kMostTolerance))
-        fail(Status::range, "tolerance = %g: must be in [0, %g]", job.tolerance, kMostTolerance);
+        fail(Status::range, "{tolerance} = %g: must be in [0, %g]", job.tolerance, kMostTolerance);
     Grid grid = job.grid;
     grid.sigma_ceiling = grid.sigma_floor;
     grid.check();

@@ -287,7 +287,7 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
 
 void check_pushed(const Stream &stream, const Samples &samples) {
     if (static_cast<int64_t>(samples.count) != stream.totals().count)
-        fail(Status::argument, "n = %zu samples, but %lld were pushed", samples.count,
+        fail(Status::argument, "{n} = %zu samples, but %lld were pushed", samples.count,
              static_cast<long long>(stream.totals().count));
     for (size_t i = 0; i < samples.count; i++)
         stream.check(stream.sample(samples.t[i], 0, samples.y[i],

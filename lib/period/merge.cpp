@@ -48,13 +48,13 @@ void Stream::check_fit(Wide mean_square, Wide mean_weight) const {
     if (!(rms <= 1))
         fail(Status::range,
              "merge: the other's values are %.9g from value_offset = %.9g in the root mean square, "
-             "value_bound is %.9g",
+             "{value_bound} is %.9g",
              rms * grid_.value_bound, grid_.value_offset, grid_.value_bound);
     constexpr double kRounding = 1 + 1e-12;
     const double sigma = grid_.sigma_floor / std::sqrt(weight);
     if (!(sigma * kRounding >= grid_.sigma_floor && sigma <= grid_.sigma_ceiling * kRounding))
         fail(Status::range,
-             "merge: the other's sigmas are %.9g on average, here sigma_floor = %.9g and sigma_ceiling = "
+             "merge: the other's sigmas are %.9g on average, here {sigma_floor} = %.9g and sigma_ceiling = "
              "%.9g",
              sigma, grid_.sigma_floor, grid_.sigma_ceiling);
 }
@@ -68,7 +68,7 @@ void Stream::merge_turned(const Stream &other) {
              static_cast<long long>(from.nf), from.f0, from.df, from.fixed_mean ? ", fixed mean" : "");
     if (from.time_offset_ns != grid_.time_offset_ns || from.unit_ns != grid_.unit_ns)
         fail(Status::mismatch,
-             "merge: time_offset_ns = %lld, unit_ns = %.17g, the other has %lld, %.17g: shards must share them",
+             "merge: {time_offset_ns} = %lld, unit_ns = %.17g, the other has %lld, %.17g: shards must share them",
              static_cast<long long>(grid_.time_offset_ns), grid_.unit_ns, static_cast<long long>(from.time_offset_ns),
              from.unit_ns);
     if (other.totals_.count == 0)

@@ -99,7 +99,7 @@ void PowerQuery::check() const {
     const Grid &grid = stream_.grid();
     if (!resolved())
         fail(Status::range,
-             "values scatter by %.3g about their mean, value_bound = %g keeps 12 digits from %.3g on: create with a "
+             "values scatter by %.3g about their mean, {value_bound} = %g keeps 12 digits from %.3g on: create with a "
              "smaller value_bound",
              static_cast<double>(std::sqrt(spread_) * grid.value_bound), grid.value_bound,
              static_cast<double>(least_scatter() * grid.value_bound));

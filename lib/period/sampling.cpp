@@ -28,11 +28,11 @@ double even_step(const Stream &stream) noexcept {
 
 Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
     if (static_cast<int64_t>(count) != stream.totals().count)
-        fail(Status::argument, "n = %zu times, but %lld samples were pushed", count,
+        fail(Status::argument, "{n} = %zu times, but %lld samples were pushed", count,
              static_cast<long long>(stream.totals().count));
     for (size_t i = 0; i < count; i++)
         if (!std::isfinite(t[i]))
-            fail(Status::argument, "sample %zu: t = %g: must be finite", i, t[i]);
+            fail(Status::argument, "sample %zu: {t} = %g: must be finite", i, t[i]);
     return cadence_of({t, t + count});
 }
 

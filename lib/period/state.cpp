@@ -85,7 +85,7 @@ void check_totals(const Totals &totals, const Grid &grid) {
                wyy = static_cast<double>(totals.wyy.value());
     const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * samples;
     if (!(w >= samples * lightest * (1 - kRounding) && w <= samples * (1 + kRounding)))
-        fail(Status::format, "%s: count = %g, sum of weights %g: must be %g to 1 a sample", kKind, samples, w,
+        fail(Status::format, "%s: {count} = %g, sum of weights %g: must be %g to 1 a sample", kKind, samples, w,
              lightest);
     if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
         fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
@@ -120,7 +120,7 @@ Grid take_grid(ByteReader &in) {
     try {
         grid.check();
     } catch (const Error &error) {
-        fail(Status::format, "%s: %s", kKind, error.what());
+        fail_within(error, Status::format, "%s: %s", kKind, error.what());
     }
     if (grid.wide_sums != grid.wide())
         fail(Status::format, "%s: flags 0x%x: sums of these sigmas are wide", kKind, flags);
@@ -174,7 +174,8 @@ std::vector<uint8_t> Stream::save() const {
     try {
         check_sums();
     } catch (const Error &error) { // it could not be loaded again
-        fail(Status::state, "%s: were samples taken back that never came, or came by a merge?", error.what());
+        fail_within(error, Status::state, "%s: were samples taken back that never came, or came by a merge?",
+                    error.what());
     }
     ByteWriter out;
     const std::vector<uint8_t> start = header(grid_);
@@ -206,7 +207,7 @@ Stream Stream::load(const void *bytes, size_t size) {
     totals.count = in.i64();
     const int64_t count = totals.count;
     if (count < 0 || count > kMostSamples)
-        fail(Status::format, "%s: count = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
+        fail(Status::format, "%s: {count} = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
              static_cast<long long>(kMostSamples));
     load_pair(in, totals.weight, totals.weight_high);
     load_pair(in, totals.value, totals.value_high);

@@ -42,30 +42,30 @@ template <class Real> Real joined(int64_t lo, int64_t hi) noexcept {
 
 void Grid::check() const {
     if (!(std::isfinite(f0) && f0 >= 0))
-        fail(Status::argument, "f0 = %g: must be finite and at least 0", f0);
+        fail(Status::argument, "{f0} = %g: must be finite and at least 0", f0);
     if (!(std::isfinite(df) && df > 0))
-        fail(Status::argument, "df = %g: must be finite and above 0", df);
+        fail(Status::argument, "{df} = %g: must be finite and above 0", df);
     if (nf < 1 || nf > kMaxFrequencies)
-        fail(Status::argument, "nf = %lld: must be in [1, %lld]", static_cast<long long>(nf),
+        fail(Status::argument, "{nf} = %lld: must be in [1, %lld]", static_cast<long long>(nf),
              static_cast<long long>(kMaxFrequencies));
     if (!std::isfinite(last()))
-        fail(Status::argument, "f0 + (nf - 1) df overflows");
+        fail(Status::argument, "{f0} + (nf - 1) df overflows");
     if (!(unit_ns >= 1 && unit_ns <= 1e30))
-        fail(Status::argument, "unit_ns = %g: must be in [1, 1e30]", unit_ns);
+        fail(Status::argument, "{unit_ns} = %g: must be in [1, 1e30]", unit_ns);
     if (!std::isfinite(time_offset) || !std::isfinite(value_offset))
-        fail(Status::argument, "time_offset = %g, value_offset = %g: must be finite", time_offset, value_offset);
+        fail(Status::argument, "{time_offset} = %g, value_offset = %g: must be finite", time_offset, value_offset);
     if (!(value_bound >= 1e-100 && value_bound <= 1e100))
-        fail(Status::argument, "value_bound = %g: must be in [1e-100, 1e100]", value_bound);
+        fail(Status::argument, "{value_bound} = %g: must be in [1e-100, 1e100]", value_bound);
     if (!(sigma_floor >= 1e-100 && sigma_floor <= 1e100))
-        fail(Status::argument, "sigma_floor = %g: must be in [1e-100, 1e100]", sigma_floor);
+        fail(Status::argument, "{sigma_floor} = %g: must be in [1e-100, 1e100]", sigma_floor);
     if (!(sigma_ceiling >= sigma_floor))
-        fail(Status::argument, "sigma_ceiling = %g: must be at least sigma_floor = %g, or 0 for %g times that",
+        fail(Status::argument, "{sigma_ceiling} = %g: must be at least sigma_floor = %g, or 0 for %g times that",
              sigma_ceiling, sigma_floor, kNarrowRatio);
     if (!(sigma_ceiling <= kMostRatio * sigma_floor * (1 + 1e-12)))
-        fail(Status::range, "sigma_ceiling = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
+        fail(Status::range, "{sigma_ceiling} = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
              sigma_ceiling, sigma_floor, kMostRatio);
     if (!(last() > 0))
-        fail(Status::argument, "f0 = 0, nf = 1: a grid needs a frequency above 0");
+        fail(Status::argument, "{f0} = 0, nf = 1: a grid needs a frequency above 0");
 }
 
 uint64_t Grid::digest() const {
@@ -117,23 +117,24 @@ void Stream::check(const Sample &sample, int64_t index) const {
     if (index >= 0)
         std::snprintf(where, sizeof where, "sample %lld: ", static_cast<long long>(index));
     if (!std::isfinite(t) || std::isnan(elapsed + sample.t_low))
-        fail(Status::argument, "%st = %g: must be finite", where, t);
+        fail(Status::argument, "%s{t} = %g: must be finite", where, t);
     if (!std::isfinite(y))
-        fail(Status::argument, "%sy = %g: must be finite", where, y);
+        fail(Status::argument, "%s{y} = %g: must be finite", where, y);
     if (!(std::isfinite(sigma) && sigma > 0))
-        fail(Status::argument, "%ssigma = %g: must be finite and above 0", where, sigma);
+        fail(Status::argument, "%s{sigma} = %g: must be finite and above 0", where, sigma);
     if (!(elapsed <= kMostTime))
-        fail(Status::range, "%st = %g: further than %g from time_offset = %g", where, t, kMostTime, grid_.time_offset);
+        fail(Status::range, "%s{t} = %g: further than %g from time_offset = %g", where, t, kMostTime,
+             grid_.time_offset);
     if (!reaches(sample))
-        fail(Status::range, "%st = %g: more than 2^50 cycles from the time offset", where, t);
+        fail(Status::range, "%s{t} = %g: more than 2^50 cycles from the time offset", where, t);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
-        fail(Status::range, "%sy = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",
+        fail(Status::range, "%s{y} = %g: further than value_bound = %g from value_offset = %g, both fixed at creation",
              where, y, grid_.value_bound, grid_.value_offset);
     if (sigma < grid_.sigma_floor)
-        fail(Status::range, "%ssigma = %g: below sigma_floor = %g, fixed at creation: give the smallest sigma there",
+        fail(Status::range, "%s{sigma} = %g: below sigma_floor = %g, fixed at creation: give the smallest sigma there",
              where, sigma, grid_.sigma_floor);
     if (sigma > grid_.sigma_ceiling)
-        fail(Status::range, "%ssigma = %g: above sigma_ceiling = %g, fixed at creation: give the largest sigma there",
+        fail(Status::range, "%s{sigma} = %g: above sigma_ceiling = %g, fixed at creation: give the largest sigma there",
              where, sigma, grid_.sigma_ceiling);
     if (totals_.count + std::max<int64_t>(0, index) >= kMostSamples)
         fail(Status::range, "%smore than %lld samples", where, static_cast<long long>(kMostSamples));

@@ -25,7 +25,7 @@ constexpr double kLeastBound = 1e-99, kMostBound = 1e99;
 void check_finite(const double *numbers, size_t count, const char *name) {
     for (size_t i = 0; i < count; i++)
         if (!std::isfinite(numbers[i]))
-            fail(Status::argument, "sample %zu: %s = %g: must be finite", i, name, numbers[i]);
+            fail(Status::argument, "sample %zu: {%s} = %g: must be finite", i, name, numbers[i]);
 }
 
 Cadence cadence_for(const Samples &samples, double mission_span) {
@@ -33,10 +33,10 @@ Cadence cadence_for(const Samples &samples, double mission_span) {
     if (samples.count > 0)
         cadence = cadence_of(std::vector<double>(samples.t, samples.t + samples.count));
     if (!(cadence.step > 0))
-        fail(Status::state, "t: two different times are needed");
+        fail(Status::state, "{t}: two different times are needed");
     cadence.span = std::max(cadence.span, mission_span);
     if (!(cadence.span > 0))
-        fail(Status::state, "n = 0: samples or mission_span are needed");
+        fail(Status::state, "{n} = 0: samples or mission_span are needed");
     return cadence;
 }
 
@@ -66,7 +66,7 @@ void set_values(Grid &grid, const double *y, size_t count, bool more) {
 void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more) {
     const auto [least, largest] = std::minmax_element(sigma, sigma + count);
     if (!(*least > 0))
-        fail(Status::argument, "sample %zu: sigma = %g: must be above 0", static_cast<size_t>(least - sigma), *least);
+        fail(Status::argument, "sample %zu: {sigma} = %g: must be above 0", static_cast<size_t>(least - sigma), *least);
     grid.sigma_floor = more ? std::min(*least, std::max(*least / kFiner, *largest / kLargestRatio)) : *least;
     grid.sigma_ceiling =
         more ? std::max(*largest, std::min(*largest * kCoarser, grid.sigma_floor * kLargestRatio)) : *largest;
@@ -76,7 +76,7 @@ void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more) {
 
 Grid suggest(const Samples &samples, double mission_span) {
     if (!(mission_span >= 0 && std::isfinite(mission_span)))
-        fail(Status::argument, "mission_span = %g: must be at least 0", mission_span);
+        fail(Status::argument, "{mission_span} = %g: must be at least 0", mission_span);
     check_finite(samples.t, samples.count, "t");
     Grid grid;
     grid.wide_sums = true;

@@ -27,8 +27,8 @@ Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
         const Wide tai = static_cast<Wide>(point.tai_ns) - before.tai_ns;
         if (camera <= 0 || tai <= 0 || camera > kLongest || tai > kLongest)
             fail(Status::argument,
-                 "clock: point %zu (camera %lld ns, TAI %lld ns): must lie after the one before, by 2^62 ns at most", i,
-                 static_cast<long long>(point.camera_ns), static_cast<long long>(point.tai_ns));
+                 "{clock}: point %zu (camera %lld ns, TAI %lld ns): must lie after the one before, by 2^62 ns at most",
+                 i, static_cast<long long>(point.camera_ns), static_cast<long long>(point.tai_ns));
     }
     // That TAI is the camera's time is said by a table that changes nothing, or by none.
     const auto same = [](const ClockPoint &point) { return point.camera_ns == point.tai_ns; };

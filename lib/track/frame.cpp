@@ -84,16 +84,16 @@ Flaw take_pixels(const T *pixels, const Frame &frame, const Geometry &geometry, 
 
 void Geometry::check() const {
     if (rows < 1 || cols < 1 || out_rows < 1 || out_cols < 1 || bin < 1)
-        fail(Status::argument, "frames of %zux%zu to %zux%zu by bin = %zu: all must be at least 1", rows, cols,
+        fail(Status::argument, "{frames} of %zux%zu to %zux%zu by bin = %zu: all must be at least 1", rows, cols,
              out_rows, out_cols, bin);
     if (out_rows > rows / bin || out_cols > cols / bin || crop_row > rows - out_rows * bin ||
         crop_col > cols - out_cols * bin)
         fail(Status::argument,
-             "crop_row = %zu, crop_col = %zu, bin = %zu: %zux%zu pixels for the estimator do not fit in frames of "
+             "{crop_row} = %zu, crop_col = %zu, bin = %zu: %zux%zu pixels for the estimator do not fit in frames of "
              "%zux%zu",
              crop_row, crop_col, bin, out_rows, out_cols, rows, cols);
     if (bit_depth > 32)
-        fail(Status::argument, "bit_depth = %u: must be at most 32, or 0 for any value", bit_depth);
+        fail(Status::argument, "{bit_depth} = %u: must be at most 32, or 0 for any value", bit_depth);
 }
 
 uint32_t content_of(const Frame &frame) noexcept {

@@ -8,7 +8,7 @@ namespace toliman::track {
 
 void check_name(std::string_view name, const char *what) {
     if (!is_name(name))
-        fail(Status::argument, "%s = \"%.*s\": %s", what,
+        fail(Status::argument, "{%s} = \"%.*s\": %s", what,
              static_cast<int>(name.size() < kLongestName ? name.size() : kLongestName), name.data(), kNameRule);
 }
 

@@ -47,8 +47,9 @@ LedgerFile::Tail Ledger::find_end(const EachLine &each) {
         if (written_ >= lines || !file_.had(written_))
             return tail;
         if (access_ == Access::write || (again && written_ == before))
-            file_.refuse(written_, "is damaged, and later ones are not: the disk lost what it had; merge with "
-                                   "salvage brings what is left into a new folder");
+            file_.refuse(written_, Status::lost,
+                         "is damaged, and later ones are not: the disk lost what it had; merge with "
+                         "salvage brings what is left into a new folder");
     }
 }
 
@@ -56,13 +57,13 @@ void Ledger::check_held(Held held) const {
     if (held.salt != salt())
         return;
     if (written_ < held.lines)
-        fail(Status::format,
-             "%s: %llu lines are whole, the checkpoint was made of %llu: lines were lost; merge with salvage brings "
+        fail(Status::lost,
+             "{%s}: %llu lines are whole, the checkpoint was made of %llu: lines were lost; merge with salvage brings "
              "what is left into a new folder",
              file_.path().c_str(), static_cast<unsigned long long>(written_),
              static_cast<unsigned long long>(held.lines));
     if (chain_before(held.lines) != held.chain)
-        fail(Status::format, "%s: the first %llu lines are not those that the checkpoint was made of",
+        fail(Status::format, "{%s}: the first %llu lines are not those that the checkpoint was made of",
              file_.path().c_str(), static_cast<unsigned long long>(held.lines));
 }
 
@@ -85,20 +86,20 @@ void Ledger::visit(uint64_t first, uint64_t most, const EachLine &each) const {
     LedgerFile::Tail tail = {chain_before(first), 0};
     uint64_t number = file_.scan(first, std::min(end, written_), tail, each);
     if (number < std::min(end, written_))
-        file_.refuse(number, "is damaged");
+        file_.refuse(number, Status::format, "is damaged");
     for (; number < end; number++)
         each(read(number), number);
 }
 
 void Ledger::check_alive() const {
     if (failed_)
-        fail(Status::write, "%s: a write has failed before: open it anew", file_.path().c_str());
+        fail(Status::write, "{%s}: a write has failed before: open it anew", file_.path().c_str());
 }
 
 void Ledger::append(const Record &record) {
     check_alive();
     if (count() == LedgerFile::kMostLines)
-        fail(Status::capacity, "%s: holds 2^30 lines, its most", file_.path().c_str());
+        fail(Status::capacity, "{%s}: holds 2^30 lines, its most", file_.path().c_str());
     const RecordBytes bytes = to_bytes(record, static_cast<uint32_t>(synced_), chain_);
     std::memcpy(group_.data() + waiting_ * kRecordSize, bytes.data(), bytes.size());
     if ((waiting_ + 1) * kRecordSize == group_.size()) {

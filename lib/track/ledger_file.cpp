@@ -40,31 +40,31 @@ void LedgerFile::begin(Store &store, const Terms &terms) {
 
 LedgerFile::LedgerFile(Store &store) : store_(&store) {
     if (store.size(kName) < 0)
-        fail(Status::not_found, "%s: no such file", path().c_str());
+        fail(Status::not_found, "{%s}: no such file", path().c_str());
     uint8_t bytes[kHeaderSize];
     read_all(store, kName, 0, bytes, sizeof bytes);
     ByteReader in(bytes, sizeof bytes, kKind);
     if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
-        fail(Status::format, "%s: does not begin with \"TLML\"", path().c_str());
+        fail(Status::format, "{%s}: does not begin with \"TLML\"", path().c_str());
     const uint32_t version = in.u32();
     if (version != kVersion)
-        fail(Status::format, "%s: version %u, this library reads %u only", path().c_str(), version, kVersion);
+        fail(Status::format, "{%s}: version %u, this library reads %u only", path().c_str(), version, kVersion);
     salt_ = in.u64();
     terms_ = terms_of(in.raw(kTermsSize));
     in.raw(in.left() - 4);
     chain_ = in.u32();
     if (chain_ != zip::crc32(bytes, sizeof bytes - 4))
-        fail(Status::format, "%s: checksum mismatch, the header is damaged", path().c_str());
+        fail(Status::format, "{%s}: checksum mismatch, the header is damaged", path().c_str());
     try {
         terms_.check();
     } catch (const Error &error) {
-        fail(Status::format, "%s: %s", path().c_str(), error.what());
+        fail_within(error, Status::format, "{%s}: %s", path().c_str(), error.what());
     }
 }
 
 void LedgerFile::check_terms(const Terms &terms) const {
     if (to_bytes(terms_) != to_bytes(terms))
-        fail(Status::mismatch, "%s: made with %s", path().c_str(), difference(terms_, terms).c_str());
+        fail(Status::mismatch, "{%s}: made with %s", path().c_str(), difference(terms_, terms).c_str());
 }
 
 uint64_t LedgerFile::size() const {
@@ -74,7 +74,7 @@ uint64_t LedgerFile::size() const {
 uint64_t LedgerFile::count() const {
     const uint64_t bytes = size(), lines = (bytes - kHeaderSize) / kRecordSize;
     if (lines > kMostLines)
-        fail(Status::format, "%s: %llu bytes: more than 2^30 lines", path().c_str(),
+        fail(Status::format, "{%s}: %llu bytes: more than 2^30 lines", path().c_str(),
              static_cast<unsigned long long>(bytes));
     return lines;
 }
@@ -83,7 +83,7 @@ uint64_t LedgerFile::count() const {
 bool LedgerFile::decode(const uint8_t *line, uint64_t number, Tail &tail, Record &record) const {
     const Line found = from_bytes(line, record, tail.synced, tail.chain);
     if (found == Line::impossible || (found == Line::whole && !terms_.allow(record)))
-        refuse(number, "says what cannot be: made by another version?");
+        refuse(number, Status::format, "says what cannot be: made by another version?");
     return found == Line::whole;
 }
 
@@ -143,12 +143,12 @@ void LedgerFile::read(uint64_t number, void *line) const {
 Record LedgerFile::record(const uint8_t *line, uint64_t number, Tail &tail) const {
     Record record;
     if (!decode(line, number, tail, record))
-        refuse(number, "is damaged");
+        refuse(number, Status::format, "is damaged");
     return record;
 }
 
-void LedgerFile::refuse(uint64_t number, const char *why) const {
-    fail(Status::format, "%s: line %llu %s", path().c_str(), static_cast<unsigned long long>(number), why);
+void LedgerFile::refuse(uint64_t number, Status status, const char *why) const {
+    fail(status, "{%s}: line %llu %s", path().c_str(), static_cast<unsigned long long>(number), why);
 }
 
 } // namespace toliman::track

@@ -47,7 +47,7 @@ class LedgerFile {
     void read(uint64_t number, void *line) const;
     // The record in a line that follows this checksum.
     Record record(const uint8_t *line, uint64_t number, Tail &tail) const;
-    [[noreturn]] void refuse(uint64_t number, const char *why) const;
+    [[noreturn]] void refuse(uint64_t number, Status status, const char *why) const;
     std::string path() const { return store_->path(kName); }
 
   private:

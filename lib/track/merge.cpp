@@ -14,7 +14,7 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
     const LedgerFile file(other);
     file.check_terms(plan_.terms);
     if (ledger_ && file.salt() == ledger_->salt())
-        fail(Status::argument, "%s: the tracker's own, or a copy of it", file.path().c_str());
+        fail(Status::argument, "{%s}: the tracker's own, or a copy of it", file.path().c_str());
     uint64_t lost = 0;
     if (salvage)
         lost = merge_whole_lines(file, point);
@@ -40,7 +40,7 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
         if (record.kind == Kind::merged)
             counted_there[record.stream] = merged_of(record);
         else if (!merge_line(record, number >= counted))
-            fail(Status::format, "%s: line %llu denies a frame that is not there", path.c_str(),
+            fail(Status::format, "{%s}: line %llu denies a frame that is not there", path.c_str(),
                  static_cast<unsigned long long>(number));
     });
     Merged merged = {theirs.salt(), static_cast<int64_t>(theirs.count()), 0, theirs.chain_before(theirs.count())};
@@ -49,7 +49,7 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
         merged.repeats = std::min(merged.repeats + there.repeats, 2 * kMostRepeats);
     merged.repeats = std::max(merged.repeats, before.repeats);
     if (merged.repeats > kMostRepeats || counts_.repeated + merged.repeats - before.repeats > 2 * kMostRepeats)
-        fail(Status::format, "%s: impossible counts of frames that came again", path.c_str());
+        fail(Status::format, "{%s}: impossible counts of frames that came again", path.c_str());
     if (merged.lines == before.lines && merged.chain == before.chain && merged.repeats == before.repeats)
         return;
     const Record mark = to_record(merged, plan_.terms.sigma);

@@ -27,10 +27,11 @@ Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms
 void Tracker::begin_ledger() {
     for (const char *name : {Checkpoint::kName, Setup::kName, Names::kName})
         if (store_->size(name) >= 0)
-            fail(Status::format,
-                 "%s: is missing, though %s is there: what it knew of its frames is lost; give all frames again, into "
-                 "a new folder",
-                 store_->path(LedgerFile::kName).c_str(), name);
+            fail(
+                Status::format,
+                "{%s}: is missing, though %s is there: what it knew of its frames is lost; give all frames again, into "
+                "a new folder",
+                store_->path(LedgerFile::kName).c_str(), name);
     LedgerFile::begin(*store_, plan_.terms);
 }
 
@@ -85,10 +86,10 @@ void Tracker::check_setup(const Place &place) const {
         return;
     const std::string path = store_->path(Setup::kName);
     if (place.setup->grid.digest() != sums_.grid().digest())
-        fail(Status::mismatch, "%s: of another grid of frequencies, time offset or unit: rebuild for this one",
+        fail(Status::mismatch, "{%s}: of another grid of frequencies, time offset or unit: rebuild for this one",
              path.c_str());
     if (!(place.setup->clock.points() == plan_.clock.points()))
-        fail(Status::mismatch, "%s: of another clock: rebuild for this one", path.c_str());
+        fail(Status::mismatch, "{%s}: of another clock: rebuild for this one", path.c_str());
 }
 
 // Pushes what is accepted of the lines from `first` on, and takes back what earlier ones brought and these deny. Frames

@@ -17,9 +17,9 @@ constexpr double kLeast = 1e-90, kMost = 1e90; // so that a periodogram can carr
 void Terms::check() const {
     geometry.check();
     if (!(sigma >= kLeast && sigma <= kMost))
-        fail(Status::argument, "sigma = %g: must be in [%g, %g]", sigma, kLeast, kMost);
+        fail(Status::argument, "{sigma} = %g: must be in [%g, %g]", sigma, kLeast, kMost);
     if (!(value_limit >= kLeast && value_limit <= kMost))
-        fail(Status::argument, "value_limit = %g: must be in [%g, %g]", value_limit, kLeast, kMost);
+        fail(Status::argument, "{value_limit} = %g: must be in [%g, %g]", value_limit, kLeast, kMost);
 }
 
 bool Terms::allow(const Record &record) const noexcept {

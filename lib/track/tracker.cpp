@@ -74,7 +74,7 @@ void Tracker::note_frame(const Record &record, uint64_t line) {
     streams_.check_room(record.stream);
     const bool accepted = sample_of(record).has_value();
     if (index_.find(key_of(record)) != nullptr)
-        fail(Status::format, "%s: line %llu holds a frame that is there already",
+        fail(Status::format, "{%s}: line %llu holds a frame that is there already",
              store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(line));
     index_.add(key_of(record), record.content, line, accepted ? Fate::accepted : Fate::outlier);
     streams_.add(record.stream, record.frame_id);
@@ -85,8 +85,8 @@ void Tracker::note_frame(const Record &record, uint64_t line) {
 void Tracker::note_denial(const Record &record, uint64_t line) {
     const Seen *seen = index_.find(key_of(record));
     if (seen == nullptr || seen->fate() == Fate::quarantined)
-        fail(Status::format, "%s: line %llu denies a frame that is not there", store_->path(LedgerFile::kName).c_str(),
-             static_cast<unsigned long long>(line));
+        fail(Status::format, "{%s}: line %llu denies a frame that is not there",
+             store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(line));
     (seen->fate() == Fate::accepted ? counts_.accepted : counts_.outlier)--;
     counts_.quarantined++;
     counts_.repeated++;
@@ -106,7 +106,7 @@ Merged Tracker::merged_before(uint64_t salt) const noexcept {
 void Tracker::take_merged(const Merged &merged) {
     const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
     if (counts_.repeated + repeats > 2 * kMostRepeats)
-        fail(Status::format, "%s: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
+        fail(Status::format, "{%s}: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
     merged_[merged.salt] = merged; // before anything changes, as it takes memory
     counts_.received += repeats;
     counts_.repeated += repeats;
@@ -238,7 +238,7 @@ void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const 
 
 void Tracker::check_writable() const {
     if (access_ == Access::read)
-        fail(Status::state, "%s: opened for reading only", store_->path("").c_str());
+        fail(Status::state, "{%s}: opened for reading only", store_->path("").c_str());
 }
 
 void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done) {

@@ -1,11 +1,13 @@
 """Manners of the Python package: what it covers, how it says things, how it stops, and that it refuses what does not fit."""
 import ctypes
 import dataclasses
+import errno
 import fcntl
 import inspect
 import io
 import os
 import pathlib
+import pickle
 import re
 import struct
 import subprocess
@@ -79,7 +81,8 @@ class Results(unittest.TestCase):
 
     def test_errors_are_python_s_too(self):
         for status, kinds in ((_raw.TOLIMAN_E_ARGUMENT, ValueError), (_raw.TOLIMAN_E_NOT_FOUND, FileNotFoundError),
-                              (_raw.TOLIMAN_E_WRITE, OSError), (_raw.TOLIMAN_E_MEMORY, MemoryError),
+                              (_raw.TOLIMAN_E_WRITE, OSError), (_raw.TOLIMAN_E_LOST, toliman.LostError),
+                              (_raw.TOLIMAN_E_MEMORY, MemoryError),
                               (_raw.TOLIMAN_E_UNSUPPORTED, NotImplementedError), (999, toliman.Error)):
             with self.assertRaises(kinds) as raised:
                 _library.check(status)
@@ -88,6 +91,27 @@ class Results(unittest.TestCase):
             again = raised.exception.__reduce__()
             self.assertEqual(str(again[0](*again[1])), str(raised.exception))
         self.assertEqual(f"{toliman.Error.__module__}.{toliman.Error.__name__}", "toliman.Error")
+
+    def test_errors_name_what_was_wrong(self):
+        with self.assertRaises(toliman.InputError) as raised:
+            toliman.Periodogram(0.1, -1, 3)
+        self.assertEqual(raised.exception.field, "df")
+        with toliman.Periodogram(0.1, 0.1, 3) as periodogram, tempfile.TemporaryDirectory() as folder:
+            with self.assertRaises(toliman.StateError) as raised:
+                periodogram.peak()
+            self.assertEqual(raised.exception.field, "")
+            for call, path, reason in (
+                    (toliman.Periodogram.load, "no/such/state", errno.ENOENT),
+                    (toliman.Periodogram.load, folder, None),  # there, but no file
+                    (periodogram.save, "no/such/state", errno.ENOENT),
+                    (periodogram.save, __file__ + "/state", errno.ENOTDIR)):
+                with self.assertRaises(OSError) as raised:
+                    call(path)
+                error = raised.exception
+                self.assertEqual((error.filename, error.field, error.errno), (path, path, reason))
+                self.assertTrue(str(error).startswith(path + ": "), str(error))
+                again = pickle.loads(pickle.dumps(error))
+                self.assertEqual((str(again), again.filename, again.errno), (str(error), path, reason))
 
     def test_numbers_at_the_edge(self):
         self.assertEqual(_arguments.whole("n", 3, 4), 3)

@@ -1,4 +1,5 @@
 """Simulator of Python: the program's own frames, what the header says of images, scenes as dicts."""
+import errno
 import json
 import os
 import pathlib
@@ -108,8 +109,10 @@ class Scenes(unittest.TestCase):
     def test_found_by_name(self):
         self.assertEqual([path.name for path in toliman.shipped_scenes()], ["chapter.json", "mission.json"])
         self.assertEqual(toliman.plan("chapter.json").bytes, toliman.plan(str(SCENES / "chapter.json")).bytes)
-        with self.assertRaisesRegex(toliman.NotFoundError, "here/chapter.json: No such file"):
-            toliman.plan("here/chapter.json")
+        for missing in ("here/chapter.json", "no_chapter.json"):
+            with self.assertRaisesRegex(toliman.NotFoundError, f"{missing}: No such file") as raised:
+                toliman.plan(missing)
+            self.assertEqual((raised.exception.filename, raised.exception.errno), (missing, errno.ENOENT))
 
     def test_numbers_of_numpy(self):
         plain = toliman.plan(scene(accuracy=1e-6))

@@ -20,6 +20,7 @@ static toliman_status message(attempt *a) {
     must(toliman_period_batch(-0.5, 1, 1, NULL, NULL, NULL, 0, NULL, &power) == TOLIMAN_E_ARGUMENT, "not refused");
     must(strstr(toliman_last_error(), "-0.5") != NULL, "the message does not name the value");
     must(toliman_last_error_copy(text, sizeof text) == strlen(toliman_last_error()) && strlen(text) == 9, "copy");
+    must(strcmp(toliman_last_error_field(), "f0") == 0, "the field is not the argument");
     return TOLIMAN_OK;
 }
 
@@ -50,6 +51,7 @@ static const scenario all[] = {
     {.function = "toliman_last_error", .call = message},
     {.function = "toliman_last_error_copy", .call = message},
     {.function = "toliman_load_options_init", .call = load_options},
+    {.function = "toliman_last_error_field", .call = message},
     {.function = "toliman_get_machine", .call = machine, .struct_size = sizeof(toliman_machine)},
     {.function = "toliman_get_blas_speed", .call = blas_speed},
 };

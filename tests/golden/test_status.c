@@ -11,12 +11,12 @@ static void codes_and_names(void **unused) {
     static const char *const golden[] = {
         "TOLIMAN_OK",       "TOLIMAN_E_INTERNAL", "TOLIMAN_E_ARGUMENT",    "TOLIMAN_E_MEMORY", "TOLIMAN_E_NOT_FOUND",
         "TOLIMAN_E_FORMAT", "TOLIMAN_E_SCENE",    "TOLIMAN_E_UNSUPPORTED", "TOLIMAN_E_WRITE",  "TOLIMAN_E_CANCELLED",
-        "TOLIMAN_E_RANGE",  "TOLIMAN_E_MISMATCH", "TOLIMAN_E_CAPACITY",    "TOLIMAN_E_STATE"};
+        "TOLIMAN_E_RANGE",  "TOLIMAN_E_MISMATCH", "TOLIMAN_E_CAPACITY",    "TOLIMAN_E_STATE",  "TOLIMAN_E_LOST"};
     for (int32_t code = 0; code < (int32_t)(sizeof golden / sizeof golden[0]); code++)
         assert_string_equal(toliman_status_name(code), golden[code]);
-    assert_string_equal(toliman_status_name(14), "TOLIMAN_E_?");
+    assert_string_equal(toliman_status_name(15), "TOLIMAN_E_?");
     assert_string_equal(toliman_status_name(-1), "TOLIMAN_E_?");
-    assert_int_equal(TOLIMAN_E_STATE, 13);
+    assert_int_equal(TOLIMAN_E_LOST, 14);
 }
 
 static void versions_agree(void **unused) {

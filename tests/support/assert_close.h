@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -37,7 +38,18 @@
             fail_msg("%s: %s: %s", #call, toliman_status_name(ok_status_), toliman_last_error());                      \
     } while (0)
 
-/* The call fails with this code and a message that contains the text. */
+/* The field of the last error is a piece of its message, and not "" for a status that always has one. */
+static inline void assert_field_fits(toliman_status status, const char *call) {
+    const char *const field = toliman_last_error_field(), *const text = toliman_last_error();
+    if (strstr(text, field) == NULL)
+        fail_msg("%s: message \"%s\" does not contain its field \"%s\"", call, text, field);
+    const int has_field = status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_NOT_FOUND || status == TOLIMAN_E_WRITE ||
+                          status == TOLIMAN_E_LOST || strstr(text, " is NULL") != NULL;
+    if (has_field && field[0] == '\0')
+        fail_msg("%s: message \"%s\" has no field", call, text);
+}
+
+/* The call fails with this code, a message that contains the text, and a field that fits it. */
 #define assert_fails(call, code, text)                                                                                 \
     do {                                                                                                               \
         const toliman_status fails_status_ = (call);                                                                   \
@@ -45,6 +57,7 @@
             fail_msg("%s: %s, expected %s", #call, toliman_status_name(fails_status_), #code);                         \
         if (strstr(toliman_last_error(), (text)) == NULL)                                                              \
             fail_msg("%s: message \"%s\" does not contain \"%s\"", #call, toliman_last_error(), (text));               \
+        assert_field_fits(fails_status_, #call);                                                                       \
     } while (0)
 
 #endif

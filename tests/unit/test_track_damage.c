@@ -74,14 +74,16 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
     assert_int_equal(unlink(checkpoint), 0);
     for (off_t at = 0; at < HEADER + 16 * LINE; at += at < HEADER ? 5 : 29) {
         flip_byte(ledger, at);
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: ");
+        const toliman_status expected = at < HEADER ? TOLIMAN_E_FORMAT : TOLIMAN_E_LOST;
+        assert_fails(toliman_track_create(&options, &none), expected, "ledger.tlml: ");
+        assert_string_equal(toliman_last_error_field(), ledger);
         options.flags = TOLIMAN_TRACK_READ_ONLY;
-        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: ");
+        assert_fails(toliman_track_create(&options, &none), expected, "ledger.tlml: ");
         options.flags = 0;
         flip_byte(ledger, at);
     }
     flip_byte(ledger, HEADER + 3 * LINE);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "line 3 is damaged");
     flip_byte(ledger, HEADER + 3 * LINE);
     /* The last group may be torn: line 20 lost, 23 too, a part of a line behind. */
     flip_byte(ledger, HEADER + 20 * LINE + 7);
@@ -101,16 +103,16 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
 
     /* Damage in the last group, which the checkpoint holds: refused, and nothing is cut. */
     flip_byte(ledger, HEADER + 29 * LINE + 7);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "29 lines are whole");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "29 lines are whole");
     assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
     flip_byte(ledger, HEADER + 29 * LINE + 7);
 
     /* Lines that the checkpoint counts and the ledger has not. */
     assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST,
                  "29 lines are whole, the checkpoint was made of 30");
     options.flags = TOLIMAN_TRACK_REBUILD; /* hides nothing */
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "lines were lost; merge with salvage");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "lines were lost; merge with salvage");
     options.flags = 0;
     /* Nor another ledger of as many lines. */
     flip_byte(checkpoint, 33);
@@ -183,7 +185,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
     assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* what denies frame 36 */
     track = make_track(&elsewhere);
     int64_t lost = -1;
-    assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_FORMAT, "3 lines are whole");
+    assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 lines are whole");
     assert_fails(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags = 0x2");
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));

@@ -20,7 +20,7 @@ Remarks of the library go to Python's logging under the name "toliman". Objects 
 
 toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.
 """
-from ._library import (Cancelled, CapacityError, Error, InputError, NoMemoryError, NotFoundError, StateError,
+from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PeriodogramInfo, Plan,
                        Sampling, SceneInfo, Stream, TrackInfo, Training)
@@ -34,7 +34,7 @@ from .track import REASONS, VERDICTS, Frame, Tracker
 __version__ = version()
 __all__ = [
     "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
-    "Error", "Frame", "Grid", "InputError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError",
+    "Error", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError",
     "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling",
     "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training",
     "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine",

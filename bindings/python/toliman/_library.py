@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import os
 import pathlib
 import sys
@@ -15,30 +16,64 @@ SONAME = f"libtoliman.so.{_raw.TOLIMAN_VERSION_MAJOR}.{_raw.TOLIMAN_VERSION_MINO
 
 
 class Error(Exception):
-    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C; `outcomes`, of
+    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C; `field` names
+    the argument, member, key of a scene or file that was wrong, "" where there is none; `outcomes`, of
     Tracker.push_many, what became of the frames before."""
 
     outcomes: list[typing.Any]
 
-    def __init__(self, status: int, message: str):
+    def __init__(self, status: int, message: str, field: str = ""):
         super().__init__(message)
         self.status = status
         self.name = library.toliman_status_name(status).decode()
+        self.field = field
+
+    def __str__(self):
+        return self.args[0]
 
     def __reduce__(self):
-        return type(self), (self.status, str(self))
+        return type(self), (self.status, str(self), self.field)
+
+
+class _FileError(Error, OSError):
+    """An OSError: `filename` is the file, `errno` the reason where the file system still shows it, else None."""
+
+    def __init__(self, status: int, message: str, field: str = ""):
+        super().__init__(status, message, field)
+        self.filename = field or None
+        reason = self._find_errno(field) if field else None
+        if reason is not None:
+            self.errno = reason
+
+    def _find_errno(self, path: str) -> int | None:
+        return _errno_of(path, os.R_OK)
+
+
+def _errno_of(path: str, mode: int) -> int | None:
+    try:
+        os.stat(path)
+    except OSError as error:
+        return error.errno
+    return None if os.access(path, mode) else errno.EACCES
 
 
 class InputError(Error, ValueError):
     """An argument, scene or file that says something impossible, or two that do not belong together."""
 
 
-class NotFoundError(Error, FileNotFoundError):
-    """A file that is missing or cannot be read."""
+class NotFoundError(_FileError, FileNotFoundError):
+    """A file, `filename`, that is missing or cannot be read."""
 
 
-class WriteError(Error, OSError):
-    """A file that cannot be written."""
+class WriteError(_FileError):
+    """A file, `filename`, that cannot be written."""
+
+    def _find_errno(self, path: str) -> int | None:
+        return _errno_of(os.path.join(os.path.dirname(path) or ".", ""), os.W_OK)
+
+
+class LostError(_FileError):
+    """A file, `filename`, that no longer has what it had: another program or the disk has changed it."""
 
 
 class NoMemoryError(Error, MemoryError):
@@ -62,7 +97,7 @@ class Cancelled(Error):
 
 
 for _kind in (Error, InputError, NotFoundError, WriteError, NoMemoryError, UnsupportedError, StateError, CapacityError,
-              Cancelled):
+              LostError, Cancelled):
     _kind.__module__ = "toliman"  # as who catches them writes it
 
 _KINDS: dict[int, type[Error]] = {
@@ -78,13 +113,15 @@ _KINDS: dict[int, type[Error]] = {
     _raw.TOLIMAN_E_MISMATCH: InputError,
     _raw.TOLIMAN_E_CAPACITY: CapacityError,
     _raw.TOLIMAN_E_STATE: StateError,
+    _raw.TOLIMAN_E_LOST: LostError,
 }
 
 
 def check(status: int) -> None:
     """Raises the Error of a call that failed."""
     if status != _raw.TOLIMAN_OK:
-        raise _KINDS.get(status, Error)(status, library.toliman_last_error().decode(errors="replace"))
+        raise _KINDS.get(status, Error)(status, library.toliman_last_error().decode(errors="replace"),
+                                        os.fsdecode(library.toliman_last_error_field()))
 
 
 def above(levels: int) -> pathlib.Path:

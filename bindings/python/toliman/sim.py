@@ -50,7 +50,7 @@ def _path_of(scene: str | os.PathLike[str]) -> bytes:
         shipped = {known.name: known for known in shipped_scenes()}
         if path not in shipped:
             raise NotFoundError(_raw.TOLIMAN_E_NOT_FOUND,
-                                f"{path}: No such file, and none of the shipped scenes: {', '.join(shipped)}")
+                                f"{path}: No such file, and none of the shipped scenes: {', '.join(shipped)}", path)
         path = str(shipped[path])
     return os.fsencode(path)
 

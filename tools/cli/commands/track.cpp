@@ -180,14 +180,14 @@ bool takes_same_frames(const toliman_track_options &a, const toliman_track_optio
     return frames(a) == frames(b);
 }
 
-// What to do where the folder was made with something else, of which the library's message tells one.
-std::string way_out(const Options &options, bool same_frames) {
+// What to do where the folder was made with something else, as the file `field` has it.
+std::string way_out(const Options &options, bool same_frames, const std::string &field) {
     if (!same_frames)
         return "these stay as they are: leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a new "
                "folder";
-    const bool of_setup = std::string(toliman_last_error()).rfind(options.state + "/setup.tlms", 0) == 0;
-    return of_setup ? "`toliman rebuild " + options.state + options.setup.text() + "`, or give a new folder"
-                    : kOtherEstimator;
+    return field == options.state + "/setup.tlms"
+               ? "`toliman rebuild " + options.state + options.setup.text() + "`, or give a new folder"
+               : kOtherEstimator;
 }
 
 toliman::tracker open_folder(const Options &options, const toliman_track_options &how,
@@ -198,7 +198,7 @@ toliman::tracker open_folder(const Options &options, const toliman_track_options
         const bool same_frames = made && takes_same_frames(*made, how);
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || same_frames))
             throw;
-        throw Failure(kExitUsage, std::string(error.what()) + ": " + way_out(options, same_frames));
+        throw Failure(kExitUsage, std::string(error.what()) + ": " + way_out(options, same_frames, error.field()));
     }
 }
 

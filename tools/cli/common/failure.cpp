@@ -31,6 +31,7 @@ ExitCode exit_code(toliman_status status) noexcept {
     case TOLIMAN_E_FORMAT:
         return kExitInput;
     case TOLIMAN_E_WRITE:
+    case TOLIMAN_E_LOST:
         return kExitOutput;
     case TOLIMAN_E_CANCELLED:
         return kExitInterrupted;

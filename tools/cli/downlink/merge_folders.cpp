@@ -114,8 +114,9 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
             toliman_track_merge(tracker.get(), folder.c_str(), salvage ? TOLIMAN_TRACK_SALVAGE : 0, &lost);
         if (status == TOLIMAN_E_MISMATCH)
             malformed(folder, toliman_last_error());
-        if (status == TOLIMAN_E_FORMAT)
-            throw Failure(kExitState, damage_of(folder));
+        const bool is_lost = status == TOLIMAN_E_LOST && toliman_last_error_field() == folder + kLedger;
+        if (status == TOLIMAN_E_FORMAT || is_lost)
+            throw Failure(kExitState, damage_of(status, folder));
         toliman::check(status);
         if (lost > 0)
             std::fprintf(stderr, "%s: %lld record%s damaged or lost\n", folder.c_str(), static_cast<long long>(lost),

@@ -20,8 +20,8 @@ constexpr off_t kLedgerHeader = 128; // lib/FORMATS.md, TLML
 
 // A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
-    if (status == TOLIMAN_E_FORMAT)
-        throw Failure(kExitState, damage_of(folder));
+    if (status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_LOST)
+        throw Failure(kExitState, damage_of(status, folder));
     if (status == TOLIMAN_E_STATE)
         throw Failure(kExitOutput, toliman_last_error());
     throw toliman::error(status);
@@ -51,14 +51,9 @@ void remove_state(const std::string &folder) {
     ::rmdir(folder.c_str());
 }
 
-std::string damage_of(const std::string &folder) {
-    const std::string text = toliman_last_error();
-    const bool can_be_salvaged = text.find("salvage") != std::string::npos;
-    return text + (can_be_salvaged ? ": `toliman merge " + folder + " --salvage --out NEW`" : "");
-}
-
-bool is_ledger_lost(const std::string &error) {
-    return error.find("while it was being written") != std::string::npos;
+std::string damage_of(toliman_status status, const std::string &folder) {
+    return toliman_last_error() +
+           (status == TOLIMAN_E_LOST ? ": `toliman merge " + folder + " --salvage --out NEW`" : std::string());
 }
 
 std::optional<toliman_track_options> made_with(const std::string &folder) {

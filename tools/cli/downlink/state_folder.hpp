@@ -29,10 +29,8 @@ std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker 
 std::vector<int64_t> clock_of(const toliman::tracker &tracker);
 // Removes the files of a state folder, the ledger last, and the folder if nothing else is in it.
 void remove_state(const std::string &folder);
-// The last message of the library upon a folder that is damaged, and what to do.
-std::string damage_of(const std::string &folder);
-// Whether the library stopped because the ledger is no longer the file that it wrote.
-bool is_ledger_lost(const std::string &error);
+// The last message of the library, which failed with this status upon a folder that is damaged, and what to do.
+std::string damage_of(toliman_status status, const std::string &folder);
 
 // The period as far as frames tell; NaN else. Of a look after each frame the highest peak of the grid; `fit` is the
 // least-squares fit to all values, which are read anew for it.

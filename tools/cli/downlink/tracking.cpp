@@ -72,6 +72,12 @@ std::string shape(int64_t rows, int64_t cols) {
     return std::to_string(rows) + "x" + std::to_string(cols);
 }
 
+// What to do after the end of a run that could not save.
+const char *advice_after(const std::exception &error) {
+    const auto *failed = dynamic_cast<const toliman::error *>(&error);
+    return failed != nullptr && failed->status() == TOLIMAN_E_LOST ? kLost : kSafe;
+}
+
 } // namespace
 
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
@@ -310,7 +316,7 @@ void Tracking::save() {
         check(toliman_track_save(tracker_.get()));
     } catch (const std::exception &error) {
         print_acknowledged();
-        progress_.tell(is_ledger_lost(error.what()) ? kLost : kSafe);
+        progress_.tell(advice_after(error));
         throw;
     }
 }
@@ -328,7 +334,7 @@ void Tracking::rescue() {
             progress_.tell("state saved: " + std::to_string(info_of(tracker_).accepted) + " frames");
     } catch (const std::exception &error) {
         progress_.warn(error.what());
-        progress_.tell(is_ledger_lost(error.what()) ? kLost : kSafe);
+        progress_.tell(advice_after(error));
     }
     ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
 }

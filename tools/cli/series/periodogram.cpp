@@ -82,10 +82,10 @@ toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_p
     } catch (const toliman::error &error) {
         if (error.status() != TOLIMAN_E_ARGUMENT)
             throw;
-        const std::string why = error.what(), first = why.substr(0, why.find('_'));
-        const bool bounds = first == "value" || first == "sigma";
-        throw Failure(kExitUsage,
-                      (bounds ? "--value-bound, --sigma-floor, --sigma-ceiling: " : "--f0, --df, --nf: ") + why);
+        const std::string &field = error.field();
+        const bool bounds = field == "value_bound" || field == "sigma_floor" || field == "sigma_ceiling";
+        throw Failure(kExitUsage, (bounds ? "--value-bound, --sigma-floor, --sigma-ceiling: " : "--f0, --df, --nf: ") +
+                                      std::string(error.what()));
     }
 }
 
