@@ -4,7 +4,7 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
 CAMPAIGNS = soak same faults fuzz races asan tsan coverage
-.PHONY: all own deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package format lint clean help
+.PHONY: all own deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -39,6 +39,8 @@ install: all ## install below PREFIX, by default /usr/local; DESTDIR stands befo
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 package: all check-deps ## make Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
+wheel: all check-deps ## make a wheel of the Python package with the library in it, in build
+	@tools/cmake/wheel $(BUILD)/lib/libtoliman.so $(BUILD)
 format: check-deps ## lay out the sources as .clang-format says
 	@tools/check/format --write
 lint: own check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs

@@ -1,0 +1,45 @@
+"""A wheel with the library in it, made without network, works where no other libtoliman.so is."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+USE = """
+import math, toliman
+assert toliman.library_path() == str(toliman._library.above(0) / toliman._library.SONAME), toliman.library_path()
+t = range(100)
+print(round(toliman.period(t, [math.sin(2 * math.pi * i / 10) for i in t]).period, 6), toliman.library_path())
+"""
+
+
+class Wheel(unittest.TestCase):
+    def test_holds_the_library(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        folder = pathlib.Path(kept.name).resolve()
+        environment = {name: value for name, value in os.environ.items()
+                       if name not in ("PYTHONPATH", "TOLIMAN_LIBRARY", "LD_LIBRARY_PATH")}
+
+        def run(*command):
+            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            return done.stdout
+        wheel = run(ROOT / "tools" / "cmake" / "wheel", os.environ["TOLIMAN_LIBRARY"], folder).strip()
+        self.assertRegex(wheel, rf"/toliman-[0-9.]+-py3-none-linux_{os.uname().machine}\.whl$")
+        names = zipfile.ZipFile(wheel).namelist()
+        self.assertIn("toliman/py.typed", names)
+        self.assertTrue(any(name.endswith("/LICENSE") for name in names), names)
+
+        run(sys.executable, "-m", "venv", "--system-site-packages", "venv")
+        run("venv/bin/pip", "install", "--no-index", wheel)
+        period, path = run("venv/bin/python", "-c", USE).split()
+        self.assertEqual(period, "10.0")
+        self.assertTrue(path.startswith(f"{folder}/venv/lib/"), path)
+
+
+if __name__ == "__main__":
+    unittest.main()
