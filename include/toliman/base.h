@@ -8,8 +8,8 @@
  *
  *   toliman_load_options_init -> toliman_load_options -> the toliman_X_load functions
  *
- *   A call fails -> status -> toliman_status_name, toliman_last_error, toliman_last_error_copy, toliman_last_error_field
- *
+ *   A call fails -> status -> toliman_status_name
+ *                          -> toliman_last_error, toliman_last_error_copy, toliman_last_error_field
  *   Which library runs        toliman_version, toliman_version_number, toliman_abi_version, toliman_get_struct_size
  *   On which machine          toliman_get_machine, toliman_get_blas_speed
  *

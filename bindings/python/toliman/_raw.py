@@ -41,6 +41,7 @@ TOLIMAN_E_RANGE = 10  # an argument is outside the range fixed at creation or by
 TOLIMAN_E_MISMATCH = 11  # two objects or files do not belong together
 TOLIMAN_E_CAPACITY = 12  # a buffer given by the caller is too small, or a capacity is used up
 TOLIMAN_E_STATE = 13  # the object is not ready for this call (too few samples, nothing trained yet)
+TOLIMAN_E_LOST = 14  # a file no longer has what it had: another program or the disk has changed it
 
 # Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
 # 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the
@@ -1230,6 +1231,14 @@ thread; never NULL. One line; numbers have a decimal point in every locale. Sinc
         """Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
 when size is 0). Returns the length of the whole message without its zero byte. Since 0.1.""",
     ),
+    "toliman_last_error_field": (
+        c_char_p, (),
+        """Name of what was wrong in the last failed call on this thread, as its message has it, so that no program needs to
+parse the message: an argument ("sigma"), a member of a struct ("options->bin", "frames[3].sigma"), a key of a scene
+("telescope.aperture_m"), or the path of a file that is missing, malformed or lost, or cannot be written. "" when
+none failed yet, and where a failure has no such name (out of memory, cancelled, too few samples). Valid until the
+next failing call on this thread; never NULL. Since 0.2.""",
+    ),
     "toliman_load_options_init": (
         None, (("options", POINTER(toliman_load_options)), ("size", c_size_t)),
         """Fills *options, which has `size` bytes, with the defaults. Since 0.2.""",
@@ -2071,10 +2080,11 @@ the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, 
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
 another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
-tracker is writing to it; TOLIMAN_E_FORMAT for a ledger that is damaged or has lost lines, that is missing though
-other files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
-TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
-numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
+tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of toliman_track_merge
+leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other files of the folder are
+there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames; TOLIMAN_E_NOT_FOUND if there is
+nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random numbers to give. The ledger itself
+is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),
@@ -2091,7 +2101,7 @@ numbers to give. The ledger itself is locked until the tracker is destroyed. The
         """Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
 not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
 or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
-then until the folder is opened anew; TOLIMAN_E_WRITE also, before a group of lines is written, if the ledger was
+then until the folder is opened anew; TOLIMAN_E_LOST, before a group of lines is written, if the ledger was
 removed, renamed, replaced or changed by another program: nothing more is acknowledged then; TOLIMAN_E_STATE without
 an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
 Since 0.1.""",
