@@ -663,7 +663,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
-    ! of lines alone: no frame; lines of another ledger are in, or repeats are counted
+    ! of lines alone: counts of another ledger, or of repeats
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
 
     ! Why a frame is rejected.
@@ -674,14 +674,14 @@ module toliman
     ! so many bytes of pixels of 0 in a row as a lost packet leaves
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_HOLE = 514
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! a pixel that is NaN or infinite
-    ! a time for which there is no TAI, or which is too far off for the periodogram
+    ! a time without TAI, or too far off for the periodogram
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! the estimator failed or gave no finite value
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
 
     ! A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
     type, bind(C), public :: toliman_frame
-        integer(c_int32_t) :: struct_size = 88 ! sizeof(toliman_frame)
+        integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_... of image.h, big-endian ones too
         type(c_ptr) :: session = c_null_ptr ! 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
         type(c_ptr) :: roi = c_null_ptr
@@ -695,11 +695,19 @@ module toliman
         integer(c_int64_t) :: stride = 0 ! pixels from row to row; 0 means cols
         ! of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's
         real(c_double) :: sigma = 0.0_c_double
+        ! For estimators and the ledger; a frame that comes again must have the same. Intervals on the target are
+        ! pairs of start and end in s from the start of the exposure, rising and within it. length of the exposure, up
+        ! to 1e9; 0: not known
+        real(c_double) :: exposure_s = 0.0_c_double
+        type(c_ptr) :: intervals = c_null_ptr ! [interval_count][2]; may be NULL where interval_count is 0
+        integer(c_size_t) :: interval_count = 0 ! up to 65536; 0: not known
+        integer(c_int64_t) :: window_row = 0 ! row and column on the detector of the frame's first pixel, up to 2^31
+        integer(c_int64_t) :: window_col = 0
     end type
 
     ! What became of a frame. Since 0.1.
     type, bind(C), public :: toliman_track_outcome
-        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_track_outcome), of the first at least
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_track_outcome), of the first at least
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
         integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
         integer(c_int32_t) :: reserved = 0
@@ -709,18 +717,52 @@ module toliman
         real(c_double) :: pixel = 0.0_c_double ! its value
         real(c_double) :: value = 0.0_c_double ! of accepted ones and outliers: the estimate
         integer(c_int64_t) :: tai_ns = 0 ! their time
+        ! of the same frames, per pixel, against the estimator's model; NaN where that has none
+        real(c_double) :: chi_square = 0.0_c_double
+    end type
+
+    ! What an estimator of the caller gets: an image, as crop and bin leave it, and what is known of it. Since 0.2.
+    type, bind(C), public :: toliman_estimate_input
+        integer(c_int32_t) :: struct_size = 96 ! sizeof(toliman_estimate_input) of the library
+        integer(c_int32_t) :: reserved = 0
+        type(c_ptr) :: image = c_null_ptr ! [rows][stride]
+        integer(c_size_t) :: rows = 0
+        integer(c_size_t) :: cols = 0
+        integer(c_size_t) :: stride = 0
+        integer(c_int64_t) :: tai_ns = 0 ! the frame's time, by the tracker's clock
+        ! square of the frame's own sigma over the tracker's; 1 where the frame has none
+        real(c_double) :: variance_scale = 0.0_c_double
+        real(c_double) :: exposure_s = 0.0_c_double ! as toliman_frame has it, like the intervals
+        type(c_ptr) :: intervals = c_null_ptr ! [interval_count][2]
+        integer(c_size_t) :: interval_count = 0
+        integer(c_int64_t) :: window_row = 0 ! row and column on the detector of the image's first pixel
+        integer(c_int64_t) :: window_col = 0
+    end type
+
+    ! What it gives. The library's arrays hold NaN, other members what is said behind the colon. Since 0.2.
+    type, bind(C), public :: toliman_estimate
+        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_estimate) of the library
+        integer(c_int32_t) :: flags = 0 ! bits of the estimator's own, kept in the column "flags"; none: 0
+        ! [value_count]: the first is the frame's value, the others are kept in their columns
+        type(c_ptr) :: values = c_null_ptr
+        integer(c_size_t) :: value_count = 0 ! 1, and 1 for each name of toliman_track_options.values
+        ! [value_count][value_count], upper triangle; kept but for the first's variance, sigma^2
+        type(c_ptr) :: covariance = c_null_ptr
+        ! of the first value, 1 to 32 times the tracker's; 0: the frame's or the tracker's
+        real(c_double) :: sigma = 0.0_c_double
+        ! of the image against the estimator's model, per pixel; NaN: not known
+        real(c_double) :: chi_square = 0.0_c_double
     end type
 
     abstract interface
-        ! Estimator of the caller: the value of an image [rows][cols], as crop and bin leave it, and of nothing else. Nonzero
-        ! or a value that is not finite rejects the frame. With several threads it is called from all of them at once. Since
-        ! 0.1.
-        function toliman_estimate_fn(image, rows, cols, value, user_data) bind(C) result(answer)
+        ! Estimator of the caller: what *input says, and nothing else, decides what it gives. Nonzero, a first value that is
+        ! not finite or a sigma out of range rejects the frame. With several threads it is called from all of them at once.
+        ! Since 0.2.
+        function toliman_estimate_fn(input, estimate, user_data) bind(C) result(answer)
             import
-            integer(c_size_t), value :: rows, cols
             type(c_ptr), value :: user_data
-            real(c_double), intent(in) :: image(cols, rows)
-            real(c_double), intent(out) :: value
+            type(toliman_estimate_input), intent(in) :: input
+            type(toliman_estimate), intent(inout) :: estimate
             integer(c_int32_t) :: answer
         end function
     end interface
@@ -728,26 +770,28 @@ module toliman
 
     ! Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
     ! sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-    ! again. SALVAGE is for toliman_track_merge alone.
+    ! again. SALVAGE is for toliman_track_merge alone. ALLOW_HOLES rejects no frame for a run of zero pixels.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_HOLES = 8
 
     ! When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
     ! commit and save, and by the next push if it waits for a second.
     ! every `group` lines, and lines that wait for a second at the next push
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! every line
-    ! left to the system: a power cut may lose what toliman_track_get_info calls committed
+    ! by the system: a power cut may lose what get_info calls committed
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_NONE = 523
 
-    ! What a tracker is. Since 0.1.
+    ! What a tracker is. 0 is the default of every member. Since 0.1.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 240
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., default 0
-        ! of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a frame
+        integer(c_int32_t) :: struct_size = 416
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
+        ! of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 64 bytes per frame more and 8 per
+        ! column
         type(c_ptr) :: folder = c_null_ptr
-        integer(c_int64_t) :: capacity = 0 ! frames at most, up to 2^28, 24 bytes each and 3.2 MB; default 2^20
+        integer(c_int64_t) :: capacity = 0 ! frames at most, up to 2^28, 24 bytes each and 3.2 MB; 0: 2^20
         ! The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of
         ! them where nothing is pushed.
         type(c_ptr) :: cae = c_null_ptr
@@ -757,11 +801,14 @@ module toliman
         ! tells one `estimate` from another, and what lines were made by if there is none; of cae and linear the
         ! library makes it
         integer(c_int64_t) :: estimator_id = 0
+        ! names of further values of `estimate`, separated by commas ("dx,dy"): up to 7, each of 1 to 24 of a-z 0-9 _;
+        ! columns of a new ledger
+        character(kind=c_char) :: values(176) = c_null_char
         real(c_double) :: sigma = 0.0_c_double ! of a value; 0: the Cramer-Rao bound that cae and linear know
-        real(c_double) :: value_limit = 0.0_c_double ! values further from 0 are outliers; default 0: 10,000 sigma
+        real(c_double) :: value_limit = 0.0_c_double ! values further from 0 are outliers; 0: 10,000 sigma
         ! Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to
-        ! the image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as
-        ! there is of the frame; frames as large as the image asks for.
+        ! the image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is of
+        ! the frame; frames as large as the image asks for.
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: crop_row = 0
@@ -769,27 +816,27 @@ module toliman
         integer(c_int64_t) :: bin = 0
         integer(c_int64_t) :: image_rows = 0
         integer(c_int64_t) :: image_cols = 0
-        ! up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does
-        integer(c_int32_t) :: bit_depth = 0
-        ! pixels of 0 in a row that have so many bytes reject it; default 4096; 0: none do
-        integer(c_int32_t) :: hole_bytes = 0
+        integer(c_int32_t) :: bit_depth = 0 ! up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
+        integer(c_int32_t) :: hole_bytes = 0 ! pixels of 0 in a row that have so many bytes reject it; 0: 4096
         ! The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the
         ! folder's, with time_offset_ns, unit_ns and period_flags.
         real(c_double) :: f0 = 0.0_c_double
         real(c_double) :: df = 0.0_c_double
         integer(c_int64_t) :: nf = 0
-        integer(c_int64_t) :: time_offset_ns = 0 ! TAI that is time 0; default 0
-        real(c_double) :: unit_ns = 0.0_c_double ! default 86400e9: days
+        integer(c_int64_t) :: time_offset_ns = 0 ! TAI that is time 0
+        real(c_double) :: unit_ns = 0.0_c_double ! 0: 86400e9, days
         integer(c_int32_t) :: period_flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
-        integer(c_int32_t) :: threads = 0 ! that estimate; default 1; 0 = one a processor. Never changes a bit
+        ! that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe for threads. Never
+        ! changes a bit
+        integer(c_int32_t) :: threads = 0
         ! Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
         ! constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock,
         ! also with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost,
         ! both must be given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
-        integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_..., default GROUP
-        integer(c_int32_t) :: group = 0 ! lines, 1 to 65536; default 64
+        integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_...; 0: GROUP
+        integer(c_int32_t) :: group = 0 ! lines, 1 to 65536; 0: 64
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
         ! Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during
         ! that call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole
@@ -812,6 +859,21 @@ module toliman
         integer(c_int64_t) :: dropped = 0
         real(c_double) :: value = 0.0_c_double ! 0 and the tracker's where there was none
         real(c_double) :: sigma = 0.0_c_double
+    end type
+
+    ! Types of a column.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
+
+    ! A column of the ledger, which lines have beside the members of toliman_track_line. Every ledger of this version has
+    ! chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
+    ! mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
+    ! toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
+    ! and cov_A_A is a variance. Since 0.2.
+    type, bind(C), public :: toliman_track_column
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column), of the first at least
+        integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
+        character(kind=c_char) :: name(64) = c_null_char
     end type
 
     ! Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
@@ -1759,8 +1821,8 @@ module toliman
         end subroutine
 
         ! Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder
-        ! (the pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there
-        ! are; nf = 0 if the file of grid and clock is lost.
+        ! (the pointer given), estimator_id, values, sigma, limits, geometry, grid, and a capacity for twice the lines
+        ! there are; nf = 0 if the file of grid and clock is lost.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -1831,11 +1893,45 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL
+        ! where room is 0: to ask for the number.
+        function toliman_track_get_columns(track, columns, room, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_size_t), value :: room
+            type(toliman_track_column), intent(inout), optional :: columns(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN
+        ! where a line has none, 0 in columns of whole numbers.
+        function toliman_track_get_column(track, name, first, count, values, done) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_int64_t), value :: first
+            integer(c_size_t), value :: count
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(out) :: values(*)
+            integer(c_size_t), intent(out) :: done
+            integer(c_int32_t) :: answer
+        end function
+
         ! Fills *out; out->struct_size must be set.
         function toliman_track_get_info(track, out) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             type(toliman_track_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and
+        ! clock, whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate,
+        ! allocator and log, which are NULL.
+        function toliman_track_get_options(track, options) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            type(toliman_track_options), intent(inout) :: options
             integer(c_int32_t) :: answer
         end function
 
@@ -1996,7 +2092,10 @@ module toliman
     public :: toliman_track_save
     public :: toliman_track_merge
     public :: toliman_track_get_lines
+    public :: toliman_track_get_columns
+    public :: toliman_track_get_column
     public :: toliman_track_get_info
+    public :: toliman_track_get_options
     public :: toliman_track_get_rejected
     public :: toliman_track_get_streams
     public :: toliman_track_get_clock
@@ -2145,7 +2244,10 @@ module toliman
         procedure :: save => tracker_save
         procedure :: merge => tracker_merge
         procedure :: get_lines => tracker_get_lines
+        procedure :: get_columns => tracker_get_columns
+        procedure :: get_column => tracker_get_column
         procedure :: get_info => tracker_get_info
+        procedure :: get_options => tracker_get_options
         procedure :: get_rejected => tracker_get_rejected
         procedure :: get_streams => tracker_get_streams
         procedure :: get_clock => tracker_get_clock
@@ -3513,6 +3615,39 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL where
+    ! room is 0: to ask for the number. columns(room).
+    subroutine tracker_get_columns(self, count, columns, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_column), intent(inout), optional, contiguous :: columns(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_room
+        integer(c_int32_t) :: status
+        of_room = 0
+        if (present(columns)) of_room = size(columns, 1, c_size_t)
+        status = toliman_track_get_columns(self%handle, columns, of_room, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN where a
+    ! line has none, 0 in columns of whole numbers. values(count).
+    subroutine tracker_get_column(self, name, first, values, done, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        character(len=*), intent(in) :: name
+        integer(c_int64_t), intent(in) :: first
+        real(c_double), intent(out), contiguous :: values(:)
+        integer(c_size_t), intent(out) :: done
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(values, 1, c_size_t)
+        status = toliman_track_get_column(self%handle, c_string(name), first, of_count, values, done)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Fills *out; out->struct_size must be set.
     subroutine tracker_get_info(self, out, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
@@ -3520,6 +3655,17 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_track_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and clock,
+    ! whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate, allocator and
+    ! log, which are NULL.
+    subroutine tracker_get_options(self, options, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_options), intent(inout) :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_track_get_options(self%handle, options), stat, errmsg)
     end subroutine
 
     ! Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.

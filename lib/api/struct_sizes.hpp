@@ -35,8 +35,11 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_period_bootstrap_options", sizeof(toliman_period_bootstrap_options)},
     {"toliman_frame", sizeof(toliman_frame)},
     {"toliman_track_outcome", sizeof(toliman_track_outcome)},
+    {"toliman_estimate_input", sizeof(toliman_estimate_input)},
+    {"toliman_estimate", sizeof(toliman_estimate)},
     {"toliman_track_options", sizeof(toliman_track_options)},
     {"toliman_track_line", sizeof(toliman_track_line)},
+    {"toliman_track_column", sizeof(toliman_track_column)},
     {"toliman_track_info", sizeof(toliman_track_info)},
     {"toliman_track_stream", sizeof(toliman_track_stream)},
 };

@@ -1,8 +1,10 @@
-// include/toliman/track.h: unwrap, call, convert.
+// include/toliman/track.h: trackers are made and take frames.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,24 +14,16 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
-#include "api/peak.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
+#include "api/track_estimators.hpp"
+#include "api/track_handle.hpp"
 #include "api/track_results.hpp"
 #include "base/workers.hpp"
 #include "track/tracker.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
-
-struct toliman_track : Handle<toliman_track> {
-    static constexpr char kType[] = "toliman_track";
-    toliman_period period;
-    std::optional<track::Tracker> tracker = {};
-    uint32_t flags = 0;
-    const toliman_cae *cae = nullptr; // the estimator, if it is one of these
-    const toliman_linear *linear = nullptr;
-};
 
 namespace {
 
@@ -47,48 +41,45 @@ class Changing {
     Use<toliman_period> period_;
 };
 
-// Keeps the estimator from being trained or destroyed while frames are estimated.
-class EstimatorUse {
-  public:
-    explicit EstimatorUse(const toliman_track &track) {
-        if (track.cae != nullptr)
-            cae_.emplace(track.cae, "options->cae");
-        if (track.linear != nullptr)
-            linear_.emplace(track.linear, "options->linear");
-    }
-
-  private:
-    std::optional<Use<const toliman_cae>> cae_;
-    std::optional<Use<const toliman_linear>> linear_;
-};
-
 constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4;
 
-toliman_track_options default_options() noexcept {
-    toliman_track_options options = {};
-    options.capacity = 1 << 20;
-    options.hole_bytes = 4096;
-    options.unit_ns = 86400e9;
-    options.threads = 1;
-    options.group = 64;
-    return options;
+constexpr int64_t kCapacity = 1 << 20;
+constexpr uint32_t kHoleBytes = 4096, kGroup = 64;
+constexpr double kDayNs = 86400e9;
+
+template <class T> void default_to(T &member, T otherwise) noexcept {
+    if (member == 0)
+        member = otherwise;
 }
 
 toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
-    const toliman_track_options options = accept(given, default_options(), "options");
-    if ((options.flags & ~(TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD)) != 0)
+    toliman_track_options options = accept(given, toliman_track_options{}, "options");
+    default_to(options.capacity, kCapacity);
+    default_to(options.hole_bytes, kHoleBytes);
+    default_to(options.unit_ns, kDayNs);
+    default_to(options.group, kGroup);
+    default_to(options.bin, int64_t{1});
+    if (options.threads == 0 && options.estimate != nullptr)
+        options.threads = 1;
+    options.threads = worker_count(options.threads);
+    options.sync = kSyncs.give(kSyncs.take_or(options.sync, track::Sync::group, "options->sync"));
+    constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
+    if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_HOLES)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
     if (options.clock_points > 0)
         required(options.clock, "options->clock");
-    if (options.group < 1 || options.group > kLargestGroup)
-        fail(Status::argument, "{options->group} = %u: must be in [1, %u]", options.group, kLargestGroup);
+    if (options.group > kLargestGroup)
+        fail(Status::argument, "{options->group} = %u: must be in [1, %u], or 0 for %u", options.group, kLargestGroup,
+             kGroup);
+    if (memchr(options.values, 0, sizeof options.values) == nullptr)
+        fail(Status::argument, "{options->values}: is longer than %zu characters", sizeof options.values - 1);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMost)
-        fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28]",
+        fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
-    if (options.folder == nullptr && options.flags != 0)
+    if (options.folder == nullptr && (options.flags & kOfFolder) != 0)
         fail(Status::argument, "{options->folder} is NULL: it is needed for READ_ONLY and REBUILD");
     return options;
 }
@@ -98,45 +89,6 @@ size_t side(int64_t value, const char *name) {
         fail(Status::argument, "{options->%s} = %lld: must be in [0, %lld]", name, static_cast<long long>(value),
              static_cast<long long>(kLargestSide));
     return static_cast<size_t>(value);
-}
-
-// What makes values of images.
-struct Source {
-    size_t rows = 0, cols = 0; // of the image; 0: any
-    double sigma = 0;
-    uint64_t digest = 0;
-    track::Estimate estimate;
-};
-
-Source source_of(const cae::Network &network, unsigned workers) {
-    const cae::Preprocess &preprocess = network.preprocess();
-    const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
-    for (cae::Workspace &work : *works)
-        work.scratch.reserve(cae::kPixels);
-    const size_t rows = preprocess.rows, cols = preprocess.cols;
-    return {rows, cols, preprocess.crb_px, network.digest(), [=, &network](double *image, unsigned worker) {
-                return network.encode({image, rows, cols, cols}, (*works)[worker]);
-            }};
-}
-
-Source source_of(const linear::TemplateEstimator &estimator) {
-    const size_t rows = estimator.rows(), cols = estimator.cols();
-    return {rows, cols, estimator.sigma_px(), estimator.digest(), [=, &estimator](double *image, unsigned) {
-                return estimator.estimate({image, rows, cols, cols}, image);
-            }};
-}
-
-Source source_of(const toliman_track_options &options, unsigned workers) {
-    const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.estimate != nullptr};
-    if (given[0] + given[1] + given[2] > 1)
-        fail(Status::argument, "{options}: more than one of cae, linear and estimate");
-    if (given[0])
-        return source_of(options.cae->network, workers);
-    if (given[1])
-        return source_of(options.linear->estimator);
-    Source source;
-    source.digest = options.estimator_id;
-    return source;
 }
 
 // One side of the geometry from what is given of it.
@@ -160,21 +112,12 @@ track::Geometry geometry_of(const toliman_track_options &options, const Source &
     geometry.crop_col = side(options.crop_col, "crop_col");
     geometry.out_rows = side(options.image_rows, "image_rows");
     geometry.out_cols = side(options.image_cols, "image_cols");
-    geometry.bin = std::max<size_t>(1, side(options.bin, "bin"));
+    geometry.bin = side(options.bin, "bin");
     geometry.bit_depth = options.bit_depth;
-    geometry.hole = options.hole_bytes;
+    geometry.hole = (options.flags & TOLIMAN_TRACK_ALLOW_HOLES) != 0 ? 0 : options.hole_bytes;
     complete(geometry.rows, geometry.crop_row, geometry.bin, geometry.out_rows, source.rows, "rows");
     complete(geometry.cols, geometry.crop_col, geometry.bin, geometry.out_cols, source.cols, "cols");
     return geometry;
-}
-
-// The callback, which must know the image's shape.
-track::Estimate estimate_of(const toliman_track_options &options, const track::Geometry &geometry) {
-    return [call = options.estimate, data = options.estimate_data, rows = geometry.out_rows,
-            cols = geometry.out_cols](double *image, unsigned) {
-        double value = NAN;
-        return call(image, rows, cols, &value, data) == 0 ? value : NAN;
-    };
 }
 
 track::Terms terms_of(const toliman_track_options &options, const Source &source) {
@@ -217,8 +160,8 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 
 // What is asked for, and else what the folder has. Of frames that are there neither grid nor clock is guessed.
 track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::Place &place) {
-    const int64_t ledger = place.store ? place.store->size(track::LedgerFile::kName) : -1;
-    if (place.setup && (ledger >= 0 || !grid)) {
+    const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
+    if (place.setup && (has_ledger || !grid)) {
         grid = grid.value_or(place.setup->grid);
         clock = clock.value_or(place.setup->clock);
     }
@@ -227,7 +170,7 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
         fail(Status::argument, "{options->nf} = 0: %s, which would have the grid, is missing or damaged", path.c_str());
     if (!grid)
         fail(Status::argument, "{options->nf} = 0: must be at least 1");
-    if (!clock && ledger > static_cast<int64_t>(track::LedgerFile::kHeaderSize))
+    if (!clock && has_ledger && track::LedgerFile(*place.store).has_lines())
         fail(Status::argument,
              "{options->clock} is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, "
              "0 "
@@ -236,16 +179,79 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
     return {*grid, clock.value_or(track::Clock())};
 }
 
+void set_terms(toliman_track_options &options, const track::Terms &terms, const track::Columns &columns) {
+    const track::Geometry &geometry = terms.geometry;
+    options.estimator_id = terms.estimator;
+    columns.further().copy(options.values, sizeof options.values - 1);
+    options.sigma = terms.sigma;
+    options.value_limit = terms.value_limit;
+    options.rows = static_cast<int64_t>(geometry.rows);
+    options.cols = static_cast<int64_t>(geometry.cols);
+    options.crop_row = static_cast<int64_t>(geometry.crop_row);
+    options.crop_col = static_cast<int64_t>(geometry.crop_col);
+    options.bin = static_cast<int64_t>(geometry.bin);
+    options.image_rows = static_cast<int64_t>(geometry.out_rows);
+    options.image_cols = static_cast<int64_t>(geometry.out_cols);
+    options.bit_depth = geometry.bit_depth;
+    options.hole_bytes = static_cast<uint32_t>(geometry.hole);
+    if (geometry.hole == 0)
+        options.flags |= TOLIMAN_TRACK_ALLOW_HOLES;
+}
+
+void set_grid(toliman_track_options &options, const period::Grid &grid) {
+    options.f0 = grid.f0;
+    options.df = grid.df;
+    options.nf = grid.nf;
+    options.time_offset_ns = grid.time_offset_ns;
+    options.unit_ns = grid.unit_ns;
+    options.period_flags = flags_of(grid);
+}
+
+toliman_track_options options_of(Store &store) {
+    toliman_track_options options = {};
+    const std::optional<track::Setup> setup = track::load_setup(store);
+    const track::LedgerFile ledger(store);
+    const auto lines = static_cast<int64_t>(ledger.count());
+    options.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMost);
+    set_terms(options, ledger.terms(), ledger.columns());
+    if (setup)
+        set_grid(options, setup->grid);
+    return options;
+}
+
+// What a new tracker was made with, by values, and without what is the caller's.
+void keep_options(toliman_track &made, const toliman_track_options &given) {
+    const track::Plan &plan = made.tracker->plan();
+    for (const track::ClockPoint &point : plan.clock.points())
+        made.clock.insert(made.clock.end(), {point.camera_ns, point.tai_ns});
+    if (given.folder != nullptr)
+        made.folder = given.folder;
+    toliman_track_options &options = made.options;
+    options.flags = given.flags;
+    options.capacity = plan.capacity;
+    options.threads = plan.workers;
+    options.sync = given.sync;
+    options.group = given.group;
+    set_terms(options, plan.terms, made.tracker->columns());
+    set_grid(options, made.period.stream.grid());
+    options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
+    options.clock = made.clock.empty() ? nullptr : made.clock.data();
+    options.clock_points = plan.clock.points().size();
+}
+
 std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) {
     track::Plan plan;
     plan.capacity = options.capacity;
-    plan.workers = worker_count(options.threads);
+    plan.workers = options.threads;
     plan.group = options.group;
-    plan.sync = kSyncs.take_or(options.sync, track::Sync::group, "options->sync");
+    plan.sync = kSyncs.take(options.sync, "options->sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
+    plan.columns = track::Columns(options.values);
     if (options.estimate != nullptr)
-        source.estimate = estimate_of(options, plan.terms.geometry);
+        source.estimate = estimate_of(options, plan.terms, plan.columns);
+    else if (plan.columns.values() > 1 && source.estimate)
+        fail(Status::argument, "{options->values} = \"%s\": cae and linear give one value", options.values);
 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
@@ -260,7 +266,38 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     auto made = std::unique_ptr<toliman_track>(new toliman_track{
         {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
+    keep_options(*made, options);
     return made;
+}
+
+constexpr double kLongestExposure = 1e9; // s
+constexpr size_t kMostIntervals = 65536;
+constexpr int64_t kFarthestWindow = int64_t{1} << 31;
+
+// Exposure, intervals on the target, which rise within it, and the place on the detector.
+void check_exposure(const toliman_frame &given, size_t i) {
+    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{frames[%zu].exposure_s} = %g: must be in [0, %g]", i, given.exposure_s,
+             kLongestExposure);
+    for (const auto &[name, place] : {std::pair("window_row", given.window_row), {"window_col", given.window_col}})
+        if (place < -kFarthestWindow || place > kFarthestWindow)
+            fail(Status::argument, "{frames[%zu].%s} = %lld: must be in [-2^31, 2^31]", i, name,
+                 static_cast<long long>(place));
+    if (given.interval_count > kMostIntervals)
+        fail(Status::argument, "{frames[%zu].interval_count} = %zu: must be at most %zu", i, given.interval_count,
+             kMostIntervals);
+    if (given.interval_count > 0)
+        required(given.intervals, "frames->intervals");
+    double before = 0;
+    for (size_t k = 0; k < given.interval_count; k++) {
+        const double start = given.intervals[2 * k], end = given.intervals[2 * k + 1];
+        if (!(start >= before && end > start && end <= given.exposure_s))
+            fail(Status::argument,
+                 "{frames[%zu].intervals[%zu]} = %g to %g: must rise, from the one before on, within the exposure of "
+                 "%g s",
+                 i, k, start, end, given.exposure_s);
+        before = end;
+    }
 }
 
 // A frame that fits this tracker's terms, or an error that names what does not.
@@ -284,6 +321,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
+    check_exposure(given, i);
     const Pixel pixel = kPixels.take(given.pixel, "pixel");
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)
         fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i,
@@ -300,6 +338,11 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     frame.rows = static_cast<size_t>(given.rows);
     frame.cols = static_cast<size_t>(given.cols);
     frame.stride = static_cast<size_t>(given.stride != 0 ? given.stride : given.cols);
+    frame.exposure_s = given.exposure_s != 0 ? given.exposure_s : 0;
+    frame.intervals = given.intervals;
+    frame.interval_count = given.interval_count;
+    frame.window_row = given.window_row;
+    frame.window_col = given.window_col;
     return frame;
 }
 
@@ -327,37 +370,6 @@ void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, con
     give();
 }
 
-toliman_track_options options_of(Store &store) {
-    toliman_track_options options = default_options();
-    const std::optional<track::Setup> setup = track::load_setup(store);
-    const track::Terms terms = track::LedgerFile(store).terms();
-    const track::Geometry &geometry = terms.geometry;
-    const int64_t lines = store.size(track::LedgerFile::kName) / int64_t{track::kRecordSize};
-    options.capacity = std::min(std::max(options.capacity, 2 * lines), track::FrameIndex::kMost);
-    options.estimator_id = terms.estimator;
-    options.sigma = terms.sigma;
-    options.value_limit = terms.value_limit;
-    options.rows = static_cast<int64_t>(geometry.rows);
-    options.cols = static_cast<int64_t>(geometry.cols);
-    options.crop_row = static_cast<int64_t>(geometry.crop_row);
-    options.crop_col = static_cast<int64_t>(geometry.crop_col);
-    options.bin = static_cast<int64_t>(geometry.bin);
-    options.image_rows = static_cast<int64_t>(geometry.out_rows);
-    options.image_cols = static_cast<int64_t>(geometry.out_cols);
-    options.bit_depth = geometry.bit_depth;
-    options.hole_bytes = static_cast<uint32_t>(geometry.hole);
-    if (setup) {
-        const period::Grid &grid = setup->grid;
-        options.f0 = grid.f0;
-        options.df = grid.df;
-        options.nf = grid.nf;
-        options.time_offset_ns = grid.time_offset_ns;
-        options.unit_ns = grid.unit_ns;
-        options.period_flags = flags_of(grid);
-    }
-    return options;
-}
-
 } // namespace
 
 extern "C" {
@@ -374,7 +386,7 @@ const char *toliman_track_reason_name(int32_t reason) noexcept {
 }
 
 void toliman_track_options_init(toliman_track_options *options, size_t size) noexcept {
-    deliver_defaults(default_options(), options, size);
+    deliver_defaults(toliman_track_options{}, options, size);
 }
 
 toliman_status toliman_track_load_options(const char *folder, toliman_track_options *options) noexcept {
@@ -404,7 +416,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
     return guard([&] {
         const Changing use(track);
         track::Tracker &tracker = *use->tracker;
-        const EstimatorUse estimator(*use);
+        const EstimatorUse estimator(use->cae, use->linear);
         required(done, "done") = 0;
         if (count == 0)
             return;
@@ -439,98 +451,6 @@ toliman_status toliman_track_merge(toliman_track *track, const char *folder, uin
         const uint64_t lines = use->tracker->merge(*other, flags != 0);
         if (lost != nullptr)
             *lost = static_cast<int64_t>(lines);
-    });
-}
-
-toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first, size_t count,
-                                       toliman_track_line *lines, size_t *done) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
-        required(done, "done");
-        if (first < 0)
-            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
-        size_t told = 0;
-        if (count == 0) {
-            *done = 0;
-            return;
-        }
-        const StructArray<toliman_track_line> found(lines, "lines");
-        tracker.visit(static_cast<uint64_t>(first), count,
-                      [&](const track::Record &record, const track::Outcome &outcome) {
-                          found.put(told++, public_line(record, outcome));
-                      });
-        *done = told;
-    });
-}
-
-toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        deliver(public_info(*use->tracker, use->flags), out, "out");
-    });
-}
-
-toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason, int64_t *frames) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        required(frames, "frames");
-        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.take(reason, "reason"))];
-    });
-}
-
-toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t room,
-                                         size_t *count) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const track::Tracker &tracker = *use->tracker;
-        required(count, "count");
-        if (room > 0) {
-            const StructArray<toliman_track_stream> found(streams, "streams");
-            if (room < tracker.stream_count())
-                fail(Status::capacity, "{room} = %zu: there are %zu sessions and regions", room,
-                     tracker.stream_count());
-            const std::vector<track::NamedStream> all = tracker.streams();
-            for (size_t i = 0; i < all.size(); i++)
-                found.put(i, public_stream(all[i]));
-        }
-        *count = tracker.stream_count();
-    });
-}
-
-toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t room,
-                                       size_t *points) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
-        required(points, "points");
-        if (clock == nullptr && room > 0)
-            fail(Status::argument, "{clock} is NULL");
-        if (clock != nullptr && room < known.size())
-            fail(Status::capacity, "{room} = %zu: the clock has %zu pairs", room, known.size());
-        for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
-            clock[2 * i] = known[i].camera_ns;
-            clock[2 * i + 1] = known[i].tai_ns;
-        }
-        *points = known.size();
-    });
-}
-
-toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        required(out, "out");
-        const track::Series series = use->tracker->series();
-        const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
-        const period::Stream &stream = use->period.stream;
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
-    });
-}
-
-toliman_status toliman_track_get_period(const toliman_track *track, const toliman_period **out) noexcept {
-    return guard([&] {
-        const Use use(track, "track");
-        required(out, "out") = &use->period;
     });
 }
 

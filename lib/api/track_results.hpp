@@ -15,6 +15,9 @@ constexpr Choice<track::Verdict> kVerdicts = {TOLIMAN_TRACK_VERDICT_ACCEPTED, TO
 constexpr Choice<track::Reason> kReasons = {TOLIMAN_TRACK_REASON_NONE, TOLIMAN_TRACK_REASON_ESTIMATE,
                                             "TOLIMAN_TRACK_REASON_..."};
 
+constexpr Choice<track::ColumnType> kColumnTypes = {TOLIMAN_TRACK_COLUMN_F64, TOLIMAN_TRACK_COLUMN_I64,
+                                                    "TOLIMAN_TRACK_COLUMN_..."};
+
 inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexcept {
     toliman_track_outcome out = {};
     out.verdict = kVerdicts.give(outcome.verdict);
@@ -26,6 +29,7 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
         out.value = outcome.value;
         out.tai_ns = outcome.tai_ns;
     }
+    out.chi_square = outcome.chi_square;
     return out;
 }
 
@@ -42,6 +46,13 @@ inline toliman_track_line public_line(const track::Record &record, const track::
     line.reason = kReasons.give(record.reason);
     line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_VERDICT_MERGED : kVerdicts.give(outcome.verdict);
     return line;
+}
+
+inline toliman_track_column public_column(const track::Column &column) noexcept {
+    toliman_track_column out = {};
+    out.type = kColumnTypes.give(column.type);
+    column.name.copy(out.name, sizeof out.name - 1);
+    return out;
 }
 
 inline toliman_track_stream public_stream(const track::NamedStream &named) noexcept {

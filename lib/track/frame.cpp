@@ -96,14 +96,33 @@ void Geometry::check() const {
         fail(Status::argument, "{bit_depth} = %u: must be at most 32, or 0 for any value", bit_depth);
 }
 
+double mean_shift_s(const Frame &frame) noexcept {
+    double length = 0, moment = 0;
+    for (size_t i = 0; i < frame.interval_count; i++) {
+        const double start = frame.intervals[2 * i], end = frame.intervals[2 * i + 1];
+        length += end - start;
+        moment += (end - start) * (start + end) / 2;
+    }
+    return frame.interval_count > 0 ? moment / length - frame.exposure_s / 2 : 0;
+}
+
 uint32_t content_of(const Frame &frame) noexcept {
-    const uint64_t numbers[] = {
-        static_cast<uint64_t>(frame.camera_ns), frame.dropped, with_bits<uint64_t>(frame.sigma), frame.rows, frame.cols,
-        static_cast<uint64_t>(frame.pixel)};
+    const uint64_t numbers[] = {static_cast<uint64_t>(frame.camera_ns),
+                                frame.dropped,
+                                with_bits<uint64_t>(frame.sigma),
+                                frame.rows,
+                                frame.cols,
+                                static_cast<uint64_t>(frame.pixel),
+                                with_bits<uint64_t>(frame.exposure_s),
+                                static_cast<uint64_t>(frame.window_row),
+                                static_cast<uint64_t>(frame.window_col),
+                                frame.interval_count};
     uint8_t facts[sizeof numbers], *at = facts;
     for (const uint64_t number : numbers)
         at = put_number(at, number, 8);
     uint32_t crc = zip::crc32(facts, sizeof facts);
+    if (frame.interval_count > 0)
+        crc = zip::crc32(frame.intervals, frame.interval_count * 2 * sizeof(double), crc);
     const size_t width = size_of(frame.pixel);
     if (frame.stride == frame.cols)
         return zip::crc32(frame.pixels, frame.rows * frame.cols * width, crc);

@@ -17,7 +17,14 @@ struct Frame {
     size_t rows, cols, stride; // in pixels
     Pixel pixel;
     uint16_t dropped;
+    double exposure_s;              // 0: not known
+    const double *intervals;        // on the target: pairs of s from the start of the exposure, rising
+    size_t interval_count;          // pairs; 0: not known
+    int64_t window_row, window_col; // of the first pixel on the detector
 };
+
+// Mean time of the intervals minus the middle of the exposure; 0 without intervals.
+double mean_shift_s(const Frame &frame) noexcept;
 
 // What frames must be like, and what becomes of them: rows x cols pixels; of these bin x bin pixels each are added up,
 // from the pixel (crop_row, crop_col) on, to out_rows x out_cols.
@@ -35,7 +42,7 @@ struct Flaw {
     double value = 0;
 };
 
-// CRC32 of what must be the same when a frame comes again: pixels, their kind and shape, time, frames dropped, sigma.
+// CRC32 of what must be the same when a frame comes again: all but its key and the stride.
 uint32_t content_of(const Frame &frame) noexcept;
 
 // The first flaw, or none and out [out_rows * out_cols].

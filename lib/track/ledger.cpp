@@ -16,8 +16,8 @@ constexpr size_t kChunk = 1024; // lines written anew at once
 
 Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sync sync, Held held,
                const EachLine &each)
-    : store_(store), access_(access), sync_(sync), group_((sync == Sync::frame ? 1 : group) * kRecordSize),
-      file_(store) {
+    : store_(store), access_(access), sync_(sync), file_(store),
+      group_((sync == Sync::frame ? 1 : group) * file_.line_size()) {
     file_.check_terms(terms);
     recover(held, each);
 }
@@ -25,7 +25,7 @@ Ledger::Ledger(Store &store, Access access, const Terms &terms, size_t group, Sy
 void Ledger::recover(Held held, const EachLine &each) {
     const LedgerFile::Tail tail = find_end(each);
     check_held(held);
-    const uint64_t size = file_.size(), end = LedgerFile::place_of(written_);
+    const uint64_t size = file_.size(), end = file_.place_of(written_);
     torn_ = size > end ? size - end : 0;
     chain_ = tail.chain;
     if (access_ == Access::read) {
@@ -70,11 +70,11 @@ void Ledger::check_held(Held held) const {
 // Lines that were read need not be on the disk, and a sync that failed once may not try again: the system then takes
 // them for clean.
 void Ledger::write_anew(uint64_t first) {
-    std::vector<uint8_t> chunk(kChunk * kRecordSize);
+    std::vector<uint8_t> chunk(kChunk * file_.line_size());
     for (uint64_t number = first; number < written_; number += kChunk) {
-        const size_t size = std::min<uint64_t>(kChunk, written_ - number) * kRecordSize;
-        read_all(store_, kName, LedgerFile::place_of(number), chunk.data(), size);
-        store_.write(kName, LedgerFile::place_of(number), chunk.data(), size);
+        const size_t size = std::min<uint64_t>(kChunk, written_ - number) * file_.line_size();
+        read_all(store_, kName, file_.place_of(number), chunk.data(), size);
+        store_.write(kName, file_.place_of(number), chunk.data(), size);
     }
     store_.sync(kName);
 }
@@ -100,15 +100,15 @@ void Ledger::append(const Record &record) {
     check_alive();
     if (count() == LedgerFile::kMostLines)
         fail(Status::capacity, "{%s}: holds 2^30 lines, its most", file_.path().c_str());
-    const RecordBytes bytes = to_bytes(record, static_cast<uint32_t>(synced_), chain_);
-    std::memcpy(group_.data() + waiting_ * kRecordSize, bytes.data(), bytes.size());
-    if ((waiting_ + 1) * kRecordSize == group_.size()) {
+    const uint32_t chain = to_bytes(record, columns().count(), static_cast<uint32_t>(synced_), chain_,
+                                    group_.data() + waiting_ * file_.line_size());
+    if ((waiting_ + 1) * file_.line_size() == group_.size()) {
         check();
         write(waiting_ + 1);
     } else {
         waiting_++;
     }
-    chain_ = LedgerFile::checksum_in(bytes.data());
+    chain_ = chain;
 }
 
 void Ledger::commit() {
@@ -121,7 +121,7 @@ void Ledger::commit() {
 // these, and what is written to a file without a name is lost.
 void Ledger::check() const {
     check_alive();
-    store_.check_unchanged(kName, LedgerFile::place_of(written_));
+    store_.check_unchanged(kName, file_.place_of(written_));
 }
 
 void Ledger::sync() {
@@ -137,7 +137,7 @@ void Ledger::sync() {
 // The first lines of the group, which then is empty.
 void Ledger::write(uint64_t lines) {
     failed_ = true; // what a failed write or sync leaves on the disk is not known
-    store_.write(kName, LedgerFile::place_of(written_), group_.data(), lines * kRecordSize);
+    store_.write(kName, file_.place_of(written_), group_.data(), lines * file_.line_size());
     if (sync_ != Sync::none)
         store_.sync(kName);
     failed_ = false;
@@ -149,7 +149,7 @@ void Ledger::write(uint64_t lines) {
 
 void Ledger::line(uint64_t number, uint8_t *bytes) const {
     if (number >= written_)
-        std::memcpy(bytes, group_.data() + (number - written_) * kRecordSize, kRecordSize);
+        std::memcpy(bytes, group_.data() + (number - written_) * file_.line_size(), file_.line_size());
     else
         file_.read(number, bytes);
 }
@@ -157,13 +157,13 @@ void Ledger::line(uint64_t number, uint8_t *bytes) const {
 uint32_t Ledger::chain_before(uint64_t number) const {
     if (number == 0)
         return file_.start().chain;
-    uint8_t bytes[kRecordSize];
+    uint8_t bytes[kMostLineSize];
     line(number - 1, bytes);
-    return LedgerFile::checksum_in(bytes);
+    return file_.checksum_in(bytes);
 }
 
 Record Ledger::read(uint64_t number) const {
-    uint8_t bytes[kRecordSize];
+    uint8_t bytes[kMostLineSize];
     LedgerFile::Tail tail = {chain_before(number), 0};
     line(number, bytes);
     return file_.record(bytes, number, tail);

@@ -40,6 +40,7 @@ class Ledger {
     uint64_t count() const noexcept { return written_ + waiting_; }
     // Acknowledged, as far as sync goes; of a ledger that is only read, those that it tells itself to be on the disk.
     uint64_t committed() const noexcept { return access_ == Access::read ? synced_ : written_; }
+    const Columns &columns() const noexcept { return file_.columns(); }
     uint64_t salt() const noexcept { return file_.salt(); } // of this file alone
     // Bytes behind the last whole line when it was taken up.
     uint64_t torn() const noexcept { return torn_; }
@@ -58,8 +59,8 @@ class Ledger {
     Store &store_;
     Access access_;
     Sync sync_;
-    Buffer<uint8_t> group_; // lines that are not written
     LedgerFile file_;
+    Buffer<uint8_t> group_; // lines that are not written
     uint64_t written_ = 0, synced_ = 0, waiting_ = 0, torn_ = 0;
     uint32_t chain_ = 0;
     bool failed_ = false;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <random>
-#include <vector>
 
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
@@ -13,18 +12,19 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'L'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2, kFirstVersion = 1; // that of libtoliman 0.1
+constexpr size_t kBeforeColumns = 120;
 constexpr char kKind[] = "ledger";
 constexpr size_t kChunk = 1024; // lines read at once
 
 } // namespace
 
-uint32_t LedgerFile::checksum_in(const uint8_t *line) noexcept {
-    const uint8_t *at = line + (kRecordSize - 4);
+uint32_t LedgerFile::checksum_in(const uint8_t *line) const noexcept {
+    const uint8_t *at = line + (line_size() - 4);
     return static_cast<uint32_t>(take_number(at, 4));
 }
 
-void LedgerFile::begin(Store &store, const Terms &terms) {
+void LedgerFile::begin(Store &store, const Terms &terms, const Columns &columns) {
     std::random_device random; // tells this file from an older one of the same name
     const TermsBytes bytes = to_bytes(terms);
     ByteWriter header;
@@ -32,8 +32,9 @@ void LedgerFile::begin(Store &store, const Terms &terms) {
     header.u32(kVersion);
     header.u64(static_cast<uint64_t>(random()) << 32 | random());
     header.raw(bytes.data(), bytes.size());
-    const std::vector<uint8_t> empty(kHeaderSize - header.bytes().size() - 4);
-    header.raw(empty.data(), empty.size());
+    header.u32(static_cast<uint32_t>(columns.count()));
+    header.u32(static_cast<uint32_t>(track::line_size(columns.count())));
+    columns.save(header);
     header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
     replace_whole(store, kName, header.bytes());
 }
@@ -41,21 +42,43 @@ void LedgerFile::begin(Store &store, const Terms &terms) {
 LedgerFile::LedgerFile(Store &store) : store_(&store) {
     if (store.size(kName) < 0)
         fail(Status::not_found, "{%s}: no such file", path().c_str());
-    uint8_t bytes[kHeaderSize];
-    read_all(store, kName, 0, bytes, sizeof bytes);
-    ByteReader in(bytes, sizeof bytes, kKind);
+    std::vector<uint8_t> bytes(kBeforeColumns);
+    read_all(store, kName, 0, bytes.data(), bytes.size());
+    ByteReader in(bytes.data(), bytes.size(), kKind);
     if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
         fail(Status::format, "{%s}: does not begin with \"TLML\"", path().c_str());
     const uint32_t version = in.u32();
+    if (version == kFirstVersion)
+        fail(Status::format,
+             "{%s}: version 1, of libtoliman 0.1, this library reads %u only: give the frames again, into a new folder",
+             path().c_str(), kVersion);
     if (version != kVersion)
         fail(Status::format, "{%s}: version %u, this library reads %u only", path().c_str(), version, kVersion);
+    in.raw(8 + kTermsSize);
+    const uint32_t columns = in.u32(), line = in.u32();
+    if (columns > kMostColumns || line != track::line_size(columns))
+        fail(Status::format, "{%s}: %u columns in lines of %u bytes: the header is damaged", path().c_str(), columns,
+             line);
+    bytes.resize(header_size(columns));
+    read_all(store, kName, 0, bytes.data(), bytes.size());
+    read_header(bytes);
+}
+
+// Of a size that fits its number of columns.
+void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
+    ByteReader in(bytes.data(), bytes.size(), kKind);
+    in.raw(8);
     salt_ = in.u64();
     terms_ = terms_of(in.raw(kTermsSize));
-    in.raw(in.left() - 4);
+    const uint32_t columns = in.u32();
+    in.u32();
+    const uint8_t *const names = in.raw(columns * Columns::kSavedSize);
     chain_ = in.u32();
-    if (chain_ != zip::crc32(bytes, sizeof bytes - 4))
+    if (chain_ != zip::crc32(bytes.data(), bytes.size() - 4))
         fail(Status::format, "{%s}: checksum mismatch, the header is damaged", path().c_str());
     try {
+        ByteReader from(names, columns * Columns::kSavedSize, kKind);
+        columns_ = Columns::load(from, columns);
         terms_.check();
     } catch (const Error &error) {
         fail_within(error, Status::format, "{%s}: %s", path().c_str(), error.what());
@@ -68,11 +91,11 @@ void LedgerFile::check_terms(const Terms &terms) const {
 }
 
 uint64_t LedgerFile::size() const {
-    return static_cast<uint64_t>(std::max<int64_t>(store_->size(kName), kHeaderSize));
+    return static_cast<uint64_t>(std::max<int64_t>(store_->size(kName), static_cast<int64_t>(header_size())));
 }
 
 uint64_t LedgerFile::count() const {
-    const uint64_t bytes = size(), lines = (bytes - kHeaderSize) / kRecordSize;
+    const uint64_t bytes = size(), lines = (bytes - header_size()) / line_size();
     if (lines > kMostLines)
         fail(Status::format, "{%s}: %llu bytes: more than 2^30 lines", path().c_str(),
              static_cast<unsigned long long>(bytes));
@@ -81,21 +104,22 @@ uint64_t LedgerFile::count() const {
 
 // False for a torn line.
 bool LedgerFile::decode(const uint8_t *line, uint64_t number, Tail &tail, Record &record) const {
-    const Line found = from_bytes(line, record, tail.synced, tail.chain);
+    const Line found = from_bytes(line, columns_.count(), record, tail.synced, tail.chain);
     if (found == Line::impossible || (found == Line::whole && !terms_.allow(record)))
         refuse(number, Status::format, "says what cannot be: made by another version?");
     return found == Line::whole;
 }
 
 uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachLine &each) const {
-    std::vector<uint8_t> chunk(kChunk * kRecordSize);
+    const size_t size = line_size();
+    std::vector<uint8_t> chunk(kChunk * size);
     uint64_t number = first;
     while (number < end) {
         const size_t asked = std::min<uint64_t>(kChunk, end - number);
-        const size_t count = store_->read(kName, place_of(number), chunk.data(), asked * kRecordSize) / kRecordSize;
+        const size_t count = store_->read(kName, place_of(number), chunk.data(), asked * size) / size;
         for (size_t i = 0; i < count; i++, number++) {
             Record record;
-            if (!decode(chunk.data() + i * kRecordSize, number, tail, record))
+            if (!decode(chunk.data() + i * size, number, tail, record))
                 return number;
             each(record, number);
         }
@@ -110,7 +134,7 @@ uint64_t LedgerFile::salvage(const EachLine &each) const {
     uint64_t lost = 0;
     Tail tail = start();
     for (uint64_t number = scan(0, end, tail, each); number < end; number = scan(number + 1, end, tail, each)) {
-        uint8_t line[kRecordSize];
+        uint8_t line[kMostLineSize];
         read(number, line);
         tail.chain = checksum_in(line); // the next line goes on from what stood here
         lost++;
@@ -122,14 +146,15 @@ uint64_t LedgerFile::salvage(const EachLine &each) const {
 // the bad one was on the disk already tells that it is the disk that failed.
 bool LedgerFile::had(uint64_t bad) const {
     const uint64_t end = count();
-    uint8_t pair[2 * kRecordSize];
+    const size_t size = line_size();
+    uint8_t pair[2 * kMostLineSize];
     for (uint64_t number = bad + 1; number < end; number++) {
-        if (store_->read(kName, place_of(number - 1), pair, sizeof pair) < sizeof pair)
+        if (store_->read(kName, place_of(number - 1), pair, 2 * size) < 2 * size)
             return false;
         uint32_t chain = checksum_in(pair);
         Record record;
         uint32_t synced;
-        if (from_bytes(pair + kRecordSize, record, synced, chain) != Line::torn &&
+        if (from_bytes(pair + size, columns_.count(), record, synced, chain) != Line::torn &&
             static_cast<uint32_t>(number) - synced < static_cast<uint32_t>(number - bad))
             return true;
     }
@@ -137,7 +162,7 @@ bool LedgerFile::had(uint64_t bad) const {
 }
 
 void LedgerFile::read(uint64_t number, void *line) const {
-    read_all(*store_, kName, place_of(number), line, kRecordSize);
+    read_all(*store_, kName, place_of(number), line, line_size());
 }
 
 Record LedgerFile::record(const uint8_t *line, uint64_t number, Tail &tail) const {

@@ -7,6 +7,25 @@
 
 namespace toliman::track {
 
+namespace {
+
+// No number of theirs is lost in silence.
+void check_columns(const LedgerFile &file, const Columns &here) {
+    for (const Column &column : file.columns().all()) {
+        const size_t at = here.find(column.name);
+        if (at == here.count() || here.all()[at].type != column.type)
+            fail(Status::mismatch, "{%s}: made with the column %s, which this tracker's ledger does not have",
+                 file.path().c_str(), column.name.c_str());
+    }
+}
+
+Record arranged(Record record, const Arrangement &arrange) noexcept {
+    record.cells = arrange(record.cells);
+    return record;
+}
+
+} // namespace
+
 uint64_t Tracker::merge(Store &other, bool salvage) {
     check_writable();
     const std::optional<Loaded> loaded = load_checkpoint(other); // before the ledger, to which its writer may be adding
@@ -15,6 +34,7 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
     file.check_terms(plan_.terms);
     if (ledger_ && file.salt() == ledger_->salt())
         fail(Status::argument, "{%s}: the tracker's own, or a copy of it", file.path().c_str());
+    check_columns(file, columns_);
     uint64_t lost = 0;
     if (salvage)
         lost = merge_whole_lines(file, point);
@@ -31,6 +51,7 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
     const Ledger theirs(other, Access::read, plan_.terms, 1, Sync::none, {point.salt, point.lines, point.chain},
                         [](const Record &, uint64_t) {});
     const std::string path = other.path(LedgerFile::kName);
+    const Arrangement arrange(theirs.columns(), columns_);
     const Merged before = merged_before(theirs.salt());
     const auto lines = static_cast<uint64_t>(before.lines);
     const bool goes_on = lines <= theirs.count() && theirs.chain_before(lines) == before.chain;
@@ -39,7 +60,7 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
     theirs.visit(0, theirs.count(), [&](const Record &record, uint64_t number) {
         if (record.kind == Kind::merged)
             counted_there[record.stream] = merged_of(record);
-        else if (!merge_line(record, number >= counted))
+        else if (!merge_line(arranged(record, arrange), number >= counted))
             fail(Status::format, "{%s}: line %llu denies a frame that is not there", path.c_str(),
                  static_cast<unsigned long long>(number));
     });
@@ -52,12 +73,14 @@ void Tracker::merge_all_lines(Store &other, const Checkpoint &point) {
         fail(Status::format, "{%s}: impossible counts of frames that came again", path.c_str());
     if (merged.lines == before.lines && merged.chain == before.chain && merged.repeats == before.repeats)
         return;
-    const Record mark = to_record(merged, plan_.terms.sigma);
+    const Record mark = to_record(merged, plan_.terms.sigma, columns_.empty());
     note(mark, write_line(mark));
 }
 
 uint64_t Tracker::merge_whole_lines(const LedgerFile &file, const Checkpoint &point) {
-    const uint64_t lost = file.salvage([&](const Record &record, uint64_t) {
+    const Arrangement arrange(file.columns(), columns_);
+    const uint64_t lost = file.salvage([&](const Record &found, uint64_t) {
+        const Record record = arranged(found, arrange);
         if (record.kind == Kind::merged || merge_line(record, true))
             return;
         Record stand_in = record; // for the line that it denies, which is lost: a frame that came with two contents

@@ -32,7 +32,17 @@ void Tracker::begin_ledger() {
                 "{%s}: is missing, though %s is there: what it knew of its frames is lost; give all frames again, into "
                 "a new folder",
                 store_->path(LedgerFile::kName).c_str(), name);
-    LedgerFile::begin(*store_, plan_.terms);
+    LedgerFile::begin(*store_, plan_.terms, plan_.columns);
+}
+
+// A reader, and who only merges, may know nothing of the estimator's values.
+void Tracker::take_columns(const LedgerFile &file) {
+    const std::string there = file.columns().further(), here = plan_.columns.further();
+    if ((estimate_ || !here.empty()) && there != here)
+        fail(Status::mismatch, "{%s}: made with values \"%s\", here \"%s\"", file.path().c_str(), there.c_str(),
+             here.c_str());
+    columns_ = file.columns();
+    arrange_ = Arrangement(plan_.columns, columns_);
 }
 
 // A changed setup is there before sums that were made with it, but not before there is memory for these.
@@ -41,8 +51,10 @@ void Tracker::open(Place &place) {
     if (writing && store_->size(LedgerFile::kName) < 0)
         begin_ledger();
     check_setup(place);
+    const LedgerFile file(*store_);
+    take_columns(file);
     const Checkpoint none, &point = place.loaded ? place.loaded->checkpoint : none;
-    salt_ = LedgerFile(*store_).salt();
+    salt_ = file.salt();
     merged_[salt_].salt = salt_;
     ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, Held{point.salt, point.lines, point.chain},
                     [this](const Record &record, uint64_t line) { note(record, line); });
@@ -122,7 +134,7 @@ void Tracker::tell_damage(const Place &place) const {
     else if (place.loaded && place.loaded->checkpoint.salt != salt_)
         place.log.warn("%s: is of another ledger: %s", point.c_str(), anew);
     else if (ledger_->count() > 0 && !place.loaded && store_->size(Checkpoint::kName) < 0)
-        place.log.warn("%s: is missing: %s", point.c_str(), anew);
+        place.log.warn("{%s}: is missing: %s", point.c_str(), anew);
     const std::vector<StreamCount> streams = streams_.all();
     const auto named = std::count_if(streams.begin(), streams.end(), [](const StreamCount &one) { return one.named; });
     if (static_cast<size_t>(named) < streams.size())

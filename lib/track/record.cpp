@@ -9,17 +9,15 @@ namespace toliman::track {
 
 namespace {
 
-constexpr size_t kChecked = kRecordSize - 4; // the checksum is last
-
-uint32_t checksum(const uint8_t *bytes, uint32_t chain) noexcept {
-    return zip::crc32(bytes, kChecked, chain);
+// The checksum is last.
+uint32_t checksum(const uint8_t *bytes, size_t columns, uint32_t chain) noexcept {
+    return zip::crc32(bytes, line_size(columns) - 4, chain);
 }
 
 } // namespace
 
-RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noexcept {
-    RecordBytes bytes;
-    uint8_t *at = bytes.data();
+uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_t chain, uint8_t *bytes) noexcept {
+    uint8_t *at = bytes;
     at = put_number(at, record.stream, 8);
     at = put_number(at, record.content, 4);
     for (const int64_t number : {record.frame_id, record.camera_ns, record.tai_ns})
@@ -29,13 +27,16 @@ RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noex
     at = put_number(at, static_cast<uint8_t>(record.kind), 1);
     at = put_number(at, static_cast<uint8_t>(record.reason), 1);
     at = put_number(at, record.dropped, 2);
+    for (size_t i = 0; i < columns; i++)
+        at = put_number(at, record.cells[i], 8);
     at = put_number(at, synced, 4);
-    put_number(at, checksum(bytes.data(), chain), 4);
-    return bytes;
+    const uint32_t crc = checksum(bytes, columns, chain);
+    put_number(at, crc, 4);
+    return crc;
 }
 
-Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
-    const uint32_t expected = checksum(bytes, chain);
+Line from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
+    const uint32_t expected = checksum(bytes, columns, chain);
     const uint8_t *at = bytes;
     Record read;
     read.stream = take_number(at, 8);
@@ -46,6 +47,8 @@ Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t
     read.sigma = with_bits<double>(take_number(at, 8));
     const uint64_t kind = take_number(at, 1), reason = take_number(at, 1);
     read.dropped = static_cast<uint16_t>(take_number(at, 2));
+    for (size_t i = 0; i < columns; i++)
+        read.cells[i] = take_number(at, 8);
     const auto before = static_cast<uint32_t>(take_number(at, 4));
     if (take_number(at, 4) != expected)
         return Line::torn;
@@ -59,7 +62,7 @@ Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t
     return Line::whole;
 }
 
-Record to_record(const Merged &merged, double sigma) noexcept {
+Record to_record(const Merged &merged, double sigma, const Cells &empty) noexcept {
     Record record;
     record.kind = Kind::merged;
     record.stream = merged.salt;
@@ -67,6 +70,7 @@ Record to_record(const Merged &merged, double sigma) noexcept {
     record.camera_ns = merged.repeats;
     record.content = merged.chain;
     record.sigma = sigma;
+    record.cells = empty;
     return record;
 }
 

@@ -1,8 +1,9 @@
-// A line of the ledger: 64 bytes, lib/FORMATS.md "TLML".
+// A line of the ledger: 64 bytes, and 8 of each column, lib/FORMATS.md "TLML".
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
+
+#include "track/columns.hpp"
 
 namespace toliman::track {
 
@@ -27,6 +28,7 @@ struct Record {
     Kind kind = Kind::accepted;
     Reason reason = Reason::none;
     uint16_t dropped = 0; // frames that the camera says it dropped before this one
+    Cells cells;          // of the ledger's columns
 };
 
 // A record of kind merged, by its members' other names: the first `lines` of the ledger with this salt are in. With the
@@ -37,18 +39,20 @@ struct Merged {
     uint32_t chain = 0;             // checksum of the last of the lines
 };
 constexpr int64_t kMostRepeats = int64_t{1} << 60; // so that sums of a few fit
-Record to_record(const Merged &merged, double sigma) noexcept;
+Record to_record(const Merged &merged, double sigma, const Cells &empty) noexcept;
 Merged merged_of(const Record &record) noexcept;
 
-constexpr size_t kRecordSize = 64;
-using RecordBytes = std::array<uint8_t, kRecordSize>;
+constexpr size_t line_size(size_t columns) noexcept {
+    return 64 + 8 * columns;
+}
+constexpr size_t kMostLineSize = line_size(kMostColumns);
 
-// synced: records that were on the disk when this one was written, modulo 2^32. The checksum goes on from that of the
-// record before.
-RecordBytes to_bytes(const Record &record, uint32_t synced, uint32_t chain) noexcept;
+// To line_size(columns) bytes. synced: records that were on the disk when this one was written, modulo 2^32. The
+// checksum, which is returned, goes on from that of the record before.
+uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_t chain, uint8_t *bytes) noexcept;
 
 // A line whose checksum fits was written as it is: then synced and chain become those of the record.
 enum class Line { whole, torn, impossible };
-Line from_bytes(const uint8_t *bytes, Record &record, uint32_t &synced, uint32_t &chain) noexcept;
+Line from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced, uint32_t &chain) noexcept;
 
 } // namespace toliman::track

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/bytes.hpp"
 #include "base/error.hpp"
 #include "base/workers.hpp"
 
@@ -20,13 +21,14 @@ constexpr std::chrono::seconds kLongestWait{1};
 
 Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums)
     : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(place.store)), access_(place.access),
-      index_(plan_.capacity), streams_(plan_.capacity), sums_(sums) {
+      index_(plan_.capacity), streams_(plan_.capacity), sums_(sums), columns_(plan_.columns),
+      arrange_(columns_, columns_) {
     images_.resize(plan_.workers * plan_.terms.geometry.out_rows * plan_.terms.geometry.out_cols);
     jobs_.resize(kBatch);
     if (store_)
         open(place);
     else
-        memory_.resize(static_cast<size_t>(plan_.capacity));
+        memory_.resize(static_cast<size_t>(plan_.capacity) * line_size(columns_.count()));
 }
 
 std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
@@ -51,7 +53,7 @@ void Tracker::record_repeats() {
     Merged &own = merged_.at(salt_);
     const int64_t repeats = std::min(own.repeats + unrecorded_repeats_, kMostRepeats);
     const Merged mark = {salt_, static_cast<int64_t>(lines()), repeats, ledger_->chain_before(lines())};
-    ledger_->append(to_record(mark, plan_.terms.sigma));
+    ledger_->append(to_record(mark, plan_.terms.sigma, columns_.empty()));
     own = mark;
     unrecorded_repeats_ = 0;
 }
@@ -119,12 +121,17 @@ uint64_t Tracker::write_line(const Record &record) {
         return ledger_->count() - 1;
     }
     if (record.kind == Kind::accepted || record.kind == Kind::outlier)
-        memory_[in_memory_++] = record;
+        to_bytes(record, columns_.count(), 0, 0, memory_.data() + in_memory_++ * line_size(columns_.count()));
     return in_memory_ - 1;
 }
 
 Record Tracker::read_line(uint64_t number) const {
-    return ledger_ ? ledger_->read(number) : memory_[number];
+    if (ledger_)
+        return ledger_->read(number);
+    Record record;
+    uint32_t synced, chain = 0;
+    from_bytes(memory_.data() + number * line_size(columns_.count()), columns_.count(), record, synced, chain);
+    return record;
 }
 
 // By a worker: identity and, unless it is known, what there is to say of a frame.
@@ -151,13 +158,37 @@ void Tracker::judge(const Frame &frame, Job &job, unsigned worker) {
     }
     outcome.tai_ns = *tai_ns;
     try {
-        outcome.value = estimate_(image, worker);
+        estimate_(image, frame, *tai_ns, worker, job.estimated);
     } catch (...) {
         outcome.flaw.reason = Reason::estimate;
         return;
     }
-    if (!std::isfinite(outcome.value))
-        outcome.flaw = {Reason::estimate, 0, 0, std::exchange(outcome.value, 0)};
+    const Estimated &found = job.estimated;
+    if (!std::isfinite(found.value)) {
+        outcome.flaw = {Reason::estimate, 0, 0, found.value};
+    } else if (found.sigma != 0 && !terms.allows_sigma(found.sigma)) {
+        outcome.flaw = {Reason::estimate, 0, 0, found.sigma};
+    } else {
+        outcome.value = found.value;
+        outcome.chi_square = found.chi_square;
+    }
+}
+
+// By the plan's columns.
+Cells Tracker::cells_of(const Frame &frame, const Job &job) const noexcept {
+    Cells cells = plan_.columns.empty();
+    const auto cell = [&](Own column) -> uint64_t & { return cells[static_cast<size_t>(column)]; };
+    cell(Own::exposure_s) = with_bits<uint64_t>(frame.exposure_s);
+    cell(Own::shift_s) = with_bits<uint64_t>(mean_shift_s(frame));
+    cell(Own::window_row) = static_cast<uint64_t>(frame.window_row);
+    cell(Own::window_col) = static_cast<uint64_t>(frame.window_col);
+    if (job.outcome.flaw.reason != Reason::none)
+        return cells;
+    cell(Own::chi_square) = with_bits<uint64_t>(job.estimated.chi_square);
+    cell(Own::flags) = job.estimated.flags;
+    for (size_t i = kOwn; i < plan_.columns.count(); i++)
+        cells[i] = with_bits<uint64_t>(job.estimated.further[i - kOwn]);
+    return cells;
 }
 
 Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
@@ -168,8 +199,11 @@ Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
     record.camera_ns = frame.camera_ns;
     record.tai_ns = job.outcome.tai_ns;
     record.value = job.outcome.value;
-    record.sigma = frame.sigma != 0 ? frame.sigma : plan_.terms.sigma;
     record.reason = job.outcome.flaw.reason;
+    record.sigma = frame.sigma != 0 ? frame.sigma : plan_.terms.sigma;
+    if (record.reason == Reason::none && job.estimated.sigma != 0)
+        record.sigma = job.estimated.sigma;
+    record.cells = arrange_(cells_of(frame, job));
     record.dropped = frame.dropped;
     record.kind = record.reason != Reason::none                       ? Kind::rejected
                   : std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier
@@ -233,7 +267,7 @@ void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const 
     if (ledger_)
         return ledger_->visit(first, most, give);
     for (uint64_t number = first; number < in_memory_ && number - first < most; number++)
-        give(memory_[number], number);
+        give(read_line(number), number);
 }
 
 void Tracker::check_writable() const {

@@ -1,8 +1,10 @@
 // Frames in any order, some twice, some damaged -> the periodogram of those that can be trusted, the same bits whatever
 // the order.
 #pragma once
+#include <array>
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,20 +31,33 @@ struct Outcome {
     Verdict verdict = Verdict::rejected;
     Flaw flaw; // of rejected frames
     int64_t tai_ns = 0;
-    double value = 0; // of accepted frames and outliers
+    double value = 0;                                             // of accepted frames and outliers
+    double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, of the same; NaN: not known
+};
+
+// What an estimator finds in an image.
+struct Estimated {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    double sigma = 0;                                             // 0: the frame's
+    double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, against its model
+    uint32_t flags = 0;
+    // Its further values and their covariances, in the order of Columns; as many as the plan's columns have.
+    std::array<double, kMostFurther> further = {};
 };
 
 inline uint64_t key_of(const Record &record) noexcept {
     return key_digest(record.stream, record.frame_id);
 }
 
-// From pixels to the value; it may use the image as it likes. A worker calls it for one frame at a time; an exception
-// or a value that is not finite rejects the frame.
-using Estimate = std::function<double(double *image, unsigned worker)>;
+// From an image, of this frame and time, to what it says; it may use the image as it likes. A worker calls it for one
+// frame at a time; an exception, a value that is not finite and a sigma that the terms do not allow reject the frame.
+using Estimate =
+    std::function<void(double *image, const Frame &frame, int64_t tai_ns, unsigned worker, Estimated &estimated)>;
 
 struct Plan {
     int64_t capacity = 0; // frames
     Terms terms;
+    Columns columns; // that a new ledger declares; one that is there keeps its own
     Clock clock;
     unsigned workers = 1;
     size_t group = 64; // lines that are brought to the disk together
@@ -112,7 +127,8 @@ class Tracker {
     const Counts &counts() const noexcept { return counts_; }
     int64_t expected() const noexcept { return streams_.expected(); }
     size_t stream_count() const noexcept { return streams_.count(); }
-    std::vector<NamedStream> streams() const; // by their names
+    std::vector<NamedStream> streams() const;                    // by their names
+    const Columns &columns() const noexcept { return columns_; } // of the lines
     uint64_t lines() const noexcept { return ledger_ ? ledger_->count() : in_memory_; }
     uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : in_memory_; }
 
@@ -122,9 +138,11 @@ class Tracker {
         uint64_t stream = 0;
         uint32_t content = 0;
         Outcome outcome;
+        Estimated estimated;
     };
     void open(Place &place);
     void begin_ledger();
+    void take_columns(const LedgerFile &file);
     void take_checkpoint(Place &place);
     void check_setup(const Place &place) const;
     void tell_damage(const Place &place) const;
@@ -139,6 +157,7 @@ class Tracker {
     Setup setup() const { return {sums_.grid(), plan_.clock}; }
     void look_at(const Frame &frame, Job &job, unsigned worker) noexcept;
     void judge(const Frame &frame, Job &job, unsigned worker);
+    Cells cells_of(const Frame &frame, const Job &job) const noexcept;
     Record record_of(const Frame &frame, const Job &job) const noexcept;
     void settle(const Record &record, Outcome &outcome);
     void take_in(const Record &record);
@@ -167,7 +186,9 @@ class Tracker {
     std::optional<Names> names_;        // as the ledger
     std::map<uint64_t, Merged> merged_; // of every ledger the latest, by its salt; of the own one, what counts repeats
     uint64_t salt_ = 0;                 // of the ledger
-    Buffer<Record> memory_;             // in place of a ledger, frames that are in
+    Columns columns_;
+    Arrangement arrange_;    // of the plan's columns
+    Buffer<uint8_t> memory_; // in place of a ledger, lines of frames that are in
     size_t in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;

@@ -10,14 +10,14 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
-from toliman import VERDICTS, Error, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
+from toliman import VERDICTS, Error, Estimate, Frame, InputError, Periodogram, StateError, Tracker  # noqa: E402
 
 DAY = 86400 * 10**9
 GRID = (0.01, 0.001, 400)
 N = 60
 values = numpy.sin(2 * numpy.pi * numpy.arange(N) / 17) + 2
 OWN = {"estimator_id": 7, "sigma": 1.0, "value_limit": 1e6, "rows": 8, "cols": 6, "image_shape": (8, 6),
-       "hole_bytes": 0}
+       "allow_holes": True}
 
 
 def corner(image):
@@ -95,6 +95,45 @@ class Pushing(unittest.TestCase):
             self.assertEqual(ours.push(frame_of(1)).reason, "estimate")
         with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a function or None"):
             tracker("mean")
+
+    def test_columns_have_what_estimators_and_frames_tell(self):
+        def estimate(image):
+            return Estimate(image[0, 0], further=(1.5, -2), covariance=numpy.arange(9).reshape(3, 3), sigma=2,
+                            chi_square=1.25, flags=2**31)
+        with tracker(estimate, values=("dx", "flux")) as ours:
+            outcome = ours.push(frame_of(3, exposure_s=8.0, intervals=[(0, 1), (2, 4)], window=(-5, 700)))
+            self.assertEqual((outcome.value, outcome.chi_square), (values[3], 1.25))
+            ours.push(frame_of(4))
+            lines = ours.lines()
+            first = {name: lines[name][0] for name in lines.dtype.names}
+            told = {"value": values[3], "sigma": 2, "chi_square": 1.25, "exposure_s": 8, "shift_s": 6.5 / 3 - 4, "window_row": -5,
+                    "window_col": 700, "flags": 2**31, "dx": 1.5, "flux": -2, "cov_value_dx": 1, "cov_value_flux": 2,
+                    "cov_dx_dx": 4, "cov_dx_flux": 5, "cov_flux_flux": 8}
+            self.assertEqual({name: first[name] for name in told}, told)
+            self.assertEqual(lines["window_row"].dtype, numpy.int64)
+            self.assertEqual(lines["exposure_s"].tolist(), [8, 0])
+            self.assertEqual(ours.lines(1)["frame_id"].tolist(), [4])
+            for bad in ([1, 2], [(0, 1, 2)], [(0, 9)]):
+                with self.assertRaisesRegex((ValueError, InputError), "intervals"):
+                    ours.push(frame_of(5, exposure_s=8.0, intervals=bad))
+        with tracker(estimate) as ours, self.assertRaisesRegex(ValueError, "further has 2 values"):
+            ours.push(frame_of(3))
+        with tracker() as ours:
+            self.assertTrue(numpy.isnan(ours.push(frame_of(3)).chi_square))
+        with self.assertRaisesRegex(InputError, "options->values"):
+            tracker(values="no name")
+
+    def test_options_in_force(self):
+        with tempfile.TemporaryDirectory() as folder, tracker(folder=folder, sync="frame", values=["dx"]) as ours:
+            told = ours.options
+            self.assertEqual((told["folder"], told["sync"], told["values"]), (folder, "frame", ("dx",)))
+            self.assertEqual((told["f0"], told["df"], told["nf"], told["unit_ns"]), (*GRID, 86400e9))
+            self.assertEqual((told["rows"], told["hole_bytes"], told["threads"], told["group"]), (8, 0, 1, 64))
+            ours.push(frame_of(1))
+            ours.commit()
+            with Tracker.open(folder) as there:
+                self.assertEqual(there.options["values"], ("dx",))
+                self.assertTrue(numpy.isnan(there.lines()["dx"][0]))
 
     def test_outcomes_up_to_an_error(self):
         with tracker(capacity=2) as ours:

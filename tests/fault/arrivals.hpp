@@ -18,7 +18,7 @@ struct Arrival {
     uint16_t pixels[kPixels];
     int64_t id;
     track::Frame frame() const {
-        return {"pass", "core", id, id * 1000, 0, pixels, kSide, kSide, kSide, Pixel::u16, 0};
+        return {"pass", "core", id, id * 1000, 0, pixels, kSide, kSide, kSide, Pixel::u16, 0, 0, nullptr, 0, 0, 0};
     }
 };
 
@@ -63,7 +63,10 @@ struct Run {
         const track::Plan plan = make_plan(group, sync);
         track::Place place = track::open_place(std::move(store), Access::write, plan.terms);
         tracker.emplace(
-            plan, [](const double *image, unsigned) { return (image[0] - image[1] + image[2]) / 1024; },
+            plan,
+            [](const double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
+                estimated.value = (image[0] - image[1] + image[2]) / 1024;
+            },
             std::move(place), sums);
     }
     static period::Grid grid() {

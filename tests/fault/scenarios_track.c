@@ -229,6 +229,7 @@ static void *make_with_fit(void) {
     if (linear == NULL)
         assert_ok(toliman_linear_create(small_sim(), NULL, &linear));
     options.linear = linear;
+    options.threads = 1;
     options.estimate = NULL;
     options.rows = options.cols = options.bit_depth = 0;
     assert_ok(toliman_track_create(&options, &track));
@@ -302,6 +303,19 @@ static toliman_status get_info(attempt *a) {
 }
 static toliman_status get_lines(attempt *a) {
     return toliman_track_get_lines(a->object, 0, LAST, (void *)a->out, (size_t *)(a->out + 65536));
+}
+static toliman_status get_columns(attempt *a) {
+    return toliman_track_get_columns(a->object, (void *)a->out, 8, (size_t *)(a->out + 8192));
+}
+static toliman_status get_column(attempt *a) {
+    return toliman_track_get_column(a->object, "flags", 0, LAST, (double *)a->out, (size_t *)(a->out + 65536));
+}
+static toliman_status get_options(attempt *a) {
+    toliman_track_options *const options = (void *)a->out;
+    const toliman_status status = toliman_track_get_options(a->object, options);
+    if (status == TOLIMAN_OK)
+        options->folder = NULL; /* of each tracker another */
+    return status;
 }
 static toliman_status get_streams(attempt *a) {
     return toliman_track_get_streams(a->object, (void *)a->out, 5, (size_t *)(a->out + 8192));
@@ -398,6 +412,9 @@ static const scenario all[] = {
     LOOKS(get_info, sizeof(toliman_track_info)),
     LOOKS(get_rejected, 0),
     LOOKS(get_lines, sizeof(toliman_track_line)),
+    LOOKS(get_columns, sizeof(toliman_track_column)),
+    LOOKS(get_column, 0),
+    LOOKS(get_options, sizeof(toliman_track_options)),
     LOOKS(get_streams, sizeof(toliman_track_stream)),
     LOOKS(get_period, 0),
     LOOKS(query_fit, sizeof(toliman_period_peak)),

@@ -14,11 +14,11 @@ constexpr size_t kRoom = 4096; // bytes of pixels
 constexpr int64_t kCapacity = 512, kFrequencies = 8;
 constexpr size_t kWidths[] = {1, 2, 4, 2, 4, 4, 8};
 
-int32_t estimate(const double *image, size_t rows, size_t cols, double *value, void *) {
+int32_t estimate(const toliman_estimate_input *input, toliman_estimate *made, void *) {
     double sum = 0;
-    for (size_t i = 0; i < rows * cols; i++)
-        sum += image[i];
-    *value = sum / 64;
+    for (size_t i = 0; i < input->rows * input->cols; i++)
+        sum += input->image[i];
+    made->values[0] = sum / 64;
     return sum == 13;
 }
 

@@ -1,5 +1,6 @@
 // A tracker's folder: ledger, setup, checkpoint and names. What can be taken up gives its lines and counts, goes on,
 // and is the same again when it is saved and taken up anew; and it can be merged into another.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -51,14 +52,16 @@ Files files_of(const Parts &parts) {
 
 // A tracker and its sums upon files.
 struct Run {
-    Run(Files &files, Access access, const track::Terms &terms) : Run(place_of(files, access, terms), terms) {}
-    explicit Run(const track::Terms &terms) : Run(track::Place(), terms) {} // in memory
+    Run(Files &files, Access access, const track::Terms &terms, const std::string &further)
+        : Run(place_of(files, access, terms), terms, further) {}
+    Run(const track::Terms &terms, const std::string &further) : Run(track::Place(), terms, further) {} // in memory
 
     void push(int64_t id) { push_pixel(id, 1); }
     // The first pixel is the value.
     void push_pixel(int64_t id, uint16_t pixel) {
+        const double on_target[] = {0, 0.25, 0.5, 1};
         const uint16_t pixels[kPixels] = {pixel, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
-        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, Pixel::u16, 0};
+        const track::Frame frame = {"s", "r", id, id * 1000, 0, pixels, 4, 4, 4, Pixel::u16, 0, 1, on_target, 2, 3, 4};
         track::Outcome outcome;
         size_t done;
         tracker->push(&frame, 1, &outcome, done);
@@ -82,26 +85,42 @@ struct Run {
         grid.check();
         return grid;
     }
-    Run(track::Place place, const track::Terms &terms) : sums(grid_of(place, terms)) {
+    Run(track::Place place, const track::Terms &terms, const std::string &further) : sums(grid_of(place, terms)) {
         track::Plan plan;
         plan.capacity = kCapacity;
         plan.terms = terms;
+        plan.columns = track::Columns(further);
         if (place.setup)
             plan.clock = place.setup->clock;
         tracker.emplace(
-            std::move(plan), [](const double *image, unsigned) { return image[0]; }, std::move(place), sums);
+            std::move(plan),
+            [](const double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
+                estimated.value = image[0];
+                estimated.chi_square = 1;
+                estimated.further.fill(image[1]);
+            },
+            std::move(place), sums);
     }
 };
 
-// Of the ledger; nothing where an API call would refuse them.
-std::optional<track::Terms> terms_of(Files &files) {
+// What a ledger was begun with.
+struct Made {
+    track::Terms terms;
+    std::string further; // values
+};
+
+// Nothing where an API call would refuse it.
+std::optional<Made> made_of(Files &files) {
     MemoryStore store(files);
-    const track::Terms terms = track::LedgerFile(store).terms();
+    const track::LedgerFile ledger(store);
+    const track::Terms terms = ledger.terms();
     terms.check();
     const track::Geometry &geometry = terms.geometry;
     if (geometry.out_rows > kMostPixels || geometry.out_cols > kMostPixels)
         return std::nullopt; // larger images only take longer
-    return terms;
+    const std::string further = ledger.columns().further();
+    track::Columns expected(further);
+    return Made{terms, further};
 }
 
 void check(const track::Tracker &tracker) {
@@ -123,14 +142,15 @@ void check(const track::Tracker &tracker) {
 }
 
 // Reading changes nothing, and going on is kept.
-void take_up(Files files, const track::Terms &terms) {
+void take_up(Files files, const Made &made) {
+    const auto &[terms, further] = made;
     const Files before = files;
-    check(*Run(files, Access::read, terms).tracker);
+    check(*Run(files, Access::read, terms, further).tracker);
     require(files == before, "reading has changed a file");
     std::vector<uint8_t> sums;
     uint64_t lines;
     {
-        Run run(files, Access::write, terms);
+        Run run(files, Access::write, terms, further);
         run.push(1);
         run.push(int64_t{1} << 40);
         run.tracker->save();
@@ -139,15 +159,15 @@ void take_up(Files files, const track::Terms &terms) {
         lines = run.tracker->lines();
     }
     const Files saved = files;
-    Run again(files, Access::write, terms);
+    Run again(files, Access::write, terms, further);
     require(again.tracker->lines() == lines && again.sums.save() == sums, "taken up as something else");
     again.tracker->save();
     require(files == saved, "saved as other bytes than it was taken up from");
 }
 
-void merge(Files files, const track::Terms &terms, bool salvage) {
+void merge(Files files, const Made &made, bool salvage) {
     MemoryStore other(files);
-    Run run(terms);
+    Run run(made.terms, made.further);
     run.tracker->merge(other, salvage);
     check(*run.tracker);
     const Bytes sums = run.sums.save();
@@ -164,27 +184,37 @@ template <class Work> void tried(Work work) {
     }
 }
 
+size_t columns_in(const Bytes &ledger) {
+    constexpr size_t kPlace = 112;
+    return ledger.size() > kPlace ? std::min<size_t>(ledger[kPlace], track::kMostColumns) : 0;
+}
+
+constexpr size_t header_size(size_t columns) {
+    return 124 + columns * track::Columns::kSavedSize;
+}
+
 // Checksums, each going on from the one before.
 void repair_ledger(Bytes &ledger) {
-    constexpr size_t kHeader = track::LedgerFile::kHeaderSize, kLine = track::kRecordSize;
-    if (ledger.size() < kHeader)
+    const size_t columns = columns_in(ledger), header = header_size(columns), line = track::line_size(columns);
+    if (ledger.size() < header)
         return;
-    uint32_t chain = zip::crc32(ledger.data(), kHeader - 4);
-    put(ledger, kHeader - 4, chain, 4);
-    for (size_t at = kHeader; at + kLine <= ledger.size(); at += kLine) {
-        chain = zip::crc32(ledger.data() + at, kLine - 4, chain);
-        put(ledger, at + kLine - 4, chain, 4);
+    uint32_t chain = zip::crc32(ledger.data(), header - 4);
+    put(ledger, header - 4, chain, 4);
+    for (size_t at = header; at + line <= ledger.size(); at += line) {
+        chain = zip::crc32(ledger.data() + at, line - 4, chain);
+        put(ledger, at + line - 4, chain, 4);
     }
 }
 
 void repair_checkpoint(Parts &parts) {
     Bytes &point = parts[kCheckpoint];
     const Bytes &ledger = parts[kLedger], &setup = parts[kSetup];
-    if (point.size() < kState + 4 || ledger.size() < track::LedgerFile::kHeaderSize || setup.size() < 4)
+    const size_t columns = columns_in(ledger), header = header_size(columns);
+    if (point.size() < kState + 4 || ledger.size() < header || setup.size() < 4)
         return;
     std::memcpy(point.data() + 8, ledger.data() + 8, 8); // the salt
     const uint8_t *lines_at = point.data() + 16;
-    const uint64_t lines = take_number(lines_at, 8), end = track::LedgerFile::kHeaderSize + lines * 64;
+    const uint64_t lines = take_number(lines_at, 8), end = header + lines * track::line_size(columns);
     if (lines < 1024 && end <= ledger.size())
         std::memcpy(point.data() + 32, ledger.data() + end - 4, 4);
     std::memcpy(point.data() + 36, setup.data() + setup.size() - 4, 4);
@@ -206,7 +236,7 @@ std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     Files files;
     for (int64_t pass = 0; pass < 3; pass++) {
-        Run run(files, Access::write, terms);
+        Run run(files, Access::write, terms, "");
         for (int64_t id = 0; id < 6; id++)
             run.push(2 * pass + id);
         run.push_pixel(1, 2);
@@ -228,12 +258,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const Files files = files_of(parts_of(data, size));
     tried([&] {
         Files own = files;
-        const std::optional<track::Terms> terms = terms_of(own);
-        if (!terms)
+        const std::optional<Made> made = made_of(own);
+        if (!made)
             return;
-        tried([&] { take_up(files, *terms); });
-        tried([&] { merge(files, *terms, false); });
-        tried([&] { merge(files, *terms, true); });
+        tried([&] { take_up(files, *made); });
+        tried([&] { merge(files, *made, false); });
+        tried([&] { merge(files, *made, true); });
     });
     return 0;
 }

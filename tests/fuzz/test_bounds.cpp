@@ -180,17 +180,19 @@ void take_up(const char *what, Files &files, uint64_t lines = 0) {
     });
 }
 
+constexpr size_t kLine = track::line_size(track::kOwn);
+
 Files files_with(const std::vector<track::Record> &records) {
     Files files;
     MemoryStore store(files);
-    track::LedgerFile::begin(store, small_terms());
+    track::LedgerFile::begin(store, small_terms(), track::Columns());
     const track::LedgerFile file(store);
     uint32_t chain = file.start().chain;
     Bytes &bytes = files.at(track::LedgerFile::kName);
     for (const track::Record &record : records) {
-        const track::RecordBytes line = track::to_bytes(record, 0, chain);
-        bytes.insert(bytes.end(), line.begin(), line.end());
-        chain = track::LedgerFile::checksum_in(line.data());
+        uint8_t line[kLine];
+        chain = track::to_bytes(record, track::kOwn, 0, chain, line);
+        bytes.insert(bytes.end(), line, line + kLine);
     }
     return files;
 }
@@ -212,7 +214,7 @@ uint64_t stream_of_key(uint64_t key) {
 }
 
 void folders() {
-    constexpr uint64_t kLines = kMiB / track::kRecordSize - 2;
+    constexpr uint64_t kLines = kMiB / kLine - 2;
     std::vector<track::Record> records(kLines);
     for (uint64_t i = 0; i < kLines; i++) {
         records[i].sigma = 0.5;
@@ -229,7 +231,7 @@ void folders() {
     files = files_with(records);
     take_up("ledger: frames that collide", files, kLines);
     for (uint64_t i = 0; i < kLines; i++)
-        records[i] = track::to_record({i, 1, 1, 7}, 0.5);
+        records[i] = track::to_record({i, 1, 1, 7}, 0.5, track::Columns().empty());
     files = files_with(records);
     take_up("ledger: as many folders merged", files, kLines);
     files = files_with({});

@@ -7,7 +7,8 @@
 
 #include "track_frames.h"
 
-enum { HEADER = 128, LINE = 64 };
+/* Six columns: lib/FORMATS.md "TLML". */
+enum { COLUMNS = 6, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
 
 static char folder[256], ledger[300], checkpoint[300], setup[300];
 

@@ -58,9 +58,9 @@ static inline double value_of(const double *image, size_t count) {
     return sum / 1024;
 }
 
-static inline int32_t small_estimate(const double *image, size_t rows, size_t cols, double *value, void *unused) {
+static inline int32_t small_estimate(const toliman_estimate_input *input, toliman_estimate *made, void *unused) {
     (void)unused;
-    *value = value_of(image, rows * cols);
+    made->values[0] = value_of(input->image, input->rows * input->cols);
     return 0;
 }
 
@@ -122,7 +122,7 @@ static inline toliman_period *clean_period(const toliman_track_options *options)
     toliman_period_options_init(&made, sizeof made);
     made.flags = options->period_flags;
     made.time_offset_ns = options->time_offset_ns;
-    made.unit_ns = options->unit_ns;
+    made.unit_ns = options->unit_ns != 0 ? options->unit_ns : DAY_NS;
     made.value_bound = 4; /* the power of two above VALUE_LIMIT */
     made.sigma_floor = SIGMA;
     toliman_period *period = NULL;

@@ -171,15 +171,13 @@ typedef struct Estimating {
     toliman_status info, peak;
 } Estimating;
 
-static int32_t estimate(const double *image, size_t rows, size_t cols, double *out, void *given) {
-    (void)rows;
-    (void)cols;
+static int32_t estimate(const toliman_estimate_input *input, toliman_estimate *made, void *given) {
     Estimating *e = given;
     toliman_track_info info = {.struct_size = sizeof info};
     double power;
     e->info = toliman_track_get_info(e->track, &info);
     e->peak = toliman_period_query_power(e->sums, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power);
-    *out = image[0];
+    made->values[0] = input->image[0];
     return 0;
 }
 
@@ -194,7 +192,7 @@ static void tracker_cannot_be_read_while_it_changes(void **state) {
     options.estimate_data = &e;
     options.sigma = 1;
     options.rows = options.cols = 4;
-    options.hole_bytes = 0;
+    options.flags = TOLIMAN_TRACK_ALLOW_HOLES;
     options.f0 = options.df = 0.1;
     options.nf = 5;
     assert_ok(toliman_track_create(&options, &e.track));

@@ -181,7 +181,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
     flip_byte(ledger, HEADER + 3 * LINE + 20);                      /* frame 4, and what denies it */
-    flip_byte(ledger, HEADER + 17 * LINE + 62);                     /* the checksum that the next line goes on from */
+    flip_byte(ledger, HEADER + 18 * LINE - 2);                      /* the checksum that the next line goes on from */
     assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* what denies frame 36 */
     track = make_track(&elsewhere);
     int64_t lost = -1;

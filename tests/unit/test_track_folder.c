@@ -40,7 +40,7 @@ static void one_writer_and_many_readers(void **unused) {
     assert_ok(toliman_track_load_options(folder, &looking));
     assert_true(looking.sigma == SIGMA && looking.value_limit == VALUE_LIMIT && looking.estimator_id == 77);
     assert_true(looking.rows == SIDE && looking.image_cols == SIDE && looking.bin == 1 && looking.bit_depth == 12);
-    assert_true(looking.nf == FREQUENCIES && looking.f0 == options.f0 && looking.unit_ns == options.unit_ns);
+    assert_true(looking.nf == FREQUENCIES && looking.f0 == options.f0 && looking.unit_ns == DAY_NS);
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
     toliman_track *readers[3];
     for (int i = 0; i < 3; i++) {
@@ -179,8 +179,8 @@ static void bad_options_leave_no_folder(void **unused) {
     for (int trial = 0; trial < 5; trial++) {
         toliman_track_options options = small_options(path);
         options.df = trial == 0 ? -1 : options.df;
-        options.capacity = trial == 1 ? 0 : options.capacity;
-        options.group = trial == 2 ? 0 : options.group;
+        options.capacity = trial == 1 ? -1 : options.capacity;
+        options.group = trial == 2 ? 65537 : options.group;
         options.clock = trial == 3 ? falling : NULL;
         options.clock_points = trial == 3 ? 2 : 0;
         options.bin = trial == 4 ? 9 : 0;
@@ -220,11 +220,19 @@ static void ledger_is_as_its_format_says(void **unused) {
     assert_int_equal(read(file, bytes, sizeof bytes), sizeof bytes);
     close(file);
     assert_int_equal(size_of(ledger), sizeof bytes);
-    assert_memory_equal(bytes, "TLML\1\0\0\0", 8);
+    assert_memory_equal(bytes, "TLML\2\0\0\0", 8);
     static const uint64_t geometry[] = {SIDE, SIDE, 0, 0, SIDE, SIDE, 1, 12, PIXELS};
     assert_memory_equal(bytes + 16, geometry, sizeof geometry);
     assert_true(double_at(ledger, 88) == SIGMA && double_at(ledger, 96) == VALUE_LIMIT);
     assert_int_equal(number_at(ledger, 104, 8), 77);
+    assert_int_equal(number_at(ledger, 112, 4), COLUMNS);
+    assert_int_equal(number_at(ledger, 116, 4), LINE);
+    static const char names[COLUMNS][56] = {"chi_square", "exposure_s", "shift_s", "window_row", "window_col", "flags"};
+    for (int i = 0; i < COLUMNS; i++) {
+        assert_memory_equal(bytes + 120 + 64 * i, names[i], sizeof names[i]);
+        assert_int_equal(number_at(ledger, 120 + 64 * i + 56, 4), i < 3 ? 0 : 1); /* f64, i64 */
+        assert_int_equal(number_at(ledger, 120 + 64 * i + 60, 4), 1);             /* of the library */
+    }
     uint32_t chain = crc32(0, bytes, HEADER - 4);
     assert_int_equal(number_at(ledger, HEADER - 4, 4), chain);
     static const int kinds[] = {1, 3, 2, 4}, reasons[] = {0, 0, 0, 2}, ids[] = {5, 5, 7, 8};
@@ -234,7 +242,7 @@ static void ledger_is_as_its_format_says(void **unused) {
         frame.pixels[1] = (uint16_t)(frame.pixels[1] + (line == 1));
         frame.pixels[2] = line == 3 ? 4096 : frame.pixels[2];
         const uint64_t dropped = line < 2 ? 65535 : 0;
-        const uint64_t facts[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */};
+        const uint64_t facts[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */, 0, 0, 0, 0};
         const uint32_t content = crc32(crc32(0, facts, sizeof facts), frame.pixels, sizeof frame.pixels);
         assert_true(number_at(ledger, at, 8) == fnv1a("pass-1\0core", 11));
         assert_int_equal(number_at(ledger, at + 8, 4), content);
@@ -246,9 +254,12 @@ static void ledger_is_as_its_format_says(void **unused) {
         assert_int_equal(number_at(ledger, at + 52, 1), kinds[line]);
         assert_int_equal(number_at(ledger, at + 53, 1), reasons[line]);
         assert_int_equal(number_at(ledger, at + 54, 2), dropped);
-        assert_int_equal(number_at(ledger, at + 56, 4), 0);
+        assert_true(isnan(double_at(ledger, at + 56)));
+        for (int i = 1; i < COLUMNS; i++)
+            assert_int_equal(number_at(ledger, at + 56 + 8 * i, 8), 0);
+        assert_int_equal(number_at(ledger, at + LINE - 8, 4), 0);
         chain = crc32(chain, bytes + at, LINE - 4);
-        assert_int_equal(number_at(ledger, at + 60, 4), chain);
+        assert_int_equal(number_at(ledger, at + LINE - 4, 4), chain);
     }
     char source[300];
     snprintf(source, sizeof source, "%s-source", folder);

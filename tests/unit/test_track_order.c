@@ -303,7 +303,7 @@ static void unlike_shards_are_refused(void **unused) {
     others[2].value_limit *= 2;
     others[3].bit_depth = 0;
     others[4].rows++;
-    others[5].hole_bytes = 0;
+    others[5].flags = TOLIMAN_TRACK_ALLOW_HOLES;
     for (int i = 0; i < 6; i++) {
         track = make_track(&others[i]);
         assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_MISMATCH, "ledger.tlml");

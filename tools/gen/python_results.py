@@ -27,6 +27,7 @@ RESULTS = {
     "toliman_period_sampling": "Sampling",
     "toliman_track_outcome": "Outcome",
     "toliman_track_line": None,
+    "toliman_track_column": None,
     "toliman_track_info": "TrackInfo",
     "toliman_track_stream": "Stream",
 }

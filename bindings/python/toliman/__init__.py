@@ -29,13 +29,13 @@ from .linear import Components, Template
 from .machine import blas_speed, machine
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
-from .track import REASONS, VERDICTS, Frame, Tracker
+from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 __version__ = version()
 __all__ = [
     "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
-    "Error", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError",
-    "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling",
+    "Error", "Estimate", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError",
+    "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling",
     "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training",
     "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine",
     "period", "plan", "shipped_scenes", "suited_grid", "version",

@@ -866,7 +866,7 @@ TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
 TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
-TOLIMAN_TRACK_VERDICT_MERGED = 506  # of lines alone: no frame; lines of another ledger are in, or repeats are counted
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # of lines alone: counts of another ledger, or of repeats
 
 # Why a frame is rejected.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -874,7 +874,7 @@ TOLIMAN_TRACK_REASON_SHAPE = 512  # other rows or columns than the tracker's
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # a pixel above the bit depth
 TOLIMAN_TRACK_REASON_HOLE = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
-TOLIMAN_TRACK_REASON_CLOCK = 516  # a time for which there is no TAI, or which is too far off for the periodogram
+TOLIMAN_TRACK_REASON_CLOCK = 516  # a time without TAI, or too far off for the periodogram
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed or gave no finite value
 
 
@@ -888,7 +888,14 @@ class toliman_frame(Sized):
     dropped: frames that the camera dropped before this one, up to 65535; 0 where it does not say
     pixels: [rows][stride], aligned to a pixel
     stride: pixels from row to row; 0 means cols
-    sigma: of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's"""
+    sigma: of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's
+    exposure_s: For estimators and the ledger; a frame that comes again must have the same. Intervals on the target are pairs of
+        start and end in s from the start of the exposure, rising and within it.
+        length of the exposure, up to 1e9; 0: not known
+    intervals: [interval_count][2]; may be NULL where interval_count is 0
+    interval_count: up to 65536; 0: not known
+    window_row: row and column on the detector of the frame's first pixel, up to 2^31
+    window_col: row and column on the detector of the frame's first pixel, up to 2^31"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -903,6 +910,11 @@ class toliman_frame(Sized):
         ("cols", c_int64),
         ("stride", c_int64),
         ("sigma", c_double),
+        ("exposure_s", c_double),
+        ("intervals", POINTER(c_double)),
+        ("interval_count", c_size_t),
+        ("window_row", c_int64),
+        ("window_col", c_int64),
     ]
 
 
@@ -915,7 +927,8 @@ class toliman_track_outcome(Sized):
     col: of the pixel that is over range, not finite or completes a hole; of shape: the frame's
     pixel: its value
     value: of accepted ones and outliers: the estimate
-    tai_ns: their time"""
+    tai_ns: their time
+    chi_square: of the same frames, per pixel, against the estimator's model; NaN where that has none"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -927,78 +940,132 @@ class toliman_track_outcome(Sized):
         ("pixel", c_double),
         ("value", c_double),
         ("tai_ns", c_int64),
+        ("chi_square", c_double),
     ]
 
 
-# Estimator of the caller: the value of an image [rows][cols], as crop and bin leave it, and of nothing else. Nonzero
-# or a value that is not finite rejects the frame. With several threads it is called from all of them at once. Since
-# 0.1.
-# Arguments: image, rows, cols, value, user_data.
-toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(c_double), c_size_t, c_size_t, POINTER(c_double), c_void_p)
+class toliman_estimate_input(Sized):
+    """What an estimator of the caller gets: an image, as crop and bin leave it, and what is known of it. Since 0.2.
+    struct_size: sizeof(toliman_estimate_input) of the library
+    image: [rows][stride]
+    tai_ns: the frame's time, by the tracker's clock
+    variance_scale: square of the frame's own sigma over the tracker's; 1 where the frame has none
+    exposure_s: as toliman_frame has it, like the intervals
+    intervals: [interval_count][2]
+    window_row: row and column on the detector of the image's first pixel
+    window_col: row and column on the detector of the image's first pixel"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("image", POINTER(c_double)),
+        ("rows", c_size_t),
+        ("cols", c_size_t),
+        ("stride", c_size_t),
+        ("tai_ns", c_int64),
+        ("variance_scale", c_double),
+        ("exposure_s", c_double),
+        ("intervals", POINTER(c_double)),
+        ("interval_count", c_size_t),
+        ("window_row", c_int64),
+        ("window_col", c_int64),
+    ]
+
+
+class toliman_estimate(Sized):
+    """What it gives. The library's arrays hold NaN, other members what is said behind the colon. Since 0.2.
+    struct_size: sizeof(toliman_estimate) of the library
+    flags: bits of the estimator's own, kept in the column "flags"; none: 0
+    values: [value_count]: the first is the frame's value, the others are kept in their columns
+    value_count: 1, and 1 for each name of toliman_track_options.values
+    covariance: [value_count][value_count], upper triangle; kept but for the first's variance, sigma^2
+    sigma: of the first value, 1 to 32 times the tracker's; 0: the frame's or the tracker's
+    chi_square: of the image against the estimator's model, per pixel; NaN: not known"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("values", POINTER(c_double)),
+        ("value_count", c_size_t),
+        ("covariance", POINTER(c_double)),
+        ("sigma", c_double),
+        ("chi_square", c_double),
+    ]
+
+
+# Estimator of the caller: what *input says, and nothing else, decides what it gives. Nonzero, a first value that is
+# not finite or a sigma out of range rejects the frame. With several threads it is called from all of them at once.
+# Since 0.2.
+# Arguments: input, estimate, user_data.
+toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
 # Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
 # sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-# again. SALVAGE is for toliman_track_merge alone.
+# again. SALVAGE is for toliman_track_merge alone. ALLOW_HOLES rejects no frame for a run of zero pixels.
 TOLIMAN_TRACK_READ_ONLY = 1
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4
+TOLIMAN_TRACK_ALLOW_HOLES = 8
 
 # When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
 # commit and save, and by the next push if it waits for a second.
 TOLIMAN_TRACK_SYNC_GROUP = 521  # every `group` lines, and lines that wait for a second at the next push
 TOLIMAN_TRACK_SYNC_FRAME = 522  # every line
-TOLIMAN_TRACK_SYNC_NONE = 523  # left to the system: a power cut may lose what toliman_track_get_info calls committed
+TOLIMAN_TRACK_SYNC_NONE = 523  # by the system: a power cut may lose what get_info calls committed
 
 
 class toliman_track_options(Sized):
-    """What a tracker is. Since 0.1.
-    flags: TOLIMAN_TRACK_..., default 0
-    folder: of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 56 bytes more a
-        frame
-    capacity: frames at most, up to 2^28, 24 bytes each and 3.2 MB; default 2^20
+    """What a tracker is. 0 is the default of every member. Since 0.1.
+    flags: TOLIMAN_TRACK_...
+    folder: of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 64 bytes per
+        frame more and 8 per column
+    capacity: frames at most, up to 2^28, 24 bytes each and 3.2 MB; 0: 2^20
     cae: The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
         where nothing is pushed.
     estimator_id: tells one `estimate` from another, and what lines were made by if there is none; of cae
         and linear the library makes it
+    values: names of further values of `estimate`, separated by commas ("dx,dy"): up to 7, each of 1
+        to 24 of a-z 0-9 _; columns of a new ledger
     sigma: of a value; 0: the Cramer-Rao bound that cae and linear know
-    value_limit: values further from 0 are outliers; default 0: 10,000 sigma
+    value_limit: values further from 0 are outliers; 0: 10,000 sigma
     rows: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     cols: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     crop_row: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     crop_col: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     bin: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     image_rows: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     image_cols: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0, the default: bin 1; the image that cae and linear know, or as much as there is
+        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
-    bit_depth: up to 32; a pixel of 2^bit_depth or more rejects the frame; default 0: none does
-    hole_bytes: pixels of 0 in a row that have so many bytes reject it; default 4096; 0: none do
+    bit_depth: up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
+    hole_bytes: pixels of 0 in a row that have so many bytes reject it; 0: 4096
     f0: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
         with time_offset_ns, unit_ns and period_flags.
     df: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
         with time_offset_ns, unit_ns and period_flags.
-    time_offset_ns: TAI that is time 0; default 0
-    unit_ns: default 86400e9: days
+    time_offset_ns: TAI that is time 0
+    unit_ns: 0: 86400e9, days
     period_flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
-    threads: that estimate; default 1; 0 = one a processor. Never changes a bit
+    threads: that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe
+        for threads. Never changes a bit
     clock: Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
         constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock, also
         with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost, both must be
         given.
-    sync: TOLIMAN_TRACK_SYNC_..., default GROUP
-    group: lines, 1 to 65536; default 64
+    sync: TOLIMAN_TRACK_SYNC_...; 0: GROUP
+    group: lines, 1 to 65536; 0: 64
     allocator: of the object's large arrays; NULL: the system's memory
     log: Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
         call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole record,
@@ -1014,6 +1081,7 @@ class toliman_track_options(Sized):
         ("estimate", toliman_estimate_fn),
         ("estimate_data", c_void_p),
         ("estimator_id", c_uint64),
+        ("values", c_char * 176),
         ("sigma", c_double),
         ("value_limit", c_double),
         ("rows", c_int64),
@@ -1067,6 +1135,27 @@ class toliman_track_line(Sized):
         ("dropped", c_int64),
         ("value", c_double),
         ("sigma", c_double),
+    ]
+
+
+# Types of a column.
+TOLIMAN_TRACK_COLUMN_F64 = 531
+TOLIMAN_TRACK_COLUMN_I64 = 532
+
+
+class toliman_track_column(Sized):
+    """A column of the ledger, which lines have beside the members of toliman_track_line. Every ledger of this version has
+    chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
+    mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
+    toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
+    and cov_A_A is a variance. Since 0.2.
+    struct_size: sizeof(toliman_track_column), of the first at least
+    type: TOLIMAN_TRACK_COLUMN_..."""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("type", c_int32),
+        ("name", c_char * 64),
     ]
 
 
@@ -1207,7 +1296,10 @@ OF_OBJECTS = {
     "toliman_track_save": True,
     "toliman_track_merge": True,
     "toliman_track_get_lines": False,
+    "toliman_track_get_columns": False,
+    "toliman_track_get_column": False,
     "toliman_track_get_info": False,
+    "toliman_track_get_options": False,
     "toliman_track_get_rejected": False,
     "toliman_track_get_streams": False,
     "toliman_track_get_clock": False,
@@ -2073,14 +2165,15 @@ Since 0.1.""",
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
-pointer given), estimator_id, sigma, limits, geometry, grid, and a capacity for twice the lines there are; nf = 0 if
-the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since 0.1.""",
+pointer given), estimator_id, values, sigma, limits, geometry, grid, and a capacity for twice the lines there are;
+nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since
+0.1.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
-another estimator, other frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if another
-tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of toliman_track_merge
+another estimator, other values, frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if
+another tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of toliman_track_merge
 leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other files of the folder are
 there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames; TOLIMAN_E_NOT_FOUND if there is
 nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random numbers to give. The ledger itself
@@ -2130,7 +2223,8 @@ those of both, also of frames that the other folder merged from a third. With fl
 a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
 left out, and how many more the checkpoint counts. Frames of which no line is left at all are not among them:
 toliman_track_get_streams tells how many frame ids are missing.
-TOLIMAN_E_MISMATCH for another estimator, other frames or limits; TOLIMAN_E_ARGUMENT for the tracker's own folder;
+TOLIMAN_E_MISMATCH for another estimator, other frames or limits, or a column that this ledger does not have;
+TOLIMAN_E_ARGUMENT for the tracker's own folder;
 errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.""",
     ),
     "toliman_track_get_lines": (
@@ -2146,9 +2240,38 @@ duplicate has none. Without a folder there are lines of frames alone that came a
 those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since: some lines
 may then be written. Since 0.1.""",
     ),
+    "toliman_track_get_columns": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("columns", POINTER(toliman_track_column)),
+            ("room", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL where room is
+0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.2.""",
+    ),
+    "toliman_track_get_column": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("name", c_char_p),
+            ("first", c_int64),
+            ("count", c_size_t),
+            ("values", POINTER(c_double)),
+            ("done", POINTER(c_size_t)),
+        ),
+        """Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN where a line
+has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no column
+has; other errors as of get_lines. Since 0.2.""",
+    ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
         """Fills *out; out->struct_size must be set. Since 0.1.""",
+    ),
+    "toliman_track_get_options": (
+        c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
+        """Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and clock,
+whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate, allocator and log,
+which are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),

@@ -229,6 +229,7 @@ class Outcome(Result):
     pixel: float = told("its value")
     value: float = told("of accepted ones and outliers: the estimate")
     tai_ns: int = told("their time")
+    chi_square: float = told("of the same frames, per pixel, against the estimator's model; NaN where that has none")
 
 
 @result

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import check, library
-from ._arguments import (INT64, array_of, file_name, of_kind, options_of, real, refuse_lost, text, whole, whole_float,
-                         within)
+from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text, whole,
+                         whole_float, within)
 from ._handle import Handle
 from ._log import log
 from ._pixels import PIXELS
@@ -23,8 +23,23 @@ from .cae import CAE
 from .linear import Template
 from .periodogram import Peak, View, warn_if_inaccurate
 
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """What a function may return for an image in place of the value alone. further: values beyond the first, in the
+    order of the tracker's `values`. covariance: [value][value] of all of them. sigma: of the first value, 0 is the
+    frame's. chi_square: per pixel, against the function's model. flags: bits of its own. All are kept in the ledger."""
+
+    value: float
+    further: typing.Sequence[float] = ()
+    covariance: ArrayLike | None = None
+    sigma: float = 0.0
+    chi_square: float = numpy.nan
+    flags: int = 0
+
+
 # What makes a number of an image [row][column]: a network, a template, or a function.
-Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], float]]
+Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], typing.Union[float, Estimate]]]
 
 VERDICTS = words("TOLIMAN_TRACK_VERDICT")
 REASONS = words("TOLIMAN_TRACK_REASON")
@@ -34,7 +49,9 @@ REASONS = words("TOLIMAN_TRACK_REASON")
 class Frame:
     """A frame as it arrived. pixels: [row][column] of 8, 16 or 32 bits without sign, 16 or 32 with, float32 or float64,
     read where they lie if rows are contiguous. A frame is known by session, frame_id and roi. camera_ns: the camera's
-    clock. dropped: frames that the camera dropped before this one. sigma: of this frame's value; 0 is the tracker's."""
+    clock. dropped: frames that the camera dropped before this one. sigma: of this frame's value; 0 is the tracker's.
+    exposure_s: length of the exposure, 0 where it is not known; intervals: [n][2] start and end of each time on the
+    target, in s from the start of the exposure; window: row and column of the first pixel on the detector."""
 
     pixels: NDArray
     frame_id: int
@@ -43,6 +60,9 @@ class Frame:
     roi: str = "full"
     dropped: int = 0
     sigma: float = 0.0
+    exposure_s: float = 0.0
+    intervals: ArrayLike | None = None
+    window: tuple[int, int] = (0, 0)
 
 
 class _Callers:
@@ -61,11 +81,13 @@ class Tracker(Handle):
             tracker.save()
 
     estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number
-    that tells it from others, `sigma`, the standard deviation of its values, rows, cols and image_shape; None where nothing is pushed. Frequencies
+    that tells it from others, `sigma`, the standard deviation of its values, rows, cols and image_shape; None where
+    nothing is pushed. values: names of what the function's Estimate has in `further`. Frequencies
     are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the
     ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
-    lines), frame or none. threads work on the frames of one push_many.
+    lines), frame or none. threads work on the frames of one push_many; 0: one per processor, but one of a function.
+    hole_bytes: so many bytes of zero pixels in a row reject a frame, unless allow_holes is set.
     Damage to the folder that can be done without is told to Python's logging as "toliman".
     """
 
@@ -74,16 +96,16 @@ class Tracker(Handle):
 
     def __init__(self, estimator: Estimator | None, f0: float = 0.0, df: float = 0.0, nf: int = 0, *,
                  folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
-                 estimator_id: int = 0, value_limit: float = 0.0, rows: int = 0, cols: int = 0,
+                 estimator_id: int = 0, values: typing.Sequence[str] = (), value_limit: float = 0.0, rows: int = 0, cols: int = 0,
                  crop: tuple[int, int] = (0, 0), bin: int = 1, image_shape: tuple[int, int] = (0, 0),
-                 bit_depth: int = 0, hole_bytes: int = 4096, time_offset_ns: int = 0, unit_ns: float = 86400e9,
-                 fit_mean: bool = True, wide: bool = False, threads: int = 1, clock: ArrayLike | None = None,
+                 bit_depth: int = 0, hole_bytes: int = 4096, allow_holes: bool = False, time_offset_ns: int = 0, unit_ns: float = 86400e9,
+                 fit_mean: bool = True, wide: bool = False, threads: int = 0, clock: ArrayLike | None = None,
                  sync: str = "group", group: int = 64, read_only: bool = False, rebuild: bool = False):
         options = options_of(
             _raw.toliman_track_options, library.toliman_track_options_init,
             f0=real("f0", f0), df=real("df", df), nf=whole_float("nf", nf), capacity=whole("capacity", capacity),
             sigma=real("sigma", sigma),
-            estimator_id=whole("estimator_id", estimator_id, 2**64), value_limit=real("value_limit", value_limit),
+            estimator_id=whole("estimator_id", estimator_id, 2**64), values=_names(values), value_limit=real("value_limit", value_limit),
             rows=whole("rows", rows), cols=whole("cols", cols), crop_row=whole("crop", crop[0]),
             crop_col=whole("crop", crop[1]), bin=whole("bin", bin), image_rows=whole("image_shape", image_shape[0]),
             image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
@@ -91,7 +113,8 @@ class Tracker(Handle):
             unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
             sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log,
             period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
-            flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0))
+            flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
+            | (_raw.TOLIMAN_TRACK_ALLOW_HOLES if allow_holes else 0))
         if folder is not None:
             options.folder = file_name(folder)
         if clock is not None:
@@ -102,7 +125,7 @@ class Tracker(Handle):
         if isinstance(estimator, CAE):
             estimator._trackers.add(self)
         if callable(estimator):  # no more of them after what it raises
-            self._at_a_time = threads or os.cpu_count() or 1
+            self._at_a_time = threads or 1
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
@@ -110,7 +133,7 @@ class Tracker(Handle):
         options, name = _raw.toliman_track_options(), file_name(folder)
         check(library.toliman_track_load_options(name, ctypes.byref(options)))
         options.folder = name
-        options.flags, options.log = _raw.TOLIMAN_TRACK_READ_ONLY, log
+        options.flags, options.log = options.flags | _raw.TOLIMAN_TRACK_READ_ONLY, log
         self = cls.__new__(cls)
         self._callers, self._read_only = _Callers(), True
         Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)))
@@ -140,7 +163,8 @@ class Tracker(Handle):
 
     def _push(self, frames: list[Frame], told: list[Outcome]) -> None:
         pixels = [_pixels_of(frame) for frame in frames]
-        given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels))
+        intervals = [_intervals_of(frame) for frame in frames]
+        given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels, intervals))
         outcomes, done = array_of(_raw.toliman_track_outcome, len(frames)), ctypes.c_size_t()
         status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
         told += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
@@ -175,6 +199,19 @@ class Tracker(Handle):
         return self._read(library.toliman_track_get_info, _raw.toliman_track_info, TrackInfo)
 
     @property
+    def options(self) -> dict[str, typing.Any]:
+        """What is in force, by the names of toliman_track_options: grid, geometry, limits, folder, values, sync."""
+        told = _raw.toliman_track_options()
+        check(library.toliman_track_get_options(self._c, ctypes.byref(told)))
+        known = {name: getattr(told, name) for name, kind in told._fields_
+                 if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
+        del known["struct_size"]
+        known["values"] = tuple(filter(None, told.values.decode().split(",")))
+        known["folder"] = None if told.folder is None else os.fsdecode(told.folder)
+        known["sync"] = words("TOLIMAN_TRACK_SYNC")[told.sync]
+        return known
+
+    @property
     def rejected(self) -> dict[str, int]:
         """Frames rejected for each of REASONS but none."""
         counts, frames = {}, ctypes.c_int64()
@@ -195,15 +232,34 @@ class Tracker(Handle):
         return peak
 
     def lines(self, first: int = 0, count: int | None = None) -> NDArray:
-        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line;
-        verdict and reason are numbers, VERDICTS and REASONS their words."""
+        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line and
+        for each of the ledger's columns; verdict and reason are numbers, VERDICTS and REASONS their words."""
         first = whole("first", first)
         there = max(self.info.lines - first, 0)
         count = there if count is None else min(whole("count", count), there)
         found, done = array_of(_raw.toliman_track_line, count), ctypes.c_size_t()
         check(library.toliman_track_get_lines(self._c, first, count, found, ctypes.byref(done)))
-        names = [name for name, _ in _raw.toliman_track_line._fields_ if name != "struct_size"]
-        return numpy.ctypeslib.as_array(found)[:done.value][names]
+        fixed = numpy.ctypeslib.as_array(found)[:done.value]
+        names = [name for name in fixed.dtype.names or () if name != "struct_size"]
+        columns = self._columns()
+        lines = numpy.empty(len(fixed), [(name, fixed.dtype[name]) for name in names] + columns)
+        for name in names:
+            lines[name] = fixed[name]
+        numbers = numpy.empty(len(lines))
+        for name, _ in columns:
+            check(library.toliman_track_get_column(self._c, name.encode(), first, len(lines), pointer(numbers),
+                                                   ctypes.byref(done)))
+            lines[name] = numbers
+        return lines
+
+    def _columns(self) -> list[tuple[str, type]]:
+        """Names and types of the ledger's columns."""
+        count = ctypes.c_size_t()
+        check(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
+        found = array_of(_raw.toliman_track_column, count.value)
+        check(library.toliman_track_get_columns(self._c, found, count, ctypes.byref(count)))
+        return [(column.name.decode(), numpy.int64 if column.type == _raw.TOLIMAN_TRACK_COLUMN_I64 else numpy.float64)
+                for column in found[:count.value]]
 
     def streams(self) -> list[Stream]:
         """Sessions and regions, sorted by name, with the frame ids from first to last and how many are missing."""
@@ -255,14 +311,46 @@ def _set_estimator(options: typing.Any, estimator: Estimator | None, callers: _C
     if callable(estimator):
         function = estimator
 
-        def estimate(image: typing.Any, rows: int, cols: int, value: typing.Any, _: object) -> int:
-            value[0] = float(function(numpy.ctypeslib.as_array(image, (rows, cols)).copy()))  # to keep, if it likes
+        def estimate(given: typing.Any, made: typing.Any, _: object) -> int:
+            given, made = given.contents, made.contents
+            image = numpy.ctypeslib.as_array(given.image, (given.rows, given.stride))[:, :given.cols].copy()  # to keep
+            _give(function(image), made)
             return 0
         options.estimate = callback = _raw.toliman_estimate_fn(lambda *arguments: callers.watch.run(estimate, *arguments))
         return callback
     if estimator is not None:
         raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a function or None")
     return None
+
+
+def _give(found: float | Estimate, made: typing.Any) -> None:
+    """What a function returned, as C takes it."""
+    if not isinstance(found, Estimate):
+        made.values[0] = float(found)
+        return
+    values = (found.value, *found.further)
+    if len(values) > made.value_count:
+        raise ValueError(f"further has {len(found.further)} values: the tracker's `values` name {made.value_count - 1}")
+    for i, value in enumerate(values):
+        made.values[i] = real("value", value)
+    if found.covariance is not None:
+        for i, entry in enumerate(shaped("covariance", found.covariance, (made.value_count,) * 2).flat):
+            made.covariance[i] = entry
+    made.sigma, made.chi_square = real("sigma", found.sigma), real("chi_square", found.chi_square)
+    made.flags = whole("flags", found.flags, 2**32)
+
+
+def _names(values: typing.Sequence[str]) -> bytes:
+    """Names of values, which C takes in one text."""
+    names = text("values", ",".join([values] if isinstance(values, str) else values))
+    if len(names) >= _raw.toliman_track_options.values.size:
+        raise ValueError(f"values has {len(names)} characters: must be fewer than {_raw.toliman_track_options.values.size}")
+    return names
+
+
+def _intervals_of(frame: Frame) -> NDArray | None:
+    """Pairs [n][2] in s, or None."""
+    return None if frame.intervals is None else shaped("intervals", frame.intervals, (-1, 2))
 
 
 def _clock_of(clock: ArrayLike) -> tuple[typing.Any, int]:
@@ -289,11 +377,14 @@ def _pixels_of(frame: Frame) -> NDArray:
     return pixels
 
 
-def _struct_of(frame: Frame, pixels: NDArray) -> typing.Any:
+def _struct_of(frame: Frame, pixels: NDArray, intervals: NDArray | None) -> typing.Any:
     return _raw.toliman_frame(
         pixel=PIXELS[pixels.dtype.str[1:]], session=text("session", frame.session),
         roi=text("roi", frame.roi),
         frame_id=within("frame_id", frame.frame_id, -INT64, INT64),
         camera_ns=within("camera_ns", frame.camera_ns, -INT64, INT64),
         dropped=within("dropped", frame.dropped, -INT64, INT64), pixels=pixels.ctypes.data, rows=pixels.shape[0], cols=pixels.shape[1],
-        stride=pixels.strides[0] // pixels.itemsize, sigma=real("sigma", frame.sigma))
+        stride=pixels.strides[0] // pixels.itemsize, sigma=real("sigma", frame.sigma),
+        exposure_s=real("exposure_s", frame.exposure_s), intervals=pointer(intervals),
+        interval_count=0 if intervals is None else len(intervals),
+        window_row=within("window", frame.window[0], -INT64, INT64), window_col=within("window", frame.window[1], -INT64, INT64))

@@ -152,7 +152,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
         throw Failure(kExitUsage, options.folder + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
                                                    "--grid or --mission-days");
     options.setup.set(how, progress);
-    how.flags = TOLIMAN_TRACK_REBUILD;
+    how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
     print(tracker, how, options.as_json);

@@ -79,7 +79,7 @@ toliman_track_options state_to_read(const std::string &folder) {
     if (how.nf == 0)
         throw Failure(kExitState, folder + ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
                                       folder + " --grid F0:DF:NF --clock CSV` makes it anew");
-    how.flags = TOLIMAN_TRACK_READ_ONLY;
+    how.flags |= TOLIMAN_TRACK_READ_ONLY;
     return how;
 }
 

@@ -1,0 +1,109 @@
+// Estimators of a tracker, as its workers call them.
+#include "api/track_estimators.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace toliman::api {
+
+namespace {
+
+Source source_of(const cae::Network &network, unsigned workers) {
+    const cae::Preprocess &preprocess = network.preprocess();
+    const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
+    for (cae::Workspace &work : *works)
+        work.scratch.reserve(cae::kPixels);
+    const size_t rows = preprocess.rows, cols = preprocess.cols;
+    return {rows, cols, preprocess.crb_px, network.digest(),
+            [=, &network](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
+                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker]);
+            }};
+}
+
+Source source_of(const linear::TemplateEstimator &estimator) {
+    const size_t rows = estimator.rows(), cols = estimator.cols();
+    return {rows, cols, estimator.sigma_px(), estimator.digest(),
+            [=, &estimator](double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
+                estimated.value = estimator.estimate({image, rows, cols, cols}, image);
+            }};
+}
+
+} // namespace
+
+Source source_of(const toliman_track_options &options, unsigned workers) {
+    const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.estimate != nullptr};
+    if (given[0] + given[1] + given[2] > 1)
+        fail(Status::argument, "{options}: more than one of cae, linear and estimate");
+    if (given[0])
+        return source_of(options.cae->network, workers);
+    if (given[1])
+        return source_of(options.linear->estimator);
+    Source source;
+    source.digest = options.estimator_id;
+    return source;
+}
+
+namespace {
+
+toliman_estimate_input input_of(const double *image, const track::Frame &frame, int64_t tai_ns,
+                                const track::Terms &terms) {
+    const track::Geometry &geometry = terms.geometry;
+    const double noise = frame.sigma != 0 ? frame.sigma / terms.sigma : 1;
+    toliman_estimate_input input = {};
+    input.struct_size = sizeof input;
+    input.image = image;
+    input.rows = geometry.out_rows;
+    input.cols = geometry.out_cols;
+    input.stride = geometry.out_cols;
+    input.tai_ns = tai_ns;
+    input.variance_scale = noise * noise;
+    input.exposure_s = frame.exposure_s;
+    input.intervals = frame.intervals;
+    input.interval_count = frame.interval_count;
+    input.window_row = frame.window_row + static_cast<int64_t>(geometry.crop_row);
+    input.window_col = frame.window_col + static_cast<int64_t>(geometry.crop_col);
+    return input;
+}
+
+// What a caller's function gave: the upper triangle of the covariance but for its first element, which is sigma^2.
+void take_values(const toliman_estimate &made, const double *values, const double *covariance,
+                 track::Estimated &estimated) {
+    estimated.value = values[0];
+    estimated.sigma = made.sigma;
+    estimated.chi_square = made.chi_square;
+    estimated.flags = made.flags;
+    const size_t count = made.value_count;
+    size_t at = 0;
+    for (size_t i = 1; i < count; i++)
+        estimated.further[at++] = values[i];
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = i > 0 ? i : 1; j < count; j++)
+            estimated.further[at++] = covariance[i * count + j];
+}
+
+} // namespace
+
+track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
+                            const track::Columns &columns) {
+    return [call = options.estimate, data = options.estimate_data, terms, count = columns.values()](
+               double *image, const track::Frame &frame, int64_t tai_ns, unsigned, track::Estimated &estimated) {
+        const toliman_estimate_input input = input_of(image, frame, tai_ns, terms);
+        double values[track::kMostValues], covariance[track::kMostValues * track::kMostValues];
+        std::fill_n(values, count, NAN);
+        std::fill_n(covariance, count * count, NAN);
+        toliman_estimate made = {};
+        made.struct_size = sizeof made;
+        made.values = values;
+        made.value_count = count;
+        made.covariance = covariance;
+        made.chi_square = NAN;
+        if (call(&input, &made, data) != 0)
+            return;
+        made.value_count = count; // whatever it wrote there
+        take_values(made, values, covariance, estimated);
+    };
+}
+
+} // namespace toliman::api

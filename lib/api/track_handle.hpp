@@ -1,0 +1,23 @@
+// What stands behind a tracker's pointer.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <toliman/track.h>
+
+#include "api/handles.hpp"
+#include "track/tracker.hpp"
+
+struct toliman_track : toliman::api::Handle<toliman_track> {
+    static constexpr char kType[] = "toliman_track";
+    toliman_period period;
+    std::optional<toliman::track::Tracker> tracker = {};
+    uint32_t flags = 0;
+    const toliman_cae *cae = nullptr; // the estimator, if it is one of these
+    const toliman_linear *linear = nullptr;
+    toliman_track_options options = {}; // in force, for get_options; folder and clock are the next two
+    std::string folder = {};
+    std::vector<int64_t> clock = {};
+};

@@ -1,0 +1,154 @@
+// include/toliman/track.h: what a tracker tells.
+#include <vector>
+
+#include <toliman/track.h>
+
+#include "api/guard.hpp"
+#include "api/peak.hpp"
+#include "api/struct_array.hpp"
+#include "api/track_handle.hpp"
+#include "api/track_results.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+extern "C" {
+
+toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first, size_t count,
+                                       toliman_track_line *lines, size_t *done) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
+        required(done, "done");
+        if (first < 0)
+            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
+        size_t told = 0;
+        if (count == 0) {
+            *done = 0;
+            return;
+        }
+        const StructArray<toliman_track_line> found(lines, "lines");
+        tracker.visit(static_cast<uint64_t>(first), count,
+                      [&](const track::Record &record, const track::Outcome &outcome) {
+                          found.put(told++, public_line(record, outcome));
+                      });
+        *done = told;
+    });
+}
+
+toliman_status toliman_track_get_columns(const toliman_track *track, toliman_track_column *columns, size_t room,
+                                         size_t *count) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const std::vector<track::Column> &all = use->tracker->columns().all();
+        required(count, "count");
+        if (room > 0) {
+            const StructArray<toliman_track_column> found(columns, "columns");
+            if (room < all.size())
+                fail(Status::capacity, "{room} = %zu: there are %zu columns", room, all.size());
+            for (size_t i = 0; i < all.size(); i++)
+                found.put(i, public_column(all[i]));
+        }
+        *count = all.size();
+    });
+}
+
+toliman_status toliman_track_get_column(const toliman_track *track, const char *name, int64_t first, size_t count,
+                                        double *values, size_t *done) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const track::Columns &columns = use->tracker->columns();
+        required(done, "done");
+        const size_t at = columns.find(&required(name, "name"));
+        if (at == columns.count())
+            fail(Status::not_found, "{name} = \"%.64s\": the ledger has no such column", name);
+        if (first < 0)
+            fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
+        required_array(values, count, sizeof *values, "values");
+        size_t told = 0;
+        use->tracker->visit(static_cast<uint64_t>(first), count,
+                            [&](const track::Record &record, const track::Outcome &) {
+                                values[told++] = columns.all()[at].number(record.cells[at]);
+                            });
+        *done = told;
+    });
+}
+
+toliman_status toliman_track_get_options(const toliman_track *track, toliman_track_options *options) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        deliver(use->options, options, "options");
+    });
+}
+
+toliman_status toliman_track_get_info(const toliman_track *track, toliman_track_info *out) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        deliver(public_info(*use->tracker, use->flags), out, "out");
+    });
+}
+
+toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason, int64_t *frames) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        required(frames, "frames");
+        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.take(reason, "reason"))];
+    });
+}
+
+toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t room,
+                                         size_t *count) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
+        required(count, "count");
+        if (room > 0) {
+            const StructArray<toliman_track_stream> found(streams, "streams");
+            if (room < tracker.stream_count())
+                fail(Status::capacity, "{room} = %zu: there are %zu sessions and regions", room,
+                     tracker.stream_count());
+            const std::vector<track::NamedStream> all = tracker.streams();
+            for (size_t i = 0; i < all.size(); i++)
+                found.put(i, public_stream(all[i]));
+        }
+        *count = tracker.stream_count();
+    });
+}
+
+toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t room,
+                                       size_t *points) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
+        required(points, "points");
+        if (clock == nullptr && room > 0)
+            fail(Status::argument, "{clock} is NULL");
+        if (clock != nullptr && room < known.size())
+            fail(Status::capacity, "{room} = %zu: the clock has %zu pairs", room, known.size());
+        for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
+            clock[2 * i] = known[i].camera_ns;
+            clock[2 * i + 1] = known[i].tai_ns;
+        }
+        *points = known.size();
+    });
+}
+
+toliman_status toliman_track_query_fit(const toliman_track *track, toliman_period_peak *out) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        required(out, "out");
+        const track::Series series = use->tracker->series();
+        const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
+        const period::Stream &stream = use->period.stream;
+        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
+    });
+}
+
+toliman_status toliman_track_get_period(const toliman_track *track, const toliman_period **out) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        required(out, "out") = &use->period;
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,139 @@
+#include "track/columns.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace toliman::track {
+
+namespace {
+
+constexpr size_t kLongestValue = 24, kNameSize = Columns::kSavedSize - 8;
+constexpr char kFirstValue[] = "value", kCovariance[] = "cov_";
+
+bool is_column_name(std::string_view name, size_t longest) noexcept {
+    const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+    return !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), allowed);
+}
+
+std::vector<std::string> names_in(std::string_view list) {
+    std::vector<std::string> names;
+    for (size_t at = 0; !list.empty() && at <= list.size();) {
+        const size_t end = std::min(list.find(',', at), list.size());
+        names.emplace_back(list.substr(at, end - at));
+        at = end + 1;
+    }
+    return names;
+}
+
+} // namespace
+
+uint64_t Column::empty() const noexcept {
+    return type == ColumnType::f64 ? with_bits<uint64_t>(std::numeric_limits<double>::quiet_NaN()) : 0;
+}
+
+double Column::number(uint64_t cell) const noexcept {
+    return type == ColumnType::f64 ? with_bits<double>(cell) : static_cast<double>(static_cast<int64_t>(cell));
+}
+
+Columns::Columns(std::string_view further) {
+    for (const char *name : {"chi_square", "exposure_s", "shift_s"})
+        add(name, ColumnType::f64, ColumnRole::own);
+    for (const char *name : {"window_row", "window_col", "flags"})
+        add(name, ColumnType::i64, ColumnRole::own);
+    std::vector<std::string> names = names_in(further);
+    for (const std::string &name : names) {
+        if (!is_column_name(name, kLongestValue) || name == kFirstValue || name.rfind(kCovariance, 0) == 0 ||
+            find(name) < count())
+            fail(Status::argument,
+                 "{options->values}: \"%.40s\": must be a name of 1 to %zu of a-z 0-9 _, of no other column, and "
+                 "neither "
+                 "\"value\" nor beginning with \"cov_\"",
+                 name.c_str(), kLongestValue);
+        if (values() == kMostValues)
+            fail(Status::argument, "{options->values}: must name at most %zu values beyond the first", kMostValues - 1);
+        add(name, ColumnType::f64, ColumnRole::value);
+    }
+    names.insert(names.begin(), kFirstValue);
+    for (size_t i = 0; i < names.size(); i++)
+        for (size_t j = std::max<size_t>(i, 1); j < names.size(); j++)
+            add(kCovariance + names[i] + "_" + names[j], ColumnType::f64, ColumnRole::covariance);
+}
+
+void Columns::add(std::string name, ColumnType type, ColumnRole role) {
+    all_.push_back({std::move(name), type, role});
+}
+
+Columns Columns::load(ByteReader &in, size_t count) {
+    Columns columns;
+    columns.all_.clear();
+    for (size_t i = 0; i < count; i++) {
+        char name[kNameSize + 1] = {};
+        std::memcpy(name, in.raw(kNameSize), kNameSize);
+        const uint32_t type = in.u32(), role = in.u32();
+        if (!is_column_name(name, kNameSize - 1) || columns.find(name) < columns.count())
+            fail(Status::format, "column %zu has no name of its own", i);
+        if (type > 1 || role < 1 || role > 3)
+            fail(Status::format, "column %s: type %u, role %u: made by a later version?", name, type, role);
+        columns.add(name, static_cast<ColumnType>(type), static_cast<ColumnRole>(role));
+    }
+    if (columns.values() > kMostValues)
+        fail(Status::format, "%zu values of an estimator, %zu are the most", columns.values(), kMostValues);
+    return columns;
+}
+
+void Columns::save(ByteWriter &out) const {
+    for (const Column &column : all_) {
+        char name[kNameSize] = {};
+        column.name.copy(name, kNameSize - 1);
+        out.raw(name, sizeof name);
+        out.u32(static_cast<uint32_t>(column.type));
+        out.u32(static_cast<uint32_t>(column.role));
+    }
+}
+
+size_t Columns::find(std::string_view name) const noexcept {
+    size_t at = 0;
+    while (at < all_.size() && all_[at].name != name)
+        at++;
+    return at;
+}
+
+size_t Columns::values() const noexcept {
+    size_t count = 1;
+    for (const Column &column : all_)
+        count += column.role == ColumnRole::value;
+    return count;
+}
+
+std::string Columns::further() const {
+    std::string list;
+    for (const Column &column : all_)
+        if (column.role == ColumnRole::value)
+            list += (list.empty() ? "" : ",") + column.name;
+    return list;
+}
+
+Cells Columns::empty() const noexcept {
+    Cells cells = {};
+    for (size_t i = 0; i < all_.size(); i++)
+        cells[i] = all_[i].empty();
+    return cells;
+}
+
+Arrangement::Arrangement(const Columns &from, const Columns &to) : empty_(to.empty()) {
+    for (const Column &column : to.all()) {
+        const size_t at = from.find(column.name);
+        from_.push_back(at < from.count() && from.all()[at].type == column.type ? at : kMostColumns);
+    }
+}
+
+Cells Arrangement::operator()(const Cells &cells) const noexcept {
+    Cells arranged = empty_;
+    for (size_t i = 0; i < from_.size(); i++)
+        if (from_[i] < kMostColumns)
+            arranged[i] = cells[from_[i]];
+    return arranged;
+}
+
+} // namespace toliman::track

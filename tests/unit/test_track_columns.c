@@ -1,0 +1,426 @@
+/* Columns of the ledger: what frames and estimators tell beyond a line's fixed members, and the options in force. */
+#include "track_folder.h"
+
+enum { FRAMES = 30, VALUES = 3 };
+
+/* What the estimator was given last. */
+static toliman_estimate_input seen;
+static double seen_intervals[4];
+
+static int32_t rich_estimate(const toliman_estimate_input *input, toliman_estimate *made, void *sigma) {
+    seen = *input;
+    memcpy(seen_intervals, input->intervals, 2 * input->interval_count * sizeof *seen_intervals);
+    const size_t n = made->value_count;
+    for (size_t i = 0; i < n * n; i++)
+        if (!isnan(made->covariance[i]) || !isnan(made->values[i / n]) || !isnan(made->chi_square))
+            return 1;
+    made->values[0] = value_of(input->image, input->rows * input->cols);
+    for (size_t i = 1; i < n; i++)
+        made->values[i] = input->image[i];
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = i; j < n; j++)
+            made->covariance[i * n + j] = (double)(10 * i + j);
+    made->flags = 1u << 31 | 5;
+    made->chi_square = 1 + input->exposure_s;
+    made->sigma = *(const double *)sigma;
+    return 0;
+}
+
+static double own_sigma;
+
+static toliman_track_options rich_options(const char *in) {
+    toliman_track_options options = small_options(in);
+    options.estimate = rich_estimate;
+    options.estimate_data = &own_sigma;
+    strcpy(options.values, "dx,flux_2");
+    return options;
+}
+
+static const double kIntervals[4] = {0.25, 0.5, 1, 2};
+
+static void make_exposed(small_frame *frame, int64_t id) {
+    make_frame(frame, id);
+    frame->frame.exposure_s = 2 + (double)id;
+    frame->frame.intervals = kIntervals;
+    frame->frame.interval_count = 2;
+    frame->frame.window_row = -7 * id;
+    frame->frame.window_col = 1000 + id;
+}
+
+static void push_exposed(toliman_track *track, int64_t first, int64_t last) {
+    for (int64_t id = first; id <= last; id++) {
+        small_frame frame;
+        make_exposed(&frame, id);
+        const toliman_track_outcome outcome = push_one(track, &frame.frame);
+        assert_true(outcome.chi_square == 3 + (double)id);
+    }
+}
+
+static double cell(const toliman_track *track, const char *name, int64_t line) {
+    double value = -1;
+    size_t done = 0;
+    assert_ok(toliman_track_get_column(track, name, line, 1, &value, &done));
+    assert_int_equal(done, 1);
+    return value;
+}
+
+/* Frames 1 ... in lines 0 ... */
+static void assert_columns(const toliman_track *track, int64_t frames) {
+    for (int64_t id = 1; id <= frames; id++) {
+        small_frame frame;
+        make_exposed(&frame, id);
+        const double exposure = frame.frame.exposure_s;
+        assert_true(cell(track, "chi_square", id - 1) == 1 + exposure);
+        assert_true(cell(track, "exposure_s", id - 1) == exposure);
+        assert_close(cell(track, "shift_s", id - 1), (0.25 * 0.375 + 1 * 1.5) / 1.25 - exposure / 2, 1e-15, 1e-15);
+        assert_true(cell(track, "window_row", id - 1) == (double)(-7 * id));
+        assert_true(cell(track, "window_col", id - 1) == (double)(1000 + id));
+        assert_true(cell(track, "flags", id - 1) == 2147483653.0);
+        assert_true(cell(track, "dx", id - 1) == frame.pixels[1]);
+        assert_true(cell(track, "flux_2", id - 1) == frame.pixels[2]);
+        assert_true(cell(track, "cov_value_dx", id - 1) == 1);
+        assert_true(cell(track, "cov_value_flux_2", id - 1) == 2);
+        assert_true(cell(track, "cov_dx_dx", id - 1) == 11);
+        assert_true(cell(track, "cov_dx_flux_2", id - 1) == 12);
+        assert_true(cell(track, "cov_flux_2_flux_2", id - 1) == 22);
+    }
+}
+
+static void columns_have_what_was_told(void **unused) {
+    (void)unused;
+    for (int on_disk = 0; on_disk < 2; on_disk++) {
+        toliman_track_options options = rich_options(on_disk ? folder : NULL);
+        toliman_track *track = make_track(&options);
+        push_exposed(track, 1, FRAMES);
+        assert_columns(track, FRAMES);
+        static const char *const names[] = {"chi_square",
+                                            "exposure_s",
+                                            "shift_s",
+                                            "window_row",
+                                            "window_col",
+                                            "flags",
+                                            "dx",
+                                            "flux_2",
+                                            "cov_value_dx",
+                                            "cov_value_flux_2",
+                                            "cov_dx_dx",
+                                            "cov_dx_flux_2",
+                                            "cov_flux_2_flux_2"};
+        enum { ALL = sizeof names / sizeof *names };
+        toliman_track_column columns[ALL] = {TOLIMAN_TRACK_COLUMN_INIT};
+        size_t count = 0, done = 9;
+        assert_ok(toliman_track_get_columns(track, NULL, 0, &count));
+        assert_int_equal(count, ALL);
+        assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY, "13 columns");
+        assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
+        for (int i = 0; i < ALL; i++) {
+            assert_string_equal(columns[i].name, names[i]);
+            assert_int_equal(columns[i].type, i > 2 && i < 6 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
+        }
+        double values[FRAMES + 5];
+        assert_ok(toliman_track_get_column(track, "dx", 10, FRAMES + 5, values, &done));
+        assert_int_equal(done, FRAMES - 10);
+        assert_fails(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "\"dy\"");
+        assert_fails(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_ARGUMENT, "first = -1");
+        assert_fails(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
+        toliman_track_destroy(track);
+    }
+    toliman_track_options options; /* left as a crash would leave it, and read by who knows nothing of the values */
+    toliman_track_options_init(&options, sizeof options);
+    assert_ok(toliman_track_load_options(folder, &options));
+    assert_string_equal(options.values, "dx,flux_2");
+    toliman_track *track = make_track(&options);
+    const int64_t lines = info_of(track).lines;
+    toliman_track_destroy(track);
+    options = rich_options(folder);
+    track = make_track(&options);
+    push_exposed(track, lines + 1, FRAMES);
+    assert_columns(track, FRAMES);
+    toliman_track_destroy(track);
+}
+
+/* The image's first pixel on the detector is that of the frame behind the crop. */
+static void estimators_get_what_is_known(void **unused) {
+    (void)unused;
+    toliman_track_options options = rich_options(NULL);
+    const int64_t clock[] = {0, 500};
+    options.clock = clock;
+    options.clock_points = 1;
+    options.crop_row = 2;
+    options.crop_col = 3;
+    options.image_rows = 4;
+    options.image_cols = 5;
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    make_exposed(&frame, 4);
+    frame.frame.sigma = 3 * SIGMA;
+    push_one(track, &frame.frame);
+    assert_int_equal(seen.struct_size, sizeof seen);
+    assert_true(seen.rows == 4 && seen.cols == 5 && seen.stride == 5);
+    assert_int_equal(seen.tai_ns, frame.frame.camera_ns + 500);
+    assert_true(seen.variance_scale == 9 && seen.exposure_s == 6);
+    assert_int_equal(seen.interval_count, 2);
+    assert_memory_equal(seen_intervals, kIntervals, sizeof kIntervals);
+    assert_int_equal(seen.window_row, -28 + 2);
+    assert_int_equal(seen.window_col, 1004 + 3);
+    toliman_track_line line = {.struct_size = sizeof line};
+    size_t done;
+    assert_ok(toliman_track_get_lines(track, 0, 1, &line, &done));
+    assert_true(line.sigma == 3 * SIGMA && line.tai_ns == frame.frame.camera_ns + 500);
+    /* Its own sigma comes before the frame's; one that is out of range, or no number, rejects the frame. */
+    own_sigma = 2 * SIGMA;
+    push_exposed(track, 5, 5);
+    assert_ok(toliman_track_get_lines(track, 1, 1, &line, &done));
+    assert_true(line.sigma == 2 * SIGMA);
+    const double wrong[] = {nextafter(SIGMA, 0), 33 * SIGMA, NAN, -SIGMA};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        own_sigma = wrong[i];
+        make_exposed(&frame, 6);
+        const toliman_track_outcome outcome = push_one(track, &frame.frame);
+        assert_int_equal(outcome.reason, TOLIMAN_TRACK_REASON_ESTIMATE);
+        assert_true(isnan(outcome.chi_square));
+    }
+    own_sigma = 0;
+    make_frame(&frame, 6);
+    push_one(track, &frame.frame);
+    assert_true(seen.variance_scale == 1 && seen.exposure_s == 0 && seen.interval_count == 0);
+    toliman_track_destroy(track);
+}
+
+/* What an estimator is given must be the same when a frame comes again. */
+static void other_exposures_are_other_contents(void **unused) {
+    (void)unused;
+    for (int trial = 0; trial < 6; trial++) {
+        toliman_track_options options = rich_options(NULL);
+        toliman_track *track = make_track(&options);
+        small_frame frame;
+        make_exposed(&frame, 1);
+        push_one(track, &frame.frame);
+        const double later[] = {0.25, 0.5, 1, 1.5};
+        frame.frame.exposure_s += trial == 1;
+        frame.frame.window_row += trial == 2;
+        frame.frame.window_col += trial == 3;
+        frame.frame.interval_count -= trial == 4;
+        frame.frame.intervals = trial == 5 ? later : kIntervals;
+        assert_int_equal(push_one(track, &frame.frame).verdict,
+                         trial == 0 ? TOLIMAN_TRACK_VERDICT_DUPLICATE : TOLIMAN_TRACK_VERDICT_QUARANTINED);
+        toliman_track_destroy(track);
+    }
+}
+
+static void impossible_exposures_are_refused(void **unused) {
+    (void)unused;
+    toliman_track_options options = rich_options(NULL);
+    toliman_track *track = make_track(&options);
+    small_frame frame;
+    toliman_track_outcome outcome = TOLIMAN_TRACK_OUTCOME_INIT;
+    size_t done;
+#define REFUSED(member, wrong, text)                                                                                   \
+    do {                                                                                                               \
+        make_exposed(&frame, 1);                                                                                       \
+        frame.frame.member = (wrong);                                                                                  \
+        assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT, text);           \
+    } while (0)
+    REFUSED(exposure_s, -1, "frames[0].exposure_s = -1: must be in [0, 1e+09]");
+    REFUSED(exposure_s, NAN, "exposure_s = nan");
+    REFUSED(exposure_s, 2e9, "exposure_s = 2e+09");
+    REFUSED(exposure_s, 1.5, "frames[0].intervals[1] = 1 to 2: must rise");
+    REFUSED(exposure_s, 0, "frames[0].intervals[0] = 0.25 to 0.5");
+    REFUSED(intervals, NULL, "intervals is NULL");
+    REFUSED(interval_count, 65537, "interval_count = 65537: must be at most 65536");
+    REFUSED(window_row, ((int64_t)1 << 31) + 1, "window_row = 2147483649");
+    REFUSED(window_col, INT64_MIN, "window_col = -9223372036854775808: must be in [-2^31, 2^31]");
+    const double bad[][4] = {{-1, 1, 1, 2}, {NAN, 1, 1, 2}, {0, 0, 1, 2}, {0, 1, 0.5, 2}, {0, 1, 1, INFINITY}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        REFUSED(intervals, bad[i], "within the exposure of 3 s");
+    assert_int_equal(info_of(track).received, 0);
+    toliman_track_destroy(track);
+    static const char *const names[] = {
+        "dx,dx", "Dx", "value", "cov_x", "flags", ",", "dx,", "a,b,c,d,e,f,g,h", "abcdefghijklmnopqrstuvwxy"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        strcpy(options.values, names[i]);
+        track = NULL;
+        assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->values");
+    }
+    memset(options.values, 'a', sizeof options.values);
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "longer than 175");
+}
+
+/* Numbers of a folder come along when it is merged, and none is lost in silence. */
+static void columns_are_merged(void **unused) {
+    (void)unused;
+    char shard[300];
+    snprintf(shard, sizeof shard, "%s/shard", folder);
+    toliman_track_options options = rich_options(shard);
+    toliman_track *track = make_track(&options), *none = NULL;
+    push_exposed(track, 1, FRAMES);
+    assert_ok(toliman_track_commit(track));
+    toliman_track_destroy(track);
+    strcpy(options.values, "dx");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "values \"dx,flux_2\", here \"dx\"");
+    options.folder = NULL;
+    track = make_track(&options);
+    assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column flux_2");
+    assert_int_equal(info_of(track).received, 0);
+    toliman_track_destroy(track);
+    for (int salvage = 0; salvage < 2; salvage++) {
+        options = rich_options(NULL);
+        strcpy(options.values, salvage ? "dx,flux_2" : "flux_2,dx,more"); /* found by name */
+        track = make_track(&options);
+        if (!salvage) {
+            assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column cov_dx_flux_2");
+        } else {
+            assert_ok(toliman_track_merge(track, shard, TOLIMAN_TRACK_SALVAGE, NULL));
+            assert_columns(track, FRAMES);
+        }
+        toliman_track_destroy(track);
+    }
+    options = small_options(NULL);
+    strcpy(options.values, "dx,flux_2");
+    options.estimate = NULL;
+    track = make_track(&options);
+    assert_ok(toliman_track_merge(track, shard, 0, NULL));
+    assert_columns(track, FRAMES);
+    toliman_track_destroy(track);
+    remove_folder(shard);
+}
+
+/* A ledger with a column that this version does not fill keeps it: a later version may have begun it. */
+static void unknown_columns_are_left_empty(void **unused) {
+    (void)unused;
+    enum { MADE = COLUMNS + 2, HEAD = 124 + 64 * MADE };
+    toliman_track_options options = small_options(folder);
+    strcpy(options.values, "later"); /* made the library's own: later, and its two covariances */
+    toliman_track_destroy(make_track(&options));
+    unsigned char header[HEAD + 64];
+    const int file = open(ledger, O_RDONLY);
+    assert_int_equal(read(file, header, sizeof header), HEAD + 64);
+    close(file);
+    for (int i = COLUMNS; i <= MADE; i++)
+        header[120 + 64 * i + 60] = 1;
+    const uint32_t crc = crc32(0, header, HEAD + 60);
+    memcpy(header + HEAD + 60, &crc, 4);
+    write_at(ledger, 0, header, HEAD + 64);
+    unlink(checkpoint);
+    options.values[0] = 0;
+    toliman_track *track = make_track(&options);
+    push_range(track, 1, 3);
+    assert_ok(toliman_track_save(track));
+    toliman_track_destroy(track);
+    track = make_track(&options);
+    assert_int_equal(info_of(track).accepted, 3);
+    assert_true(isnan(cell(track, "later", 2)) && cell(track, "exposure_s", 2) == 0);
+    toliman_track_destroy(track);
+}
+
+static void old_ledgers_are_refused(void **unused) {
+    (void)unused;
+    const toliman_track_options options = filled_folder();
+    toliman_track *none = NULL;
+    const uint32_t one = 1, three = 3;
+    write_at(ledger, 4, &one, 4);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
+                 "version 1, of libtoliman 0.1, this library reads 2 only: give the frames again, into a new folder");
+    write_at(ledger, 4, &three, 4);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "version 3, this library reads 2 only");
+}
+
+/* Headers with right checksums and impossible columns. */
+static void impossible_columns_are_refused(void **unused) {
+    (void)unused;
+    const toliman_track_options options = small_options(folder);
+    toliman_track *none = NULL;
+    toliman_track_destroy(make_track(&options));
+    const struct {
+        off_t at;
+        unsigned char byte;
+        const char *message;
+    } bad[] = {{112, 49, "columns in lines of"},   {112, 5, "5 columns in lines of 112 bytes"},
+               {116, 120, "6 columns in lines"},   {120, 0, "column 0 has no name of its own"},
+               {120, 'C', "column 0 has no name"}, {120 + 56, 2, "column chi_square: type 2, role 1"},
+               {120 + 60, 4, "type 0, role 4"}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        unsigned char header[HEADER];
+        const int file = open(ledger, O_RDONLY);
+        assert_int_equal(read(file, header, HEADER), HEADER);
+        close(file);
+        const unsigned char good = header[bad[i].at];
+        header[bad[i].at] = bad[i].byte;
+        uint32_t crc = crc32(0, header, HEADER - 4);
+        memcpy(header + HEADER - 4, &crc, 4);
+        write_at(ledger, 0, header, HEADER);
+        assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, bad[i].message);
+        header[bad[i].at] = good;
+        crc = crc32(0, header, HEADER - 4);
+        memcpy(header + HEADER - 4, &crc, 4);
+        write_at(ledger, 0, header, HEADER);
+    }
+    toliman_track_destroy(make_track(&options));
+}
+
+/* Zeros are the defaults, and what is in force is told. */
+static void options_in_force(void **unused) {
+    (void)unused;
+    toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
+    toliman_track_options_init(&made, sizeof made);
+    assert_memory_equal(&zeros, &made, sizeof made);
+    const toliman_track_options small = rich_options(folder);
+    zeros.estimate = rich_estimate;
+    zeros.estimate_data = &own_sigma;
+    zeros.sigma = SIGMA;
+    zeros.rows = zeros.cols = SIDE;
+    zeros.nf = 5;
+    zeros.f0 = zeros.df = 0.01;
+    toliman_track *track = make_track(&zeros);
+    toliman_track_options told = TOLIMAN_TRACK_OPTIONS_INIT;
+    assert_ok(toliman_track_get_options(track, &told));
+    assert_null(told.folder);
+    assert_null(told.clock);
+    assert_true(told.flags == 0 && told.capacity == 1 << 20 && told.hole_bytes == 4096 && told.unit_ns == DAY_NS);
+    assert_true(told.threads == 1 && told.group == 64 && told.sync == TOLIMAN_TRACK_SYNC_GROUP && told.bin == 1);
+    assert_true(told.value_limit == 1e4 * SIGMA && told.image_rows == SIDE && told.estimate == NULL);
+    toliman_track_destroy(track);
+
+    toliman_track_options rich = small;
+    const int64_t clock[] = {0, 500, 1000, 1501};
+    rich.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    rich.clock = clock;
+    rich.clock_points = 2;
+    rich.group = 7;
+    rich.sync = TOLIMAN_TRACK_SYNC_NONE;
+    rich.time_offset_ns = 5;
+    rich.period_flags = TOLIMAN_PERIOD_FIXED_MEAN;
+    char path[256];
+    strcpy(path, folder);
+    rich.folder = path;
+    track = make_track(&rich);
+    memset(path, 0, sizeof path); /* the caller's */
+    assert_ok(toliman_track_get_options(track, &told));
+    assert_string_equal(told.folder, folder);
+    assert_int_equal(told.clock_points, 2);
+    assert_memory_equal(told.clock, clock, sizeof clock);
+    assert_string_equal(told.values, "dx,flux_2");
+    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_HOLES && told.hole_bytes == 0 && told.group == 7);
+    assert_true(told.sync == TOLIMAN_TRACK_SYNC_NONE && told.capacity == rich.capacity && told.nf == FREQUENCIES);
+    assert_true(told.f0 == rich.f0 && told.df == rich.df && told.time_offset_ns == 5 && told.estimator_id == 77);
+    assert_true(told.period_flags == TOLIMAN_PERIOD_FIXED_MEAN && told.bit_depth == 12);
+    toliman_track_destroy(track);
+    assert_ok(toliman_track_load_options(folder, &told)); /* and it can be made again of that */
+    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_HOLES && told.hole_bytes == 0);
+    toliman_track_destroy(make_track(&told));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(columns_have_what_was_told, set_up, tear_down),
+        cmocka_unit_test(estimators_get_what_is_known),
+        cmocka_unit_test(other_exposures_are_other_contents),
+        cmocka_unit_test(impossible_exposures_are_refused),
+        cmocka_unit_test_setup_teardown(columns_are_merged, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(unknown_columns_are_left_empty, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(old_ledgers_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_columns_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(options_in_force, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
