@@ -9,7 +9,7 @@ import unittest
 
 import numpy
 import schemas
-from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import HEADER, LINE, PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 FRAMES, SIDE = 48, 64
 GRID = ("--grid", "0.03:0.002:230")
@@ -70,7 +70,7 @@ class Track(ProgramTest):
         return self.sums(name)
 
     def counts(self, lines):
-        self.assertEqual(lines[-1]["schema"], "toliman-track-update/1")
+        self.assertEqual(lines[-1]["schema"], "toliman-track-update/2")
         return lines[-1]
 
 
@@ -88,10 +88,10 @@ class Order(Track):
             out = self.track(f"s{seed}", "-", "--jobs", str(seed), "--every", str(3 * seed), stdin="\n".join(names))
             self.assertEqual(self.errors, "")
             self.assertEqual(self.sums(f"s{seed}"), clean)
-            frames = [line for line in out if line["schema"] == "toliman-frame/1"]
+            frames = [line for line in out if line["schema"] == "toliman-frame/2"]
             self.assertEqual(sorted(line["frame_id"] for line in frames), list(range(FRAMES)))
             self.assertEqual({line["verdict"] for line in frames}, {"accepted"})
-            updates = [line["n"] for line in out if line["schema"] == "toliman-track-update/1"]
+            updates = [line["n"] for line in out if line["schema"] == "toliman-track-update/2"]
             self.assertEqual(updates, [*range(3 * seed, FRAMES + 1, 3 * seed), FRAMES])
             values[seed] = {line["frame_id"]: (line["camera_ns"], line["value"]) for line in frames}
         self.assertEqual(values[1], values[2])
@@ -107,7 +107,7 @@ class Order(Track):
 
     def test_grid_of_a_mission_is_that_of_run(self):
         out = self.track("s", "all", grid=("--mission-days", str(FRAMES)))
-        values = [[line["frame_id"], line["value"]] for line in out if line["schema"] == "toliman-frame/1"]
+        values = [[line["frame_id"], line["value"]] for line in out if line["schema"] == "toliman-frame/2"]
         numpy.save(self.folder / "v.npy", numpy.array(values))
         fitted = json.loads(self.succeed("period", "v.npy", "--json"))
         self.assertAlmostEqual(self.counts(out)["log10_fap"] / fitted["log10_fap"], 1, delta=0.05)
@@ -119,6 +119,9 @@ class Order(Track):
             for line in (self.counts(out), status):
                 self.assertAlmostEqual(line["fit"][key] / peak[key], 1, delta=1e-5, msg=key)
         self.assertTrue(all(line["fit"] is None for line in out[:-1] if "fit" in line))
+        for line in (self.counts(out), status):
+            self.assertAlmostEqual(line["fwhm_period"] / peak["fwhm_period"], 1, delta=1e-3)
+            self.assertAlmostEqual(line["period_error"] / line["fit"]["period_error"], 1, delta=0.05)
         again = self.track("s", "all", grid=())
         self.assertEqual((self.counts(again)["repeated"], self.counts(again)["accepted"]), (FRAMES, FRAMES))
         self.assertEqual(self.counts(again)["period"], self.counts(out)["period"])
@@ -197,7 +200,7 @@ class Damage(Track):
             reasons = {"shape": 1, "over range": 1, "hole": 1, "not finite": 0, "clock": 0, "estimate": 0}
             self.assertEqual(last["rejected_by"], reasons)
             told = sorted(
-                (l["reason"], l["input"]) for l in out if l["schema"] == "toliman-frame/1" and l["verdict"] == "rejected"
+                (l["reason"], l["input"]) for l in out if l["schema"] == "toliman-frame/2" and l["verdict"] == "rejected"
             )
             self.assertEqual(
                 told,
@@ -282,7 +285,7 @@ class Stops(Track):
                     print(self.single(k), file=run.stdin, flush=True)
                 while len(acknowledged) < 20:
                     line = json.loads(run.stdout.readline())
-                    if line["schema"] == "toliman-frame/1":
+                    if line["schema"] == "toliman-frame/2":
                         acknowledged.add(line["frame_id"])
                 run.send_signal(number)
                 self.assertEqual(run.wait(60), code)
@@ -299,7 +302,7 @@ class Stops(Track):
             time.sleep(chance.uniform(0, seconds))
             run.kill()
             told = [json.loads(line) for line in run.communicate()[0].splitlines(keepends=True) if line.endswith(b"\n")]
-            told = {line["frame_id"] for line in told if line["schema"] == "toliman-frame/1"}
+            told = {line["frame_id"] for line in told if line["schema"] == "toliman-frame/2"}
             if told:
                 self.assertGreaterEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], len(told))
         self.track("s", "all")
@@ -307,7 +310,7 @@ class Stops(Track):
 
     def test_full(self):
         out = self.track("s", "all", "--capacity", "10", code=2)
-        self.assertEqual(sum(line["schema"] == "toliman-frame/1" for line in out), 10)
+        self.assertEqual(sum(line["schema"] == "toliman-frame/2" for line in out), 10)
         self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], 10)
         self.assertEqual(self.counts(self.track("s", "all"))["accepted"], FRAMES)
 
@@ -321,7 +324,7 @@ class Stops(Track):
                 seen = []
                 while len(seen) < count:
                     line = json.loads(run.stdout.readline())
-                    if line["schema"] == "toliman-frame/1":
+                    if line["schema"] == "toliman-frame/2":
                         seen.append(line["frame_id"])
                 return seen
 
@@ -353,7 +356,7 @@ class Stops(Track):
         self.track("s", "all")
         ledger = self.folder / "s/ledger.tlml"
         data = bytearray(ledger.read_bytes())
-        data[128 + 64 * 5 + 20] ^= 1
+        data[HEADER + 5 * LINE + 20] ^= 1
         ledger.write_bytes(data)
         self.track("s", "all", code=5)
         self.assertIn("ledger", self.errors)
@@ -466,7 +469,7 @@ class Folders(Track):
                          ["session,roi,first,last", "day,single_roi,5,7", "day,single_roi,20,20",
                           "night.2,single_roi,32,32"])
         lines = [json.loads(line) for line in self.succeed("status", "s", "--lines").splitlines()]
-        printed = [line for line in out if line["schema"] == "toliman-frame/1"]
+        printed = [line for line in out if line["schema"] == "toliman-frame/2"]
         keys = ("session", "roi", "frame_id", "camera_ns", "verdict")
         self.assertEqual([[line[k] for k in keys] for line in lines], [[line[k] for k in keys] for line in printed])
         self.assertEqual([l.get("value") for l in lines], [l.get("value") for l in printed])
@@ -485,7 +488,7 @@ class Folders(Track):
         self.track("s", "all")
         ledger = self.folder / "s" / "ledger.tlml"
         lines = bytearray(ledger.read_bytes())
-        lines[128 + 5 * 64] ^= 1  # frame 5
+        lines[HEADER + 5 * LINE] ^= 1  # frame 5
         ledger.write_bytes(lines)
         self.refuse(5, "5 lines are whole", arguments=("status", "s"))
         self.refuse(5, "5 lines are whole", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))

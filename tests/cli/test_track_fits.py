@@ -43,7 +43,7 @@ class Fits(Track):
     def read(self, names, *more, state="s", code=0):
         """Frame lines by session, the first remark by file: every file has one."""
         self.out = self.track(state, *more, "-", code=code, stdin="\n".join(names))
-        frames = {line["session"]: line for line in self.out if line["schema"] == "toliman-frame/1"}
+        frames = {line["session"]: line for line in self.out if line["schema"] == "toliman-frame/2"}
         remarks = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-remark/1"}
         self.assertEqual(sorted(remarks), sorted(names))
         return frames, remarks
@@ -347,7 +347,7 @@ class Files(Fits):
             last = self.counts(out)
             self.assertEqual((last["accepted"], last["repeated"], last["missing"]), (FRAMES, 5, 0))
             self.assertEqual(last["sessions"], 1 if session else FRAMES)
-            frames = {(line["session"], line["frame_id"]) for line in out if line["schema"] == "toliman-frame/1"}
+            frames = {(line["session"], line["frame_id"]) for line in out if line["schema"] == "toliman-frame/2"}
             self.assertEqual(frames, {("sky" if session else f"sky.{k:04d}", 100 + k) for k in range(FRAMES)})
             self.assertAlmostEqual(last["period"] / pair["period"], 1, delta=1e-9)
             self.assertAlmostEqual(last["log10_fap"] / pair["log10_fap"], 1, delta=1e-9)

@@ -11,7 +11,7 @@ import time
 import unittest
 
 import numpy
-from program import PATIENCE, PROGRAM
+from program import HEADER, LINE, PATIENCE, PROGRAM
 from test_track import FRAMES, GRID, SIDE, Track
 
 TEMPLATE = ("--template", "scene.json")
@@ -425,7 +425,7 @@ class Folders(Mistakes):
         self.refuse(3, "toliman: nodir: No such file or directory", arguments=("merge", "s", "nodir", "--out", "no"))
         ledger = self.folder / "s/ledger.tlml"
         data = bytearray(ledger.read_bytes())
-        data[128 + 5 * 64] ^= 1
+        data[HEADER + 5 * LINE] ^= 1
         ledger.write_bytes(data)
         shutil.copytree(self.folder / "s", self.folder / "t")
         self.track("u", "all")

@@ -107,7 +107,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     const std::vector<toliman_track_stream> streams = streams_of(tracker);
     const PeriodFacts period(tracker, Fit::made);
     Json json;
-    json.set("schema", std::string("toliman-track-status/1")).set("folder", folder);
+    json.set("schema", std::string("toliman-track-status/2")).set("folder", folder);
     period.add_to(json);
     add_counts(tracker, json);
     json.set_count("lines", info.lines).set("sigma", info.sigma);

@@ -30,7 +30,7 @@ constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes
 Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
     const bool timed = facts != nullptr && !(reason != nullptr && std::strcmp(reason, kBadLine) == 0);
     Json line;
-    line.set("schema", std::string("toliman-frame/1"));
+    line.set("schema", std::string("toliman-frame/2"));
     for (const char *key : {"session", "roi"})
         facts == nullptr ? line.set_null(key) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
     facts == nullptr ? line.set_null("frame_id") : line.set_count("frame_id", facts->id);
@@ -131,6 +131,7 @@ void Tracking::settled(const Arrival &arrival, const toliman_track_outcome &outc
                    verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
     has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
+    line.set("chi_square", outcome.chi_square); // null where there is none
     say(line.line());
     since_update_ += is_good;
     good_ += is_good;
@@ -214,7 +215,7 @@ void Tracking::reject(const std::string &where, const FrameFacts *facts, const c
     refused_++;
     warn(where, std::string("rejected: ") + reason + ": " + text);
     Json line = frame_line(where, facts, "rejected", reason);
-    say(line.set_null("tai_ns").set_null("value").line());
+    say(line.set_null("tai_ns").set_null("value").set_null("chi_square").line());
 }
 
 void Tracking::remark(Remark kind, const std::string &where, const std::string &text) {
@@ -236,7 +237,7 @@ std::string Tracking::update(Fit fit) {
     const toliman_track_info info = info_of(tracker_);
     const PeriodFacts period(tracker_, fit);
     Json line;
-    line.set("schema", std::string("toliman-track-update/1"));
+    line.set("schema", std::string("toliman-track-update/2"));
     period.add_to(line);
     add_counts(tracker_, line);
     line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
