@@ -206,9 +206,9 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
- * pointer given), estimator_id, values, sigma, limits, geometry, grid, and a capacity for twice the lines there are;
- * nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since
- * 0.1. */
+ * pointer given), estimator_id, values, sigma, limits (one of flags), geometry, grid, and a capacity for twice the
+ * lines there are; nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND,
+ * TOLIMAN_E_FORMAT. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

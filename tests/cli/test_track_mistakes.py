@@ -445,7 +445,7 @@ class Folders(Mistakes):
         self.assertIn("toliman: lines that were printed are safe on the disk, and the same command goes on\n", errors)
         self.assertIn("s/ledger.tlml: File too large", errors)
         printed = sum("verdict" in json.loads(line) for line in out.splitlines())
-        self.assertEqual(printed, (4000 - 128) // 64)
+        self.assertEqual(printed, (4000 - HEADER) // LINE)
         self.assertEqual(json.loads(self.succeed("status", "s", "--json"))["accepted"], printed)
         self.assertEqual(self.counts(self.track("s", "in", grid=small))["accepted"], 2 * FRAMES)
         run = self.start("t", "-", "--sync", "frame", stdin=subprocess.PIPE)
