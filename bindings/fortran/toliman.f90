@@ -1821,8 +1821,8 @@ module toliman
         end subroutine
 
         ! Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder
-        ! (the pointer given), estimator_id, values, sigma, limits, geometry, grid, and a capacity for twice the lines
-        ! there are; nf = 0 if the file of grid and clock is lost.
+        ! (the pointer given), estimator_id, values, sigma, limits (one of flags), geometry, grid, and a capacity for
+        ! twice the lines there are; nf = 0 if the file of grid and clock is lost.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)

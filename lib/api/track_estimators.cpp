@@ -18,16 +18,21 @@ Source source_of(const cae::Network &network, unsigned workers) {
     const size_t rows = preprocess.rows, cols = preprocess.cols;
     return {rows, cols, preprocess.crb_px, network.digest(),
             [=, &network](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
-                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker]);
+                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker], &estimated.chi_square);
             }};
 }
 
-Source source_of(const linear::TemplateEstimator &estimator) {
+Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
     const size_t rows = estimator.rows(), cols = estimator.cols();
-    return {rows, cols, estimator.sigma_px(), estimator.digest(),
-            [=, &estimator](double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
-                estimated.value = estimator.estimate({image, rows, cols, cols}, image);
-            }};
+    const auto residuals = std::make_shared<std::vector<Buffer<double>>>(workers);
+    for (Buffer<double> &residual : *residuals)
+        residual.reserve(estimator.scratch_size());
+    return {
+        rows, cols, estimator.sigma_px(), estimator.digest(),
+        [=, &estimator](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
+            Buffer<double> &residual = (*residuals)[worker];
+            estimated.value = estimator.estimate({image, rows, cols, cols}, residual, &estimated.chi_square);
+        }};
 }
 
 } // namespace
@@ -39,7 +44,7 @@ Source source_of(const toliman_track_options &options, unsigned workers) {
     if (given[0])
         return source_of(options.cae->network, workers);
     if (given[1])
-        return source_of(options.linear->estimator);
+        return source_of(options.linear->estimator, workers);
     Source source;
     source.digest = options.estimator_id;
     return source;

@@ -62,17 +62,19 @@ double TemplateEstimator::estimate(ImageView<const double> counts, double *resid
     return kernels::dot(filter_.data(), residual, reference_.size());
 }
 
+double TemplateEstimator::estimate(ImageView<const double> counts, Buffer<double> &scratch, double *square) const {
+    scratch.resize(padded_);
+    const double value = estimate(counts, scratch.data());
+    if (square != nullptr)
+        *square = chi_square(counts, value, scratch);
+    return value;
+}
+
 void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
                                       double *chi_square) const {
-    toliman::estimate_many<Buffer<double>>(
-        frames, count, workers, values, chi_square,
-        [this](ImageView<const double> counts, Buffer<double> &scratch, double *square) {
-            scratch.resize(padded_);
-            const double value = estimate(counts, scratch.data());
-            if (square != nullptr)
-                *square = this->chi_square(counts, value, scratch);
-            return value;
-        });
+    toliman::estimate_many<Buffer<double>>(frames, count, workers, values, chi_square,
+                                           [this](ImageView<const double> counts, Buffer<double> &scratch,
+                                                  double *square) { return estimate(counts, scratch, square); });
 }
 
 // The value's component along the derivative of unit length is value/sigma_px.

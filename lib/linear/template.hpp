@@ -15,10 +15,11 @@ class TemplateEstimator {
     // Status::scene when nothing of the derivative is left beside the nuisances.
     explicit TemplateEstimator(const FrameModel &model);
 
-    // Displacement (px) that the counts show; they have the model's shape. residual is working memory [rows * cols],
-    // which may be that of the counts.
-    double estimate(ImageView<const double> counts, double *residual) const;
+    // Displacement (px) that the counts show; they have the model's shape.
     double estimate(ImageView<const double> counts) const;
+    // The same without an allocation where scratch has room for scratch_size() numbers, and chi_square unless NULL.
+    double estimate(ImageView<const double> counts, Buffer<double> &scratch, double *chi_square) const;
+    size_t scratch_size() const noexcept { return padded_; }
 
     // The same of many frames, and chi_square [count] of each unless NULL.
     void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
@@ -39,6 +40,8 @@ class TemplateEstimator {
     size_t cols() const noexcept { return cols_; }
 
   private:
+    double estimate(ImageView<const double> counts, double *residual) const;
+
     size_t rows_, cols_;
     Buffer<double> reference_;
     Buffer<double> filter_; // px per count

@@ -134,7 +134,7 @@ void Tracker::tell_damage(const Place &place) const {
     else if (place.loaded && place.loaded->checkpoint.salt != salt_)
         place.log.warn("%s: is of another ledger: %s", point.c_str(), anew);
     else if (ledger_->count() > 0 && !place.loaded && store_->size(Checkpoint::kName) < 0)
-        place.log.warn("{%s}: is missing: %s", point.c_str(), anew);
+        place.log.warn("%s: is missing: %s", point.c_str(), anew);
     const std::vector<StreamCount> streams = streams_.all();
     const auto named = std::count_if(streams.begin(), streams.end(), [](const StreamCount &one) { return one.named; });
     if (static_cast<size_t>(named) < streams.size())

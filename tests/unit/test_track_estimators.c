@@ -69,14 +69,16 @@ static void values_are_the_estimators_own(void **unused) {
             const toliman_frame frame = frame_of(id, pixels);
             toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done;
-            double value;
-            assert_ok(which ? toliman_cae_encode(cae, counts, kSide, &value)
-                            : toliman_linear_encode(linear, counts, kSide, &value));
+            double value, chi_square;
+            const toliman_image image = {.struct_size = sizeof image, .pixels = counts};
+            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, 1, &value, &chi_square)
+                            : toliman_linear_encode_many(linear, &image, 1, 1, &value, &chi_square));
             asked = 0;
             assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
             assert_int_equal(asked, 0);
             assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
-            assert_true(outcome.value == value);
+            assert_true(outcome.value == value && outcome.chi_square == chi_square);
+            assert_close(chi_square, 1, 0, 5 * sqrt(2.0 / kPixels));
             free(pixels);
         }
         toliman_track_info info = {.struct_size = sizeof info};

@@ -2165,19 +2165,19 @@ Since 0.1.""",
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
-pointer given), estimator_id, values, sigma, limits, geometry, grid, and a capacity for twice the lines there are;
-nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. Since
-0.1.""",
+pointer given), estimator_id, values, sigma, limits (one of flags), geometry, grid, and a capacity for twice the
+lines there are; nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND,
+TOLIMAN_E_FORMAT. Since 0.1.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
 another estimator, other values, frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if
-another tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of toliman_track_merge
-leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other files of the folder are
-there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames; TOLIMAN_E_NOT_FOUND if there is
-nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random numbers to give. The ledger itself
-is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
+another tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of
+toliman_track_merge leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other
+files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
+TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
+numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),
