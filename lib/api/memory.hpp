@@ -22,7 +22,7 @@ inline Memory memory_of(const toliman_allocator *allocator) {
 inline Memory memory_of(const toliman_load_options *options) {
     const toliman_load_options known = accept(options, toliman_load_options{}, "options");
     if (known.reserved != 0)
-        fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
+        fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
     return memory_of(known.allocator);
 }
 

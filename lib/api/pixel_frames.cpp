@@ -9,13 +9,13 @@ namespace {
 // 0 stands for the side that the object takes.
 void check_side(int64_t given, size_t wanted, const char *name) {
     if (given != 0 && given != static_cast<int64_t>(wanted))
-        fail(Status::argument, "image->%s = %lld: must be %zu, or 0 for that", name, static_cast<long long>(given),
+        fail(Status::argument, "{image->%s} = %lld: must be %zu, or 0 for that", name, static_cast<long long>(given),
              wanted);
 }
 
 size_t stride_of(int64_t given, int64_t least, size_t otherwise, const char *name) {
     if (given != 0 && given < least)
-        fail(Status::argument, "image->%s = %lld: must be at least %lld pixels, or 0 for frames without gaps", name,
+        fail(Status::argument, "{image->%s} = %lld: must be at least %lld pixels, or 0 for frames without gaps", name,
              static_cast<long long>(given), static_cast<long long>(least));
     return given != 0 ? static_cast<size_t>(given) : otherwise;
 }
@@ -49,7 +49,7 @@ PixelFrames frames_of(const toliman_image *image, size_t count, size_t rows, siz
     frames.frame_stride = stride_of(given.frame_stride, 1, packed, "frame_stride");
     check_extent(frames, count);
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(frames.pixel) != 0)
-        fail(Status::argument, "image->pixels: must be aligned to %zu bytes, the size of a pixel",
+        fail(Status::argument, "{image->pixels}: must be aligned to %zu bytes, the size of a pixel",
              size_of(frames.pixel));
     return frames;
 }
