@@ -15,6 +15,7 @@ import numpy
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import toliman  # noqa: E402
+from toliman import _pixels  # noqa: E402
 
 ROWS, COLS = 260, 270
 
@@ -52,9 +53,48 @@ class Network(unittest.TestCase):
                      numpy.asfortranarray(frames), numpy.repeat(frames, 2, axis=0)[::2], frames[::-1][::-1]):
             self.assertTrue((network.encode(same) == latents).all())
         self.assertIs(type(network.encode(frames[0])), float)
+
+    def test_every_type_of_pixels_is_read_where_it_lies(self):
+        """Without a copy as doubles, which would be 8 bytes per pixel."""
+        counts = (frames / 1e6).round()
+        template = toliman.Template(simulator)
+        for type_name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", "<f4", ">f4", "<f8"):
+            typed = numpy.minimum(counts, 255 if type_name == "u1" else 1e4).astype(type_name)
+            _, lying = _pixels.image_of(typed[:, ::2])
+            self.assertTrue(numpy.shares_memory(lying, typed))
+            for estimator in (network, template):
+                expected = estimator.encode(typed.astype("f8"))
+                self.assertEqual(estimator.encode(typed).tolist(), expected.tolist(), type_name)
+                self.assertEqual(estimator.encode(typed.transpose(1, 0, 2).copy().transpose(1, 0, 2)).tolist(), expected.tolist())
+                self.assertEqual(estimator.encode(typed[2]), expected[2])
+        masked = numpy.ma.masked_equal(counts.astype("u2"), 3)
+        masked[0, 0, 0] = numpy.ma.masked
+        with self.assertRaisesRegex(ValueError, "frames has masked values"):
+            network.encode(masked)
+
+    def test_chi_square(self):
+        """Of good frames 1, of others not; the template's is that of numpy's least squares."""
+        template, damaged = toliman.Template(simulator), frames.copy()
+        damaged[1, ::2] = 0
+        for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
+            values, squares = estimator.encode(damaged, chi_square=True, threads=2)
+            self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())
+            out = numpy.abs(squares - 1) > 5 * (2 / pixels) ** 0.5
+            self.assertEqual(numpy.flatnonzero(out).tolist(), [1])
+            self.assertEqual(estimator.encode(damaged[2], chi_square=True), (values[2], squares[2]))
+        sigma = simulator.image("variance") ** 0.5
+        residual = (damaged[1] - simulator.image()) / sigma
+        _, left, _, _ = numpy.linalg.lstsq((simulator.image("separation") / sigma).reshape(-1, 1), residual.ravel(), rcond=None)
+        self.assertAlmostEqual(squares[1] / (left[0] / (ROWS * COLS - 1)), 1, delta=1e-9)
+
+    def test_no_frames(self):
         self.assertEqual(network.encode(frames[:0]).shape, (0,))
 
     def test_frames_that_are_none(self):
+        with tempfile.NamedTemporaryFile() as file:
+            objects = numpy.memmap(file.name, "u1", "w+", shape=(ROWS, COLS)).astype(object)
+            with self.assertRaisesRegex(TypeError, "frames is an array of object: give plain numbers"):
+                network.encode(objects)
         for bad in (None, "frame", frames[0].astype("M8[s]"), [object()], frames[0].astype(str)):
             with self.assertRaisesRegex(TypeError, "frames is an? .*: give plain numbers"):
                 network.encode(bad)

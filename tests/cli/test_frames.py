@@ -50,9 +50,44 @@ class Weights(Frames):
         from_bin = self.succeed(
             "encode", "--weights", "w.tlmw", "--dtype", "u32le", "--shape", "256x256", "f.bin"
         ).splitlines()
-        self.assertEqual(from_npy[0], "file,frame,latent_px")
+        self.assertEqual(from_npy[0], "file,frame,latent_px,chi_square")
         self.assertEqual(len(from_npy), 5)
+        for line in from_npy[1:]:
+            self.assertLess(abs(float(line.split(",")[3]) - 1), 5 * (2 / 65536) ** 0.5)
         self.assertEqual([line.split(",")[1:] for line in from_npy], [line.split(",")[1:] for line in from_bin])
+
+    def test_either_byte_order_gives_the_same_latents(self):
+        """Of the same numbers; numpy swaps them. In the other order they are no frames of the scene."""
+        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
+        encode = ("encode", "--weights", "w.tlmw", "--shape", "256x256", "--dtype")
+        self.succeed("simulate", self.quick, "--frames", "0:2", "--out", "f.npy")
+        frames = numpy.load(self.folder / "f.npy")
+        for kind in ("u2", "u4", "i2", "f4"):
+            word, values = f"{kind[0]}{8 * int(kind[1])}", frames if kind in ("u4", "f4") else frames / 1e6
+            for order, numpy_order in (("le", "<"), ("be", ">")):
+                values.astype(numpy_order + kind).tofile(self.folder / f"f.{order}")
+            expected = self.run_program(*encode, word + "le", "f.le")
+            swapped = self.run_program(*encode, word + "be", "f.be")
+            self.assertEqual([expected.returncode, expected.stdout.count("\n")], [0, 3])
+            self.assertEqual(swapped.stdout, expected.stdout.replace("f.le", "f.be"))
+            if kind == "u4":
+                self.assertEqual(swapped.stderr, "")
+                wrong = self.run_program(*encode, "u32le", "f.be")
+                self.assertIn("f.be: frame 0: a ", wrong.stderr)
+                self.assertIn("is this frame of the network's scene", wrong.stderr)
+
+    def test_a_damaged_frame_stands_out(self):
+        """Alternating columns are 3 sigma off, which the latent hardly tells."""
+        self.succeed("train", self.quick, "--steps", "40", "--out", "w.tlmw")
+        self.succeed("simulate", self.quick, "--frames", "0:3", "--out", "f.npy")
+        frames = numpy.load(self.folder / "f.npy")
+        frames[1] += 3 * numpy.sqrt(frames[1]) * numpy.where(numpy.arange(256) % 2, 1, -1)
+        numpy.save(self.folder / "bad.npy", frames)
+        done = self.run_program("encode", "--weights", "w.tlmw", "bad.npy")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, "bad.npy: frame 1: a chi-square of [0-9.]+ is not the 1 .- 0.00552 of the scene's noise")
+        squares = [float(line.split(",")[3]) for line in done.stdout.splitlines()[1:]]
+        self.assertEqual([abs(square - 1) > 5 * (2 / 65536) ** 0.5 for square in squares], [False, True, False])
 
     def encode_input(self, data, *more):
         return subprocess.run([PROGRAM, "encode", "--weights", "w.tlmw", *more, "-"], cwd=self.folder, input=data,

@@ -171,7 +171,7 @@ class Weights(ProgramTest):
                     arguments=(*raw, "short.bin"))
         self.refuse(2, "f.npy: --dtype and --shape are for headerless files", arguments=(*raw, "f.npy"))
         out = self.succeed(*encode, "f.npy", "f.npy").splitlines()
-        self.assertEqual([out[0], len(out)], ["file,frame,latent_px", 3])
+        self.assertEqual([out[0], len(out)], ["file,frame,latent_px,chi_square", 3])
 
 
 class Stopped(ProgramTest):

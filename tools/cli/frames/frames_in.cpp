@@ -1,5 +1,6 @@
 #include "frames/frames_in.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -49,7 +50,18 @@ InputFile open_input(const std::string &path) {
     return path == "-" ? InputFile::standard_input() : InputFile(path);
 }
 
-// Plain little-endian numbers behind a .npy header or none.
+// Big-endian numbers of `width` bytes to the machine's order.
+void swap_bytes(unsigned char *raw, size_t count, size_t width) noexcept {
+    for (size_t i = 0; i < count; i++)
+        std::reverse(raw + i * width, raw + (i + 1) * width);
+}
+
+// "u16be" as "u2".
+std::string type_of(const std::string &dtype) {
+    return dtype[0] + std::string(dtype.substr(1, 2) == "16" ? "2" : "4");
+}
+
+// Plain numbers behind a .npy header, little-endian, or behind none.
 class PlainFrames : public FrameFile {
   public:
     explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
@@ -60,8 +72,8 @@ class PlainFrames : public FrameFile {
         check_size(header.size);
     }
 
-    PlainFrames(const std::string &path, const std::string &type, size_t rows, size_t cols)
-        : FrameFile(path), file_(open_input(path)), type_(type) {
+    PlainFrames(const std::string &path, const std::string &dtype, size_t rows, size_t cols)
+        : FrameFile(path), file_(open_input(path)), type_(type_of(dtype)), dtype_(dtype) {
         path_ = file_.path();
         const size_t frame = rows * cols * width();
         if (file_.ended())
@@ -89,12 +101,14 @@ class PlainFrames : public FrameFile {
   private:
     size_t width() const noexcept { return static_cast<size_t>(type_[1] - '0'); }
 
-    // Where as many bytes are whole frames of u16le instead of u32le.
+    bool is_big_endian() const noexcept { return ends_with(dtype_, "be"); }
+
+    // Where as many bytes are whole frames of u16 instead of u32.
     std::string narrow_frames(size_t frame) const {
         const size_t half = frame / 2;
         return type_ != "u4" || file_.size() % half != 0
                    ? ""
-                   : ", but " + std::to_string(file_.size() / half) + " frames of --dtype u16le";
+                   : ", but " + std::to_string(file_.size() / half) + " frames of --dtype u16" + dtype_.substr(3);
     }
 
     // The sides are bounded, so that nothing here overflows; memory is taken only for what the file really holds.
@@ -112,6 +126,8 @@ class PlainFrames : public FrameFile {
         if (!file_.read(raw_.data(), raw_.size()))
             malformed(path_, "ends within a frame: " + std::to_string(rows()) + "x" + std::to_string(cols()) +
                                  " pixels of " + std::to_string(width()) + " bytes each are not whole");
+        if (is_big_endian())
+            swap_bytes(raw_.data(), rows() * cols(), width());
         convert(type_, raw_.data(), rows() * cols(), image);
         frame_++;
     }
@@ -119,12 +135,19 @@ class PlainFrames : public FrameFile {
     void pass() override { file_.seek(start_ + ++frame_ * raw_.size()); }
 
     InputFile file_;
-    std::string type_; // as in NpyHeader
+    std::string type_;  // as in NpyHeader
+    std::string dtype_; // of headerless files
     std::vector<unsigned char> raw_;
     size_t start_ = 0, frame_ = 0; // of the pixels in the file; number of the next frame
 };
 
 } // namespace
+
+const std::vector<std::string> &dtypes() {
+    static const std::vector<std::string> all = {"u16le", "u32le", "i16le", "f32le",
+                                                 "u16be", "u32be", "i16be", "f32be"};
+    return all;
+}
 
 bool is_fits(const std::string &path) {
     return ends_with(path, ".fits") || ends_with(path, ".fits.fz");
@@ -169,11 +192,12 @@ std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::strin
         return open_fits(path);
     const InputFile there = open_input(path); // a missing file is named before its options are
     if (dtype.empty())
-        throw Failure(kExitUsage, path + ": a headerless file needs --dtype u16le or u32le and --shape ROWSxCOLS" +
+        throw Failure(kExitUsage, path +
+                                      ": a headerless file needs --dtype, e.g. u16be or u32le, and --shape ROWSxCOLS" +
                                       kind_remark(path));
     if (rows == 0 || cols == 0)
         throw Failure(kExitUsage, path + ": a headerless file needs --shape ROWSxCOLS");
-    return std::make_unique<PlainFrames>(path, dtype == "u16le" ? "u2" : "u4", rows, cols);
+    return std::make_unique<PlainFrames>(path, dtype, rows, cols);
 }
 
 } // namespace cli

@@ -48,8 +48,11 @@ class FrameFile {
 
 bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
 
-// The reader that the file's suffix asks for; - is standard input, .npy unless dtype or shape are given. dtype
-// ("u16le", "u32le") and shape are for headerless files only.
+// Pixels of headerless files: u16le, u32le, i16le and f32le, and the same ending in be.
+const std::vector<std::string> &dtypes();
+
+// The reader that the file's suffix asks for; - is standard input, .npy unless dtype or shape are given. dtype, one of
+// dtypes(), and shape are for headerless files only.
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype = "", size_t rows = 0,
                                        size_t cols = 0);
 std::unique_ptr<FrameFile> open_fits(const std::string &path);
