@@ -76,7 +76,8 @@ int main(int argc, char **argv) {
 
     const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, NULL};
     toliman_cae *network = NULL;
-    check(toliman_cae_load_file(argv[1], &allocator, &network));
+    const toliman_load_options in_pool = {.struct_size = sizeof in_pool, .allocator = &allocator};
+    check(toliman_cae_load_file(argv[1], &in_pool, &network));
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
     options.allocator = &allocator;

@@ -49,8 +49,8 @@ typedef struct toliman_cae toliman_cae;
 /* What a network is. Since 0.1. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    int32_t layout;    /* TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER */
-    int32_t input;     /* TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW */
+    int32_t layout;    /* 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER */
+    int32_t input;     /* 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW */
     uint32_t reserved; /* 0 */
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_cae_options;
@@ -91,7 +91,7 @@ typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *
 /* How to train; 0 is the default throughout. Since 0.1. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    int32_t mode;         /* TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED */
+    int32_t mode;         /* 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED */
     uint32_t steps;       /* TIED: 0 = 300 */
     uint32_t epochs;      /* UNSUPERVISED: passes over the training frames, in all; 0 = 300 */
     double learning_rate; /* in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -228,9 +228,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toli
 /* What a blob holds. Since 0.1. */
 typedef struct toliman_cae_save_options {
     uint32_t struct_size;
-    int32_t weights_encoding; /* TOLIMAN_CAE_ENCODING_..., default FLOAT32 */
-    int32_t planes_encoding;  /* of variance, target and nuisance images; default FLOAT32 */
-    uint32_t training; /* default 0; 1: also where the last training stands, for toliman_cae_train to go on with */
+    int32_t weights_encoding; /* TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
+    int32_t planes_encoding;  /* of variance, target and nuisance images; 0 = FLOAT32 */
+    uint32_t
+        training; /* 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
@@ -246,9 +247,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae
 
 /* Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
  * for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated.
- * allocator may be NULL. The caller destroys *out. Since 0.1. */
+ * options may be NULL. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
-                                                               const toliman_allocator *allocator,
+                                                               const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 /* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
@@ -256,7 +257,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const tolima
                                                                     const toliman_cae_save_options *options,
                                                                     const char *path) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
-                                                                    const toliman_allocator *allocator,
+                                                                    const toliman_load_options *options,
                                                                     toliman_cae **out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

@@ -69,7 +69,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_reset(toliman_c
 /* How to train. Since 0.1. */
 typedef struct toliman_components_train_options {
     uint32_t struct_size;
-    int32_t method;      /* TOLIMAN_COMPONENTS_PCA (default) or TOLIMAN_COMPONENTS_DICTIONARY */
+    int32_t method;      /* 0 = TOLIMAN_COMPONENTS_PCA, or TOLIMAN_COMPONENTS_DICTIONARY */
     uint32_t components; /* 1 ... 64, less than frames; 0 = 1 */
     uint32_t threads;    /* own workers; 0 = one a processor. Never changes a bit of any result */
     uint32_t iterations; /* of the dictionary, at most; 0 = 200 */

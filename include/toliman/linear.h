@@ -3,7 +3,7 @@
  * Data flow (functions toliman_linear_...)
  *
  *   toliman_sim -> create -> toliman_linear -> encode, encode_many -> value, px -> period.h
- *                                 |   get_sigma -> its standard deviation, px
+ *  (options_init)                 |   get_sigma -> its standard deviation, px
  *                              destroy
  */
 #ifndef TOLIMAN_LINEAR_H
@@ -20,10 +20,21 @@ TOLIMAN_BEGIN_DECLS
  * object from several threads. Since 0.1. */
 typedef struct toliman_linear toliman_linear;
 
-/* Template estimator of a scene; sim is not kept, allocator may be NULL. TOLIMAN_E_SCENE when the nuisances of
+/* How an estimator is made. Since 0.2. */
+typedef struct toliman_linear_options {
+    uint32_t struct_size;
+    uint32_t reserved;                  /* 0 */
+    const toliman_allocator *allocator; /* for the object's large arrays; NULL: the system's memory */
+} toliman_linear_options;
+#define TOLIMAN_LINEAR_OPTIONS_INIT TOLIMAN_INIT(toliman_linear_options)
+
+/* Fills *options, which has `size` bytes, with the defaults. Since 0.2. */
+TOLIMAN_API void toliman_linear_options_init(toliman_linear_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Template estimator of a scene; sim is not kept, options may be NULL. TOLIMAN_E_SCENE when the nuisances of
  * preprocess.project leave nothing of the separation's derivative. The caller destroys *out. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const toliman_sim *sim,
-                                                                    const toliman_allocator *allocator,
+                                                                    const toliman_linear_options *options,
                                                                     toliman_linear **out) TOLIMAN_NOEXCEPT;
 
 /* Ends an estimator; NULL is allowed. Since 0.1. */

@@ -5,10 +5,11 @@
  *   scene.json -> plan_file, plan_json                                what it needs and costs, without its images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
  *    options_init                             |                   -> cae.h, linear.h, components.h
- *                                             +-> get_info, get_name, get_plan, get_stage_name    facts and bounds
+ *                                             +-> get_info, get_name, get_plan, get_stage     facts and bounds
  *                                             +-> get_series, get_offsets                         what is true
  *                                             +-> get_pupil, get_spectrum, get_plate_scale        light on its way
  *                                             +-> expect, propagate, get_image    without noise; derivatives
+ *                                                 stage_name, image_name          names
  *                                          destroy
  *
  * Conventions
@@ -82,7 +83,7 @@ typedef struct toliman_sim_options {
     void *progress_data;
     toliman_log_fn log; /* may be NULL */
     void *log_data;
-    int32_t engine; /* TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT */
+    int32_t engine; /* TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT */
     int32_t reserved;
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
 } toliman_sim_options;
@@ -165,7 +166,7 @@ typedef struct toliman_sim_plan_info {
     int32_t oversampling;      /* point samples per pixel and axis */
     int32_t filter_taps;       /* of the filter that integrates over pixels; 0 = none */
     int64_t pupil_samples;     /* N of N x N */
-    int64_t stages;            /* bit i set: stage i is modelled, toliman_sim_get_stage_name(i) */
+    int64_t stages;            /* those that are modelled, for toliman_sim_get_stage alone */
     double accuracy;           /* what the scene asks for */
     double pupil_error;       /* of N samples against a pupil without any; not held to the accuracy, N is the scene's */
     double spectrum_error;    /* of the nodes; 0 when every wavelength is propagated */
@@ -197,8 +198,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Name of a stage, "photon noise"; NULL for stages that are not there. Since 0.1. */
-TOLIMAN_API const char *toliman_sim_get_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
+/* Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one. Static text; new
+ * stages may come. Since 0.2. */
+TOLIMAN_API const char *toliman_sim_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
+
+/* Sets *modelled to 1 if a plan models the stage of that name, else to 0. TOLIMAN_E_ARGUMENT for a name that no stage
+ * has. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
+                                                                    int32_t *modelled) TOLIMAN_NOEXCEPT;
 
 /* The plan that a simulator follows; out->struct_size must be set. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
@@ -228,6 +235,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_SCALE 320      /* d/d relative plate scale */
 #define TOLIMAN_SIM_IMAGE_FOCUS 321      /* d/d defocus, per nm rms */
 #define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* d/d light that falls on every pixel alike, per photon */
+/* Returns the name of one of them ("shift_x"), "?" for an unknown one. Static text. Since 0.2. */
+TOLIMAN_API const char *toliman_sim_image_name(int32_t kind) TOLIMAN_NOEXCEPT;
+
 /* Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
  * smaller stride. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
@@ -250,10 +260,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
                                                                           double *relative_error) TOLIMAN_NOEXCEPT;
 
-/* Positions of the stars without displacement: offsets_px = {Ax, Ay, Bx, By}; NaN for a star that is not there.
- * Since 0.1. */
+/* Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2. */
+typedef struct toliman_sim_offsets {
+    uint32_t struct_size; /* in: sizeof(toliman_sim_offsets) */
+    uint32_t reserved;    /* 0 */
+    double a_x_px, a_y_px;
+    double b_x_px, b_y_px;
+} toliman_sim_offsets;
+#define TOLIMAN_SIM_OFFSETS_INIT TOLIMAN_INIT(toliman_sim_offsets)
+
+/* Fills *out; out->struct_size must be set. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,
-                                                                      double offsets_px[4]) TOLIMAN_NOEXCEPT;
+                                                                      toliman_sim_offsets *out) TOLIMAN_NOEXCEPT;
 
 /* Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
  * slow, exact, for tests and large displacements. In the frame's unit, without systematics but jitter.
@@ -282,9 +300,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_si
  * processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
  * outside it; with displacements[count] they may have any numbers from 0. Errors as toliman_sim_frame; after one, or
  * without memory, images may hold some of them. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed,
-                                                                     int64_t first, size_t count,
-                                                                     const double *displacements_px, uint32_t threads,
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim,
+                                                                     const double *displacements_px, uint64_t seed,
+                                                                     int64_t first, size_t count, uint32_t threads,
                                                                      double *images) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

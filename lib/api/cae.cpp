@@ -336,10 +336,10 @@ toliman_status toliman_cae_save(const toliman_cae *cae, const toliman_cae_save_o
     return guard([&] { deliver_bytes(blob_of(cae, options), bytes, capacity, needed); });
 }
 
-toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_allocator *allocator,
+toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_load_options *options,
                                 toliman_cae **out) noexcept {
     return guard([&] {
-        const MemoryScope scope(memory_of(allocator));
+        const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         required(out, "out");
         give(cae::from_blob(bytes, size), out);
@@ -354,9 +354,10 @@ toliman_status toliman_cae_save_file(const toliman_cae *cae, const toliman_cae_s
     });
 }
 
-toliman_status toliman_cae_load_file(const char *path, const toliman_allocator *allocator, toliman_cae **out) noexcept {
+toliman_status toliman_cae_load_file(const char *path, const toliman_load_options *options,
+                                     toliman_cae **out) noexcept {
     return guard([&] {
-        const MemoryScope scope(memory_of(allocator));
+        const MemoryScope scope(memory_of(options));
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);

@@ -9,10 +9,17 @@
 using namespace toliman;
 using namespace toliman::api;
 
-toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_allocator *allocator,
+void toliman_linear_options_init(toliman_linear_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_linear_options{}, options, size);
+}
+
+toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linear_options *options,
                                      toliman_linear **out) noexcept {
     return guard([&] {
-        const MemoryScope scope(memory_of(allocator));
+        const toliman_linear_options known = accept(options, toliman_linear_options{}, "options");
+        if (known.reserved != 0)
+            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
+        const MemoryScope scope(memory_of(known.allocator));
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         toliman_linear *&made = required(out, "out");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -285,9 +286,24 @@ toliman_status toliman_sim_get_plan(const toliman_sim *sim, toliman_sim_plan_inf
     });
 }
 
-const char *toliman_sim_get_stage_name(int32_t stage) noexcept {
+const char *toliman_sim_stage_name(int32_t stage) noexcept {
     return stage >= 0 && static_cast<size_t>(stage) < optics::kStages ? optics::stage_name(static_cast<size_t>(stage))
                                                                       : nullptr;
+}
+
+toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name, int32_t *modelled) noexcept {
+    return api::guard([&] {
+        api::required(plan, "plan");
+        const toliman_sim_plan_info known = api::accept(plan, toliman_sim_plan_info{}, "plan");
+        api::required(name, "name");
+        size_t stage = 0;
+        while (stage < optics::kStages && std::strcmp(optics::stage_name(stage), name) != 0)
+            stage++;
+        if (stage == optics::kStages)
+            fail(Status::argument, "name = \"%s\": must be that of a stage, as toliman_sim_stage_name gives them",
+                 name);
+        api::required(modelled, "modelled") = static_cast<int32_t>(known.stages >> stage & 1);
+    });
 }
 
 const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {
@@ -308,6 +324,14 @@ toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, siz
                 displacements_px[i] = simulator.displacement_px(k);
         }
     });
+}
+
+const char *toliman_sim_image_name(int32_t kind) noexcept {
+    constexpr const char *kNames[] = {"both",    "star_a",   "star_b", "separation", "curvature", "shift_x",
+                                      "shift_y", "variance", "roll",   "scale",      "focus",     "background"};
+    static_assert(sizeof kNames / sizeof *kNames == TOLIMAN_SIM_IMAGE_BACKGROUND - TOLIMAN_SIM_IMAGE_BOTH + 1);
+    const bool known = kind >= TOLIMAN_SIM_IMAGE_BOTH && kind <= TOLIMAN_SIM_IMAGE_BACKGROUND;
+    return known ? kNames[kind - TOLIMAN_SIM_IMAGE_BOTH] : "?";
 }
 
 toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image, size_t stride) noexcept {
@@ -363,14 +387,17 @@ toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
     });
 }
 
-toliman_status toliman_sim_get_offsets(const toliman_sim *sim, double offsets_px[4]) noexcept {
+toliman_status toliman_sim_get_offsets(const toliman_sim *sim, toliman_sim_offsets *out) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Light &light = use->simulator.light();
-        api::required(offsets_px, "offsets_px");
-        const bool single = light.photons[1].empty();
-        for (size_t i = 0; i < 4; i++)
-            offsets_px[i] = i >= 2 && single ? std::numeric_limits<double>::quiet_NaN() : light.offset_px[i / 2][i % 2];
+        const double nowhere = std::numeric_limits<double>::quiet_NaN();
+        toliman_sim_offsets offsets = {0, 0, light.offset_px[0][0], light.offset_px[0][1], nowhere, nowhere};
+        if (!light.photons[1].empty()) {
+            offsets.b_x_px = light.offset_px[1][0];
+            offsets.b_y_px = light.offset_px[1][1];
+        }
+        api::deliver(offsets, out, "out");
     });
 }
 
@@ -409,8 +436,8 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
     });
 }
 
-toliman_status toliman_sim_frame_many(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count,
-                                      const double *displacements_px, uint32_t threads, double *images) noexcept {
+toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *displacements_px, uint64_t seed,
+                                      int64_t first, size_t count, uint32_t threads, double *images) noexcept {
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;

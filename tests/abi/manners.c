@@ -138,7 +138,7 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     refused("cancelled scene", toliman_sim_create_json(json, size, NULL, &options, &sim), TOLIMAN_E_CANCELLED);
     options.progress = go_on;
     assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
-    assert_ok(toliman_sim_frame_many(sim, 5, 0, FRAMES, NULL, 2, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, 2, frames));
     result("frames", frames, sizeof *frames * FRAMES * kPixels);
 
     toliman_sim *none = NULL;

@@ -194,7 +194,7 @@ struct Scene {
         info.struct_size = sizeof info;
         check(toliman_cae_get_info(cae, &info));
         const std::vector<double> still(kFrames, 0.0);
-        check(toliman_sim_frame_many(sim, 1, 0, kFrames, still.data(), 1, frames.data()));
+        check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, 1, frames.data()));
         size_t size;
         check(toliman_cae_save(cae, nullptr, nullptr, 0, &size));
         blob.resize(size);

@@ -86,7 +86,7 @@ static void put_point(points *p, int i, int column, int row) {
 
 static points points_of(const toliman_sim *sim) {
     double offset[4];
-    assert_ok(toliman_sim_get_offsets(sim, offset));
+    get_offsets(sim, offset);
     points p;
     for (int i = 0; i < 6; i++)
         put_point(&p, i, (int)(127.5 + offset[i / 3 * 2]) + i % 3, (int)(127.5 + offset[i / 3 * 2 + 1]) + i % 3);
@@ -203,7 +203,7 @@ static double frames_s(const toliman_sim *sim, int64_t count) {
     const double zero[BATCH] = {0}, start = processor_s();
     for (int64_t first = 0; first < count; first += BATCH) {
         const size_t batch = (size_t)(count - first < BATCH ? count - first : BATCH);
-        assert_ok(toliman_sim_frame_many(sim, 1, first, batch, zero, 1, images));
+        assert_ok(toliman_sim_frame_many(sim, zero, 1, first, batch, 1, images));
     }
     const double spent = processor_s() - start;
     free(images);

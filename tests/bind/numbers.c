@@ -37,18 +37,19 @@ static double sum_of(const double *image, int64_t count) {
 }
 
 static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double *image) {
-    double *images = malloc((size_t)(2 * rows * cols) * sizeof *images), times[3], displacements[3], offsets[4];
+    double *images = malloc((size_t)(2 * rows * cols) * sizeof *images), times[3], displacements[3];
+    toliman_sim_offsets offsets = TOLIMAN_SIM_OFFSETS_INIT;
     MUST(toliman_sim_expect(sim, 1e-6, image, (size_t)cols));
     show("expect", image[120 * cols + 100]);
     MUST(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_STAR_A, image, (size_t)cols));
     show("star_a", image[120 * cols + 100]);
-    MUST(toliman_sim_frame_many(sim, 3, 5, 2, NULL, 1, images));
+    MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, 1, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
     show("time", times[2]);
     show("displacement", displacements[2]);
-    MUST(toliman_sim_get_offsets(sim, offsets));
-    show("offset", offsets[2]);
+    MUST(toliman_sim_get_offsets(sim, &offsets));
+    show("offset", offsets.b_x_px);
     MUST(toliman_sim_frame(sim, 1e-6, 3, 7, image, (size_t)cols));
     show("frame", image[130 * cols + 100]);
     show("frame_sum", sum_of(image, rows * cols));

@@ -41,7 +41,8 @@ contains
         type(toliman_simulator), intent(in) :: sim
         real(c_double), intent(out), contiguous :: image(:, :)
         real(c_double), allocatable :: images(:, :, :)
-        real(c_double) :: times(3), displacements(3), offsets(4), sum_of
+        real(c_double) :: times(3), displacements(3), sum_of
+        type(toliman_sim_offsets) :: offsets
         integer :: x, y
         call sim%expect(1d-6, image)
         call show('expect', image(101, 121))
@@ -54,7 +55,7 @@ contains
         call show('time', times(3))
         call show('displacement', displacements(3))
         call sim%get_offsets(offsets)
-        call show('offset', offsets(3))
+        call show('offset', offsets%b_x_px)
         call sim%frame(1d-6, 3_c_int64_t, 7_c_int64_t, image)
         call show('frame', image(101, 131))
         sum_of = 0

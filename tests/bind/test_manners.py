@@ -34,7 +34,8 @@ from toliman._words import words  # noqa: E402
 # What Python has in another way.
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
-              "toliman_components_push", "toliman_load_options_init"}
+              "toliman_components_push", "toliman_load_options_init",
+              "toliman_linear_options_init", "toliman_sim_image_name"}
 
 
 class Coverage(unittest.TestCase):

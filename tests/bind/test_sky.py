@@ -11,6 +11,11 @@ BUILT = pathlib.Path(__file__).resolve().parents[2] / "build" / "lib" / "libtoli
 LIBRARY = ctypes.CDLL(os.environ.get("TOLIMAN_LIBRARY", str(BUILT)))
 LIBRARY.toliman_last_error.restype = ctypes.c_char_p
 
+
+class Offsets(ctypes.Structure):
+    _fields_ = [("struct_size", ctypes.c_uint32), ("reserved", ctypes.c_uint32), ("places_px", ctypes.c_double * 4)]
+
+
 SCENE = {
     "schema": "toliman-scene/1",
     "telescope": {"aperture_m": 0.125, "pupil_samples": 64},
@@ -82,9 +87,9 @@ class Sim:
             raise RuntimeError(LIBRARY.toliman_last_error().decode())
 
     def offsets(self):
-        offsets = (ctypes.c_double * 4)()
-        self.check(LIBRARY.toliman_sim_get_offsets(self.handle, offsets))
-        return list(offsets)
+        offsets = Offsets(ctypes.sizeof(Offsets))
+        self.check(LIBRARY.toliman_sim_get_offsets(self.handle, ctypes.byref(offsets)))
+        return list(offsets.places_px)
 
     def series(self, count):
         times, displacements = (ctypes.c_double * count)(), (ctypes.c_double * count)()

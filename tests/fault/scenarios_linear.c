@@ -89,6 +89,7 @@ static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);
 }
 static toliman_status inits(attempt *a) {
+    toliman_linear_options_init((void *)(a->out + 512), sizeof(toliman_linear_options));
     toliman_components_options_init((void *)a->out, sizeof(toliman_components_options));
     toliman_components_train_options_init((void *)(a->out + 256), sizeof(toliman_components_train_options));
     return TOLIMAN_OK;
@@ -136,6 +137,7 @@ static const scenario all[] = {
     {.function = "toliman_linear_encode", .call = encode, .stage = put_frames},
     {.function = "toliman_linear_encode_many", .call = encode_many, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
+    {.function = "toliman_linear_options_init", .call = inits},
     {.function = "toliman_components_options_init", .call = inits},
     {.function = "toliman_components_train_options_init", .call = inits},
     {.function = "toliman_components_create", .call = create_components, .made = &collections},

@@ -96,7 +96,7 @@ toliman_sim *wide_sim(void) {
 
 static const double *frames_of(const toliman_sim *sim, size_t pixels) {
     double *const frames = new_image(FRAMES * pixels);
-    assert_ok(toliman_sim_frame_many(sim, 1, 0, FRAMES, NULL, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 0, FRAMES, 1, frames));
     return frames;
 }
 
@@ -227,7 +227,7 @@ static toliman_status late_frame(attempt *a) {
     return toliman_sim_frame(a->object, 1e-3, 2, 19000, (double *)a->out, SMALL);
 }
 static toliman_status frame_many(attempt *a) {
-    return toliman_sim_frame_many(small_sim(), 2, 0, FRAMES, NULL, 3, (double *)a->out);
+    return toliman_sim_frame_many(small_sim(), NULL, 2, 0, FRAMES, 3, (double *)a->out);
 }
 static toliman_status get_image(attempt *a) {
     return toliman_sim_get_image(small_sim(), TOLIMAN_SIM_IMAGE_FOCUS, (double *)a->out, SMALL);
@@ -242,11 +242,16 @@ static toliman_status get_plan(attempt *a) {
 static toliman_status get_texts(attempt *a) {
     (void)a;
     must(strcmp(toliman_sim_get_name(small_sim()), "binary") == 0, "get_name");
-    must(strlen(toliman_sim_get_stage_name(0)) > 0, "get_stage_name");
+    must(strlen(toliman_sim_stage_name(0)) > 0, "stage_name");
+    must(strcmp(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_ROLL), "roll") == 0, "image_name");
     return TOLIMAN_OK;
 }
+static toliman_status get_stage(attempt *a) {
+    static const toliman_sim_plan_info plan = {.struct_size = sizeof plan, .stages = 1};
+    return toliman_sim_get_stage(&plan, toliman_sim_stage_name(0), (int32_t *)a->out);
+}
 static toliman_status get_offsets(attempt *a) {
-    return toliman_sim_get_offsets(small_sim(), (double *)a->out);
+    return toliman_sim_get_offsets(small_sim(), (void *)a->out);
 }
 static toliman_status get_plate_scale(attempt *a) {
     return toliman_sim_get_plate_scale(small_sim(), 5, (double *)a->out);
@@ -317,8 +322,10 @@ static const scenario all[] = {
     {.function = "toliman_sim_get_info", .call = get_info, .struct_size = sizeof(toliman_sim_info)},
     {.function = "toliman_sim_get_plan", .call = get_plan, .struct_size = sizeof(toliman_sim_plan_info)},
     {.function = "toliman_sim_get_name", .call = get_texts},
-    {.function = "toliman_sim_get_stage_name", .call = get_texts},
-    {.function = "toliman_sim_get_offsets", .call = get_offsets},
+    {.function = "toliman_sim_stage_name", .call = get_texts},
+    {.function = "toliman_sim_image_name", .call = get_texts},
+    {.function = "toliman_sim_get_stage", .call = get_stage},
+    {.function = "toliman_sim_get_offsets", .call = get_offsets, .struct_size = sizeof(toliman_sim_offsets)},
     {.function = "toliman_sim_get_plate_scale", .call = get_plate_scale},
     {.function = "toliman_sim_get_pupil", .call = get_pupil},
     {.function = "toliman_sim_get_series", .call = get_series},

@@ -22,7 +22,7 @@ static void check_layout(int32_t layout, uint32_t steps, double allowed) {
 
     double *frames = new_image((size_t)kFrames * kPixels), first[kFrames], latents[kFrames];
     const double displacements[kFrames] = {0, 1e-6, -1e-6, 1e-5, 0, 1e-4};
-    assert_ok(toliman_sim_frame_many(sim, 3, 0, kFrames, displacements, 1, frames));
+    assert_ok(toliman_sim_frame_many(sim, displacements, 3, 0, kFrames, 1, frames));
     for (int isa = 0; isa < 3; isa++) {
         if (!shim_choose_isa(isa))
             continue;

@@ -65,7 +65,7 @@ static void make_frames(const toliman_sim *sim, double *frames) {
     double times[FRAMES], displacements[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacements));
     if (order == 0)
-        assert_ok(toliman_sim_frame_many(sim, 5, 0, FRAMES, NULL, workers, frames));
+        assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, workers, frames));
     for (size_t i = 0; order != 0 && i < FRAMES; i++)
         assert_ok(toliman_sim_frame(sim, displacements[places[i]], 5, (int64_t)places[i], frames + places[i] * kPixels,
                                     kSide));

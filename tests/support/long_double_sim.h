@@ -5,6 +5,7 @@
 
 #include <complex.h>
 
+#include "offsets.h"
 #include "scene_text.h"
 
 #define PI_L 3.14159265358979323846264338327950288L
@@ -42,7 +43,7 @@ static inline reference reference_of(const toliman_sim *sim, long double apertur
     assert_ok(toliman_sim_get_pupil(sim, r.amplitude, r.opd));
     assert_ok(toliman_sim_get_spectrum(sim, (size_t)r.wavelengths, r.wavelength, r.weight[0], r.weight[1]));
     double offset[4];
-    assert_ok(toliman_sim_get_offsets(sim, offset));
+    get_offsets(sim, offset);
     for (int i = 0; i < 4; i++)
         r.offset[i] = offset[i];
     for (size_t i = 0; i < cells; i++)

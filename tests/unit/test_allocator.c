@@ -47,6 +47,12 @@ static char weights_file[300], state_file[300], folder[256];
 static unsigned char *weights, *state;
 static size_t weights_size, state_size;
 
+static toliman_load_options load_options_of(const toliman_allocator *allocator) {
+    toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
+    options.allocator = allocator;
+    return options;
+}
+
 static toliman_status sim_in(const toliman_allocator *allocator, void **out) {
     char json[2048];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "");
@@ -65,15 +71,19 @@ static toliman_status cae_in(const toliman_allocator *allocator, void **out) {
 }
 
 static toliman_status loaded_cae_in(const toliman_allocator *allocator, void **out) {
-    return toliman_cae_load(weights, weights_size, allocator, (toliman_cae **)out);
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_cae_load(weights, weights_size, &options, (toliman_cae **)out);
 }
 
 static toliman_status cae_file_in(const toliman_allocator *allocator, void **out) {
-    return toliman_cae_load_file(weights_file, allocator, (toliman_cae **)out);
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_cae_load_file(weights_file, &options, (toliman_cae **)out);
 }
 
 static toliman_status linear_in(const toliman_allocator *allocator, void **out) {
-    return toliman_linear_create(scene, allocator, (toliman_linear **)out);
+    toliman_linear_options options = TOLIMAN_LINEAR_OPTIONS_INIT;
+    options.allocator = allocator;
+    return toliman_linear_create(scene, &options, (toliman_linear **)out);
 }
 
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
@@ -89,12 +99,6 @@ static toliman_status period_in(const toliman_allocator *allocator, void **out) 
     toliman_period_options_init(&options, sizeof options);
     options.allocator = allocator;
     return toliman_period_create(0.1, 0.01, FREQUENCIES, &options, (toliman_period **)out);
-}
-
-static toliman_load_options load_options_of(const toliman_allocator *allocator) {
-    toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
-    options.allocator = allocator;
-    return options;
 }
 
 static toliman_status loaded_period_in(const toliman_allocator *allocator, void **out) {

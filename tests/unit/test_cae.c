@@ -303,7 +303,7 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     (void)unused;
     enum { kFrames = 7 };
     double *frames = new_image((size_t)kFrames * kPixels), latents[kFrames], one;
-    assert_ok(toliman_sim_frame_many(sim, 3, 0, kFrames, NULL, 0, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, kFrames, 0, frames));
     for (uint32_t workers = 0; workers <= 3; workers++) {
         assert_ok(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, workers, latents, NULL));
         for (int k = 0; k < kFrames; k++) {

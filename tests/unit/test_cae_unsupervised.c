@@ -37,7 +37,7 @@ static toliman_status give_frames(size_t first, size_t count, double *counts, vo
     if (source->failure != TOLIMAN_OK)
         return source->failure;
     const toliman_status status =
-        toliman_sim_frame_many(sim, 5, (int64_t)first, count, source->displacements + first, 1, counts);
+        toliman_sim_frame_many(sim, source->displacements + first, 5, (int64_t)first, count, 1, counts);
     if (source->poisoned)
         counts[777] = NAN;
     for (size_t i = 0; source->dark && i < kPixels; i++)
@@ -70,7 +70,7 @@ static toliman_cae *make_network(int32_t layout, int32_t input) {
 static double first_latent(const toliman_cae *cae) {
     static double frame[kPixels];
     double latent, displacement = 3e-3;
-    assert_ok(toliman_sim_frame_many(sim, 5, 1000, 1, &displacement, 1, frame));
+    assert_ok(toliman_sim_frame_many(sim, &displacement, 5, 1000, 1, 1, frame));
     assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
     assert_true(isfinite(latent));
     return latent;
@@ -161,7 +161,7 @@ static void test_learns_a_large_signal(void **unused) {
     double *frames = new_image((size_t)kFresh * kPixels), displacements[kFresh], latents[kFresh];
     for (int i = 0; i < kFresh; i++)
         displacements[i] = 1e-2 * sin(1.3 * i + 0.4);
-    assert_ok(toliman_sim_frame_many(sim, 6, 0, kFresh, displacements, 0, frames));
+    assert_ok(toliman_sim_frame_many(sim, displacements, 6, 0, kFresh, 0, frames));
     assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), kFresh, 0, latents, NULL));
     double sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
     for (int i = 0; i < kFresh; i++) {

@@ -95,7 +95,10 @@ int callbacks_may_throw() {
 
     const toliman_allocator allocator = {sizeof allocator, 0, throws_while_allocating, releases_nothing, nullptr};
     toliman_linear *linear = nullptr;
-    failed += ends_with(toliman_linear_create(sim.get(), &allocator, &linear), "no pool");
+    toliman_linear_options in_pool;
+    toliman_linear_options_init(&in_pool, sizeof in_pool);
+    in_pool.allocator = &allocator;
+    failed += ends_with(toliman_linear_create(sim.get(), &in_pool, &linear), "no pool");
     toliman_cae_info info = {};
     info.struct_size = sizeof info;
     check(toliman_cae_get_info(cae.get(), &info));

@@ -248,6 +248,41 @@ static void destroyed_object_is_refused(void **state) {
 #endif
 }
 
+#define ASSERT_ZERO_IS_THE_DEFAULT(type, initialiser)                                                                  \
+    do {                                                                                                               \
+        const type zeros = initialiser;                                                                                \
+        type filled;                                                                                                   \
+        memset(&filled, 0xff, sizeof filled);                                                                          \
+        type##_init(&filled, sizeof filled);                                                                           \
+        assert_memory_equal(&filled, &zeros, sizeof filled);                                                           \
+    } while (0)
+
+static void zeroed_options_are_the_defaults(void **state) {
+    (void)state;
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_sim_options, TOLIMAN_SIM_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_options, TOLIMAN_CAE_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_train_options, TOLIMAN_CAE_TRAIN_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_save_options, TOLIMAN_CAE_SAVE_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_linear_options, TOLIMAN_LINEAR_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_options, TOLIMAN_COMPONENTS_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_train_options, TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT);
+
+    toliman_sim *sim = make_sim(kSide, kSide, 0, "");
+    toliman_cae *cae = make_cae(sim, 1, 0, NULL);
+    const toliman_cae_save_options zeros = TOLIMAN_CAE_SAVE_OPTIONS_INIT;
+    size_t size = 0, same = 0;
+    uint8_t *const of_zeros = saved_with(cae, zeros, &size), *const plain = saved(cae, &same);
+    assert_int_equal(size, same);
+    assert_memory_equal(of_zeros, plain, size);
+    const toliman_linear_options odd = {.struct_size = sizeof odd, .reserved = 1};
+    toliman_linear *linear = NULL;
+    assert_fails(toliman_linear_create(sim, &odd, &linear), TOLIMAN_E_ARGUMENT, "options->reserved = 1: must be 0");
+    free(of_zeros);
+    free(plain);
+    toliman_cae_destroy(cae);
+    toliman_sim_destroy(sim);
+}
+
 static void counts_beyond_memory_are_refused(void **state) {
     (void)state;
     const size_t many = (size_t)1 << 60;
@@ -257,7 +292,7 @@ static void counts_beyond_memory_are_refused(void **state) {
     double *image = new_image(kPixels), numbers[4] = {0}, out[4];
     assert_fails(toliman_cae_encode_many(cae, PLAIN_IMAGE(image), many, 1, out, NULL), TOLIMAN_E_RANGE,
                  "image: 1152921504606846976");
-    assert_fails(toliman_sim_frame_many(sim, 1, 0, many, numbers, 1, image), TOLIMAN_E_RANGE, "images: ");
+    assert_fails(toliman_sim_frame_many(sim, numbers, 1, 0, many, 1, image), TOLIMAN_E_RANGE, "images: ");
     assert_fails(toliman_period_push_many(period, numbers, numbers, NULL, many), TOLIMAN_E_RANGE, "t: ");
     assert_fails(toliman_period_batch(0, 0.1, 3, numbers, numbers, NULL, many, NULL, out), TOLIMAN_E_RANGE, "t: ");
     assert_int_equal(toliman_period_count(period), 0);
@@ -275,6 +310,7 @@ int main(void) {
         cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
         cmocka_unit_test(another_objects_pointer_is_refused),
         cmocka_unit_test(destroyed_object_is_refused),
+        cmocka_unit_test(zeroed_options_are_the_defaults),
         cmocka_unit_test(counts_beyond_memory_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -41,7 +41,7 @@ static void chapter_against_long_double(void **state) {
     toliman_sim *const sim = sim_of(text);
     free(text);
     double offset[4];
-    assert_ok(toliman_sim_get_offsets(sim, offset));
+    get_offsets(sim, offset);
     int columns[14], rows[14];
     for (int i = 0; i < 3; i++) { /* both cores, then the frame at large with its corners */
         columns[i] = (int)(127.5 + offset[0]) + i;

@@ -4,13 +4,14 @@
 #include <stdio.h>
 
 #include "frame_statistics.h"
+#include "offsets.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
 static double *frames_of(const toliman_sim *sim, uint64_t seed, int64_t first, size_t count, uint32_t threads) {
     double *const frames = malloc(count * PIXELS * sizeof *frames);
     assert_non_null(frames);
-    assert_ok(toliman_sim_frame_many(sim, seed, first, count, NULL, threads, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, seed, first, count, threads, frames));
     return frames;
 }
 
@@ -70,7 +71,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     /* With displacements of its own a frame may have any number, within the cadence or not. */
     static double image[PIXELS], alone[PIXELS];
     const double displacement = 0.05;
-    assert_ok(toliman_sim_frame_many(sim, 7, 123456789012, 1, &displacement, 1, image));
+    assert_ok(toliman_sim_frame_many(sim, &displacement, 7, 123456789012, 1, 1, image));
     assert_ok(toliman_sim_frame(sim, displacement, 7, 123456789012, alone, SIDE));
     assert_memory_equal(image, alone, sizeof image);
     toliman_sim_destroy(sim);
@@ -154,10 +155,10 @@ static void impossible_calls_are_refused(void **state) {
     assert_fails(toliman_sim_propagate(sim, INFINITY, image, SIDE), TOLIMAN_E_RANGE, "[-100, 100] px");
     assert_fails(toliman_sim_get_image(sim, 12, image, SIDE), TOLIMAN_E_ARGUMENT,
                  "kind = 12: must be one of TOLIMAN_SIM_IMAGE_..., 311 to 322");
-    assert_fails(toliman_sim_frame_many(sim, 1, 99, 2, NULL, 1, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
-    assert_fails(toliman_sim_frame_many(sim, 1, 0, SIZE_MAX, NULL, 1, image), TOLIMAN_E_RANGE, "cadence");
+    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 99, 2, 1, image), TOLIMAN_E_RANGE, "cadence of 100 frames");
+    assert_fails(toliman_sim_frame_many(sim, NULL, 1, 0, SIZE_MAX, 1, image), TOLIMAN_E_RANGE, "cadence");
     const double far_away = -0.3;
-    assert_fails(toliman_sim_frame_many(sim, 1, 0, 1, &far_away, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
+    assert_fails(toliman_sim_frame_many(sim, &far_away, 1, 0, 1, 1, image), TOLIMAN_E_RANGE, "displacement_px = -0.3");
     assert_close(image[0], -1, 0, 0);
     toliman_sim_info info = {0};
     assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 0");
@@ -168,7 +169,7 @@ static void impossible_calls_are_refused(void **state) {
     assert_fails(toliman_sim_get_image(single, TOLIMAN_SIM_IMAGE_STAR_B, image, SIDE), TOLIMAN_E_ARGUMENT,
                  "star A only");
     double offsets[4];
-    assert_ok(toliman_sim_get_offsets(single, offsets));
+    get_offsets(single, offsets);
     assert_true(isnan(offsets[2]) && isnan(offsets[3]));
     assert_string_equal(toliman_sim_get_name(single), "");
     assert_string_equal(toliman_sim_get_name(NULL), "");
@@ -240,8 +241,22 @@ static void odd_scenes_are_reported(void **state) {
     free(text);
 }
 
+static void images_have_names(void **state) {
+    (void)state;
+    for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_BACKGROUND; kind++)
+        for (int32_t other = TOLIMAN_SIM_IMAGE_BOTH; other < kind; other++)
+            assert_string_not_equal(toliman_sim_image_name(kind), toliman_sim_image_name(other));
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_SEPARATION), "separation");
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_SHIFT_X), "shift_x");
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_ROLL), "roll");
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BACKGROUND), "background");
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BOTH - 1), "?");
+    assert_string_equal(toliman_sim_image_name(TOLIMAN_SIM_IMAGE_BACKGROUND + 1), "?");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(images_have_names),
         cmocka_unit_test(counts_have_the_right_mean_and_variance),
         cmocka_unit_test(without_noise_frames_are_expectations),
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),

@@ -33,7 +33,7 @@ static double error_against(const toliman_sim *sim, int64_t k, const char *text)
     static double frame[PIXELS], there[PIXELS];
     double displacement, worst = 0;
     assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
-    assert_ok(toliman_sim_frame_many(sim, 1, k, 1, NULL, 1, frame));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 1, k, 1, 1, frame));
     toliman_sim *const still = sim_of(text);
     assert_ok(toliman_sim_propagate(still, displacement, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
@@ -229,15 +229,15 @@ static void anchors_are_made_in_any_order(void **state) {
     assert_non_null(again);
     assert_true(plan_of(sim).anchors > 3);
     for (int64_t i = 0; i < FRAMES; i++)
-        assert_ok(toliman_sim_frame_many(sim, 3, 999 * i, 1, NULL, 3, frames + i * PIXELS));
+        assert_ok(toliman_sim_frame_many(sim, NULL, 3, 999 * i, 1, 3, frames + i * PIXELS));
     for (int64_t i = FRAMES; i-- > 0;) {
-        assert_ok(toliman_sim_frame_many(other, 3, 999 * i, 1, NULL, 1, again));
+        assert_ok(toliman_sim_frame_many(other, NULL, 3, 999 * i, 1, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
     const int64_t border = (int64_t)(12000 / plan_of(sim).anchors); /* frames about here need two anchors */
-    assert_ok(toliman_sim_frame_many(sim, 3, border - FRAMES / 2, FRAMES, NULL, 4, frames));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, border - FRAMES / 2, FRAMES, 4, frames));
     for (int64_t i = 0; i < FRAMES; i++) {
-        assert_ok(toliman_sim_frame_many(other, 3, border - FRAMES / 2 + i, 1, NULL, 1, again));
+        assert_ok(toliman_sim_frame_many(other, NULL, 3, border - FRAMES / 2 + i, 1, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
     free(frames);

@@ -126,11 +126,23 @@ static void stages_cost_what_they_are(void **state) {
     assert_true(a.setup_flops > b.setup_flops && b.setup_flops > c.setup_flops);
     assert_true(b.filter_taps == 0 && b.pixel_error <= 0 && c.spectrum_error <= 0);
     assert_int_equal(c.wavelengths, 2);
-    for (int32_t i = 0; toliman_sim_get_stage_name(i) != NULL; i++) {
-        const bool differs = strcmp(toliman_sim_get_stage_name(i), "pixel integration") == 0;
-        assert_int_equal(a.stages >> i & 1, (differs ? 1 : 0) ^ (b.stages >> i & 1));
+    const char *name;
+    int32_t count = 0, of_a = 2, of_b = 2;
+    for (; (name = toliman_sim_stage_name(count)) != NULL; count++) {
+        const int32_t differs = strcmp(name, "pixel integration") == 0;
+        assert_ok(toliman_sim_get_stage(&a, name, &of_a));
+        assert_ok(toliman_sim_get_stage(&b, name, &of_b));
+        assert_int_equal(of_a, differs ^ of_b);
     }
-    assert_null(toliman_sim_get_stage_name(-1));
+    assert_true(count > 10);
+    assert_null(toliman_sim_stage_name(-1));
+    assert_ok(toliman_sim_get_stage(&a, "pixel integration", &of_a));
+    assert_int_equal(of_a, 1);
+    assert_fails(toliman_sim_get_stage(&a, "pixels", &of_a), TOLIMAN_E_ARGUMENT,
+                 "name = \"pixels\": must be that of a stage");
+    assert_fails(toliman_sim_get_stage(&a, NULL, &of_a), TOLIMAN_E_ARGUMENT, "name is NULL");
+    assert_fails(toliman_sim_get_stage(NULL, "roll", &of_a), TOLIMAN_E_ARGUMENT, "plan is NULL");
+    assert_fails(toliman_sim_get_stage(&a, "pixel integration", NULL), TOLIMAN_E_ARGUMENT, "modelled is NULL");
     toliman_sim_destroy(whole);
     toliman_sim_destroy(point);
     toliman_sim_destroy(two_lines);
@@ -313,7 +325,7 @@ static void far_signals_are_exact(void **state) {
     double at;
     assert_ok(toliman_sim_get_series(sim, 5, 1, NULL, &at));
     assert_true(fabs(at) > 1);
-    assert_ok(toliman_sim_frame_many(sim, 1, 5, 1, NULL, 1, frame));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 5, 1, 1, frame));
     assert_ok(toliman_sim_propagate(sim, at, exact, 64));
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
     assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");

@@ -135,7 +135,7 @@ static int make_frames_without_threads(void) {
     const struct rlimit none = {0, 0};
     if (setrlimit(RLIMIT_NPROC, &none) != 0)
         return 98;
-    if (toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, 8, frames) != TOLIMAN_OK)
+    if (toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, 8, frames) != TOLIMAN_OK)
         return 1;
     return memcmp(frames, expected, sizeof frames) != 0 ? 2 : 0;
 }
@@ -144,9 +144,9 @@ static int make_frames_without_threads(void) {
 static void threads_that_cannot_be_had(void **state) {
     (void)state;
     sim = sim_with(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
-    assert_ok(toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, 1, expected));
+    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, 1, expected));
     assert_int_equal(as_nobody(make_frames_without_threads), 0);
-    assert_ok(toliman_sim_frame_many(sim, 7, 0, kFrames, displacements, UINT32_MAX, frames));
+    assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, UINT32_MAX, frames));
     assert_memory_equal(frames, expected, sizeof frames);
     toliman_sim_destroy(sim);
 }

@@ -17,6 +17,7 @@ RESULTS = {
     "toliman_machine": "Machine",
     "toliman_sim_info": "SceneInfo",
     "toliman_sim_plan_info": "Plan",
+    "toliman_sim_offsets": None,
     "toliman_cae_training": "Training",
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",

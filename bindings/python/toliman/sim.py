@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import itertools
 import json
 import math
 import os
@@ -94,6 +95,20 @@ def _options(watch: Watch, threads: int, engine: str | None) -> typing.Any:
                       engine=0 if engine is None else number("engine", engine, "TOLIMAN_SIM_ENGINE"))
 
 
+def _stage_names() -> typing.Iterator[bytes]:
+    for stage in itertools.count():
+        name = library.toliman_sim_stage_name(stage)
+        if name is None:
+            return
+        yield name
+
+
+def _has_stage(plan: typing.Any, name: bytes) -> bool:
+    modelled = ctypes.c_int32()
+    check(library.toliman_sim_get_stage(ctypes.byref(plan), name, ctypes.byref(modelled)))
+    return modelled.value != 0
+
+
 def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str | None = None) -> Plan:
     """What a scene needs at its accuracy, with the error and cost of each choice, without making its images."""
     found = _raw.toliman_sim_plan_info()
@@ -150,8 +165,9 @@ class Simulator(Handle):
     @property
     def stages(self) -> list[str]:
         """Names of what is modelled: "photon noise", ..."""
-        bits = self.plan.stages
-        return [library.toliman_sim_get_stage_name(bit).decode() for bit in range(63) if bits >> bit & 1]
+        plan = _raw.toliman_sim_plan_info()
+        check(library.toliman_sim_get_plan(self._c, ctypes.byref(plan)))
+        return [name.decode() for name in _stage_names() if _has_stage(plan, name)]
 
     def series(self, first: int = 0, count: int | None = None) -> tuple[Doubles, Doubles]:
         """Times (days) and true displacements (px) of frames first ... first + count - 1; by default all from first."""
@@ -186,9 +202,9 @@ class Simulator(Handle):
 
     def offsets(self) -> Doubles:
         """Places of A and B without displacement, px, [[Ax, Ay], [Bx, By]]; NaN for a star that is not there."""
-        offsets = numpy.empty((2, 2))
-        check(library.toliman_sim_get_offsets(self._c, pointer(offsets)))
-        return offsets
+        at = _raw.toliman_sim_offsets()
+        check(library.toliman_sim_get_offsets(self._c, ctypes.byref(at)))
+        return numpy.array([[at.a_x_px, at.a_y_px], [at.b_x_px, at.b_y_px]])
 
     def propagate(self, displacement: float) -> Doubles:
         """Expected image with the star displaced by so many px, each wavelength propagated anew: slow and exact."""
@@ -218,7 +234,7 @@ class Simulator(Handle):
             for start in range(0, count, _FRAMES_AT_A_TIME):
                 part = images[start:start + _FRAMES_AT_A_TIME]
                 moved = None if displacements is None else displacements[start:start + len(part)]
-                watch.check(library.toliman_sim_frame_many(self._c, seed, first + start, len(part), pointer(moved),
+                watch.check(library.toliman_sim_frame_many(self._c, pointer(moved), seed, first + start, len(part),
                                                            whole("threads", threads, 2**32), pointer(part)))
                 watch.step("frames", (start + len(part)) / count)
         return images

@@ -33,9 +33,9 @@ frames. What `simulate` would warn of is said on standard error.)";
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::string text;
-    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
-        if (((plan.stages >> i & 1) != 0) == there)
-            text += (text.empty() ? "" : ", ") + std::string(toliman_sim_get_stage_name(i));
+    for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
+        if (has_stage(plan, toliman_sim_stage_name(i)) == there)
+            text += (text.empty() ? "" : ", ") + std::string(toliman_sim_stage_name(i));
     return text.empty() ? "nothing" : text;
 }
 
@@ -101,8 +101,8 @@ void print_summary(const toliman_sim_plan_info &plan) {
 
 std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene) {
     Json json, stages_there, errors;
-    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
-        stages_there.set(toliman_sim_get_stage_name(i), (plan.stages >> i & 1) != 0 ? 1.0 : 0.0);
+    for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
+        stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
     errors.set("rounding", plan.rounding_error).set("pupil", plan.pupil_error).set("spectrum", plan.spectrum_error);
     errors.set("series", plan.series_error).set("pixel", plan.pixel_error);
     errors.set("places", plan.place_error).set("scale_focus", plan.scale_focus_error);

@@ -44,9 +44,9 @@ With --session the mission's own pair of files, <session>_frames.bin and <sessio
 Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
 
 void check_star(const Scene &scene) {
-    double places[4];
-    toliman::check(toliman_sim_get_offsets(scene.sim.get(), places));
-    if (std::isnan(places[2]))
+    auto places = toliman::sized<toliman_sim_offsets>();
+    toliman::check(toliman_sim_get_offsets(scene.sim.get(), &places));
+    if (std::isnan(places.b_x_px))
         throw Failure(kExitUsage, "--star B: " + scene.path + " has star A only");
 }
 
@@ -109,8 +109,8 @@ void simulate(const Options &options, Progress &progress) {
     std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
     for (size_t done = 0; done < total;) {
         const size_t count = std::min(kFramesAtOnce, total - done);
-        toliman::check(toliman_sim_frame_many(scene.sim.get(), frames.seed,
-                                              frames.range.first + static_cast<int64_t>(done), count, nullptr, 0,
+        toliman::check(toliman_sim_frame_many(scene.sim.get(), nullptr, frames.seed,
+                                              frames.range.first + static_cast<int64_t>(done), count, 0,
                                               images.data()));
         out->write(images.data(), count);
         done += count;

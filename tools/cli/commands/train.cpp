@@ -116,7 +116,7 @@ struct Frames {
     uint64_t seed;
     static toliman_status give(size_t first, size_t count, double *counts, void *user_data) {
         const auto &frames = *static_cast<const Frames *>(user_data);
-        return toliman_sim_frame_many(frames.scene.sim.get(), frames.seed, static_cast<int64_t>(first), count, nullptr,
+        return toliman_sim_frame_many(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
                                       0, counts);
     }
 };

@@ -25,8 +25,8 @@ void project_fluxes_and_shifts(cJSON *scene) {
 
 SceneVariants::SceneVariants(const Scene &scene)
     : json_(read_scene_json(scene.path)), wavelength_nm_(middle_wavelength_nm(scene)) {
-    toliman::check(toliman_sim_get_offsets(scene.sim.get(), offsets_px_));
-    if (std::isnan(offsets_px_[2]))
+    toliman::check(toliman_sim_get_offsets(scene.sim.get(), &offsets_));
+    if (std::isnan(offsets_.b_x_px))
         throw Failure(kExitUsage, scene.path + ": stars.B: is missing: the tables equal and robust need two stars, " +
                                       "--tables real does not");
 }
@@ -69,9 +69,8 @@ std::string SceneVariants::defocused(double waves_rms) const {
 
 std::string SceneVariants::moved(double separation_px, double shift_px, double scale) const {
     JsonTree scene = copy_of(json_.get());
-    double places[4];
-    for (size_t i = 0; i < 4; i++)
-        places[i] = offsets_px_[i] / scale + (i % 2 == 0 ? shift_px : 0);
+    double places[4] = {offsets_.a_x_px / scale + shift_px, offsets_.a_y_px / scale, offsets_.b_x_px / scale + shift_px,
+                        offsets_.b_y_px / scale};
     const cJSON *star = item_of(item_of(scene.get(), "signal"), "star");
     const bool b_moves = star != nullptr && std::string(star->valuestring) == "B";
     double *still = b_moves ? places : places + 2;

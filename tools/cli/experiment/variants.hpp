@@ -25,7 +25,7 @@ class SceneVariants {
   private:
     JsonTree json_;
     double wavelength_nm_; // the middle one
-    double offsets_px_[4];
+    toliman_sim_offsets offsets_ = toliman::sized<toliman_sim_offsets>();
 };
 
 } // namespace cli

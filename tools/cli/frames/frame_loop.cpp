@@ -21,9 +21,9 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
         const size_t count = std::min(kFramesAtOnce, total - done);
         {
             const Stopwatch watch(seconds != nullptr ? *seconds : unread);
-            toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, first + static_cast<int64_t>(done), count,
-                                                  displacements != nullptr ? displacements + done : nullptr, 0,
-                                                  images.data()));
+            toliman::check(toliman_sim_frame_many(scene.sim.get(),
+                                                  displacements != nullptr ? displacements + done : nullptr, seed,
+                                                  first + static_cast<int64_t>(done), count, 0, images.data()));
         }
         work(done, count, images.data());
         done += count;
@@ -36,7 +36,7 @@ double noise_share(const Scene &scene, uint64_t seed) {
     const size_t pixels = scene.pixels();
     const std::vector<double> still(frames, 0.0);
     std::vector<double> images(frames * pixels), variance(pixels);
-    toliman::check(toliman_sim_frame_many(scene.sim.get(), seed, 0, frames, still.data(), 0, images.data()));
+    toliman::check(toliman_sim_frame_many(scene.sim.get(), still.data(), seed, 0, frames, 0, images.data()));
     toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, variance.data(),
                                          static_cast<size_t>(scene.info.cols)));
     double found = 0, counted = 0;

@@ -222,7 +222,7 @@ Image expected(const Scene &scene, double displacement) {
 
 Image first_frame(const Scene &scene, uint64_t seed) {
     Image image(scene.pixels());
-    check(toliman_sim_frame_many(scene.sim.get(), seed, 0, 1, nullptr, 0, image.data()));
+    check(toliman_sim_frame_many(scene.sim.get(), nullptr, seed, 0, 1, 0, image.data()));
     return image;
 }
 
@@ -238,10 +238,7 @@ bool has_photon_noise(const Scene &scene) {
     toliman_sim_plan_info plan = {};
     plan.struct_size = sizeof plan;
     check(toliman_sim_get_plan(scene.sim.get(), &plan));
-    for (int32_t i = 0; toliman_sim_get_stage_name(i) != nullptr; i++)
-        if (std::string(toliman_sim_get_stage_name(i)) == "photon noise")
-            return (plan.stages >> i & 1) != 0;
-    return false;
+    return has_stage(plan, "photon noise");
 }
 
 // Standard deviation of the noise in the brightest pixel.

@@ -13,6 +13,13 @@ namespace cli {
 // told to the log of `options`. A Failure where neither is there.
 std::string found_scene(const std::string &name, const toliman_sim_options &options);
 
+// Whether a plan models the stage of that name.
+inline bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
+    int32_t modelled = 0;
+    toliman::check(toliman_sim_get_stage(&plan, name, &modelled));
+    return modelled != 0;
+}
+
 struct Scene {
     Scene(const std::string &file, Progress &progress);
     Scene(const std::string &file, const toliman_sim_options &options);
