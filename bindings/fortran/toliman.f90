@@ -171,7 +171,7 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
         type(c_funptr) :: log = c_null_funptr ! may be NULL
         type(c_ptr) :: log_data = c_null_ptr
-        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT
+        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
     end type
@@ -237,7 +237,7 @@ module toliman
         integer(c_int32_t) :: oversampling = 0 ! point samples per pixel and axis
         integer(c_int32_t) :: filter_taps = 0 ! of the filter that integrates over pixels; 0 = none
         integer(c_int64_t) :: pupil_samples = 0 ! N of N x N
-        integer(c_int64_t) :: stages = 0 ! bit i set: stage i is modelled, toliman_sim_get_stage_name(i)
+        integer(c_int64_t) :: stages = 0 ! those that are modelled, for toliman_sim_get_stage alone
         real(c_double) :: accuracy = 0.0_c_double ! what the scene asks for
         ! of N samples against a pupil without any; not held to the accuracy, N is the scene's
         real(c_double) :: pupil_error = 0.0_c_double
@@ -287,6 +287,16 @@ module toliman
     ! d/d light that falls on every pixel alike, per photon
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BACKGROUND = 322
 
+    ! Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2.
+    type, bind(C), public :: toliman_sim_offsets
+        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_sim_offsets)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        real(c_double) :: a_x_px = 0.0_c_double
+        real(c_double) :: a_y_px = 0.0_c_double
+        real(c_double) :: b_x_px = 0.0_c_double
+        real(c_double) :: b_y_px = 0.0_c_double
+    end type
+
     ! Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
     ! latent, and the same way back.
     !   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
@@ -306,8 +316,8 @@ module toliman
     ! What a network is. Since 0.1.
     type, bind(C), public :: toliman_cae_options
         integer(c_int32_t) :: struct_size = 24
-        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER
-        ! TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
+        integer(c_int32_t) :: layout = 0 ! 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER
+        ! 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
         integer(c_int32_t) :: input = 0
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
@@ -342,7 +352,7 @@ module toliman
     ! How to train; 0 is the default throughout. Since 0.1.
     type, bind(C), public :: toliman_cae_train_options
         integer(c_int32_t) :: struct_size = 96
-        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED
+        integer(c_int32_t) :: mode = 0 ! 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED
         integer(c_int32_t) :: steps = 0 ! TIED: 0 = 300
         integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: passes over the training frames, in all; 0 = 300
         ! in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0; UNSUPERVISED: 0 = 1e-3,
@@ -412,9 +422,9 @@ module toliman
     ! What a blob holds. Since 0.1.
     type, bind(C), public :: toliman_cae_save_options
         integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_CAE_ENCODING_..., default FLOAT32
-        integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images; default FLOAT32
-        ! default 0; 1: also where the last training stands, for toliman_cae_train to go on with
+        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+        integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images; 0 = FLOAT32
+        ! 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with
         integer(c_int32_t) :: training = 0
     end type
 
@@ -437,7 +447,7 @@ module toliman
     ! How to train. Since 0.1.
     type, bind(C), public :: toliman_components_train_options
         integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: method = 0 ! TOLIMAN_COMPONENTS_PCA (default) or TOLIMAN_COMPONENTS_DICTIONARY
+        integer(c_int32_t) :: method = 0 ! 0 = TOLIMAN_COMPONENTS_PCA, or TOLIMAN_COMPONENTS_DICTIONARY
         integer(c_int32_t) :: components = 0 ! 1 ... 64, less than frames; 0 = 1
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
         integer(c_int32_t) :: iterations = 0 ! of the dictionary, at most; 0 = 200
@@ -479,6 +489,13 @@ module toliman
         ! with the signal's is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the series' squared correlation (1 - p/N/l^2)/(1
         ! + 1/l) (Benaych-Georges and Nadakuditi 2012).
         real(c_double) :: threshold_px = 0.0_c_double
+    end type
+
+    ! How an estimator is made. Since 0.2.
+    type, bind(C), public :: toliman_linear_options
+        integer(c_int32_t) :: struct_size = 16
+        integer(c_int32_t) :: reserved = 0 ! 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the object's large arrays; NULL: the system's memory
     end type
 
     ! Flags of toliman_period_options.
@@ -1060,11 +1077,20 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Name of a stage, "photon noise"; NULL for stages that are not there.
-        function toliman_sim_get_stage_name(stage) bind(C) result(answer)
+        ! Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one.
+        function toliman_sim_stage_name(stage) bind(C) result(answer)
             import
             integer(c_int32_t), value :: stage
             type(c_ptr) :: answer
+        end function
+
+        ! Sets *modelled to 1 if a plan models the stage of that name, else to 0.
+        function toliman_sim_get_stage(plan, name, modelled) bind(C) result(answer)
+            import
+            type(toliman_sim_plan_info), intent(in) :: plan
+            character(kind=c_char), intent(in) :: name(*)
+            integer(c_int32_t), intent(out) :: modelled
+            integer(c_int32_t) :: answer
         end function
 
         ! The plan that a simulator follows; out->struct_size must be set.
@@ -1090,6 +1116,13 @@ module toliman
             integer(c_size_t), value :: count
             real(c_double), intent(out), optional :: times_days(*), displacements_px(*)
             integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the name of one of them ("shift_x"), "?" for an unknown one.
+        function toliman_sim_image_name(kind) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: kind
+            type(c_ptr) :: answer
         end function
 
         ! Copies one of them into image[rows][stride], stride >= cols in elements.
@@ -1131,12 +1164,11 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Positions of the stars without displacement: offsets_px = {Ax, Ay, Bx, By}; NaN for a star that is not
-        ! there.
-        function toliman_sim_get_offsets(sim, offsets_px) bind(C) result(answer)
+        ! Fills *out; out->struct_size must be set.
+        function toliman_sim_get_offsets(sim, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
-            real(c_double), intent(out) :: offsets_px(*)
+            type(toliman_sim_offsets), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -1176,7 +1208,7 @@ module toliman
 
         ! Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
         ! processor).
-        function toliman_sim_frame_many(sim, seed, first, count, displacements_px, threads, &
+        function toliman_sim_frame_many(sim, displacements_px, seed, first, count, threads, &
             images) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1327,11 +1359,11 @@ module toliman
         end function
 
         ! Network from a blob of exactly size bytes.
-        function toliman_cae_load(bytes, size, allocator, out) bind(C) result(answer)
+        function toliman_cae_load(bytes, size, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
             integer(c_int8_t), intent(in) :: bytes(*)
-            type(toliman_allocator), intent(in), optional :: allocator
+            type(toliman_load_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -1346,10 +1378,10 @@ module toliman
         end function
 
         ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
-        function toliman_cae_load_file(path, allocator, out) bind(C) result(answer)
+        function toliman_cae_load_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
-            type(toliman_allocator), intent(in), optional :: allocator
+            type(toliman_load_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -1435,11 +1467,18 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Template estimator of a scene; sim is not kept, allocator may be NULL.
-        function toliman_linear_create(sim, allocator, out) bind(C) result(answer)
+        ! Fills *options, which has `size` bytes, with the defaults.
+        subroutine toliman_linear_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_linear_options), intent(inout) :: options
+        end subroutine
+
+        ! Template estimator of a scene; sim is not kept, options may be NULL.
+        function toliman_linear_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
-            type(toliman_allocator), intent(in), optional :: allocator
+            type(toliman_linear_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
@@ -2003,10 +2042,12 @@ module toliman
     public :: toliman_sim_get_info
     public :: toliman_sim_plan_file
     public :: toliman_sim_plan_json
-    public :: toliman_sim_get_stage_name
+    public :: toliman_sim_stage_name
+    public :: toliman_sim_get_stage
     public :: toliman_sim_get_plan
     public :: toliman_sim_get_name
     public :: toliman_sim_get_series
+    public :: toliman_sim_image_name
     public :: toliman_sim_get_image
     public :: toliman_sim_get_pupil
     public :: toliman_sim_get_spectrum
@@ -2043,6 +2084,7 @@ module toliman
     public :: toliman_components_train
     public :: toliman_components_get_series
     public :: toliman_components_get_info
+    public :: toliman_linear_options_init
     public :: toliman_linear_create
     public :: toliman_linear_destroy
     public :: toliman_linear_encode
@@ -2113,10 +2155,12 @@ module toliman
         procedure :: get_info => simulator_get_info
         procedure, nopass :: plan_file => simulator_plan_file
         procedure, nopass :: plan_json => simulator_plan_json
-        procedure, nopass :: get_stage_name => simulator_get_stage_name
+        procedure, nopass :: stage_name => simulator_stage_name
+        procedure, nopass :: get_stage => simulator_get_stage
         procedure :: get_plan => simulator_get_plan
         procedure :: get_name => simulator_get_name
         procedure :: get_series => simulator_get_series
+        procedure, nopass :: image_name => simulator_image_name
         procedure :: get_image => simulator_get_image
         procedure :: get_pupil => simulator_get_pupil
         procedure :: get_spectrum => simulator_get_spectrum
@@ -2574,12 +2618,22 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Name of a stage, "photon noise"; NULL for stages that are not there.
-    function simulator_get_stage_name(stage) result(answer)
+    ! Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one.
+    function simulator_stage_name(stage) result(answer)
         integer(c_int32_t), intent(in) :: stage
         character(len=:), allocatable :: answer
-        answer = toliman_text(toliman_sim_get_stage_name(stage))
+        answer = toliman_text(toliman_sim_stage_name(stage))
     end function
+
+    ! Sets *modelled to 1 if a plan models the stage of that name, else to 0.
+    subroutine simulator_get_stage(plan, name, modelled, stat, errmsg)
+        type(toliman_sim_plan_info), intent(in) :: plan
+        character(len=*), intent(in) :: name
+        integer(c_int32_t), intent(out) :: modelled
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_stage(plan, c_string(name), modelled), stat, errmsg)
+    end subroutine
 
     ! The plan that a simulator follows; out->struct_size must be set.
     subroutine simulator_get_plan(self, out, stat, errmsg)
@@ -2620,6 +2674,13 @@ contains
         status = toliman_sim_get_series(self%handle, first, of_count, times_days, displacements_px)
         call conclude(status, stat, errmsg)
     end subroutine
+
+    ! Returns the name of one of them ("shift_x"), "?" for an unknown one.
+    function simulator_image_name(kind) result(answer)
+        integer(c_int32_t), intent(in) :: kind
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_sim_image_name(kind))
+    end function
 
     ! Copies one of them into image[rows][stride], stride >= cols in elements. image(stride, rows).
     subroutine simulator_get_image(self, kind, image, stat, errmsg)
@@ -2707,13 +2768,13 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Positions of the stars without displacement: offsets_px = {Ax, Ay, Bx, By}; NaN for a star that is not there.
-    subroutine simulator_get_offsets(self, offsets_px, stat, errmsg)
+    ! Fills *out; out->struct_size must be set.
+    subroutine simulator_get_offsets(self, out, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
-        real(c_double), intent(out) :: offsets_px(4)
+        type(toliman_sim_offsets), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_sim_get_offsets(self%handle, offsets_px), stat, errmsg)
+        call conclude(toliman_sim_get_offsets(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
@@ -2770,8 +2831,8 @@ contains
     ! processor). displacements_px(count), images(cols, rows, count).
     subroutine simulator_frame_many(self, seed, first, threads, images, displacements_px, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
-        integer(c_int64_t), intent(in) :: seed, first
         real(c_double), intent(in), optional, contiguous :: displacements_px(:)
+        integer(c_int64_t), intent(in) :: seed, first
         integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: images(:, :, :)
         integer, intent(out), optional :: stat
@@ -2785,7 +2846,7 @@ contains
         end if
         if (.not. fits(size(images, 1, c_size_t), self%cols, 'images', 1, stat, errmsg)) return
         if (.not. fits(size(images, 2, c_size_t), self%rows, 'images', 2, stat, errmsg)) return
-        status = toliman_sim_frame_many(self%handle, seed, first, of_count, displacements_px, threads, images)
+        status = toliman_sim_frame_many(self%handle, displacements_px, seed, first, of_count, threads, images)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -2932,10 +2993,10 @@ contains
     end subroutine
 
     ! Network from a blob of exactly size bytes. bytes(size).
-    subroutine autoencoder_load(self, bytes, allocator, stat, errmsg)
+    subroutine autoencoder_load(self, bytes, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         integer(c_int8_t), intent(in), contiguous :: bytes(:)
-        type(toliman_allocator), intent(in), optional :: allocator
+        type(toliman_load_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_size
@@ -2943,7 +3004,7 @@ contains
         type(toliman_cae_info) :: info
         integer(c_int32_t) :: status
         of_size = size(bytes, 1, c_size_t)
-        status = toliman_cae_load(bytes, of_size, allocator, made)
+        status = toliman_cae_load(bytes, of_size, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -2965,16 +3026,16 @@ contains
     end subroutine
 
     ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
-    subroutine autoencoder_load_file(self, path, allocator, stat, errmsg)
+    subroutine autoencoder_load_file(self, path, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         character(len=*), intent(in) :: path
-        type(toliman_allocator), intent(in), optional :: allocator
+        type(toliman_load_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         type(c_ptr) :: made
         type(toliman_cae_info) :: info
         integer(c_int32_t) :: status
-        status = toliman_cae_load_file(c_string(path), allocator, made)
+        status = toliman_cae_load_file(c_string(path), options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -3078,16 +3139,16 @@ contains
         call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Template estimator of a scene; sim is not kept, allocator may be NULL.
-    subroutine linear_estimator_create(self, sim, allocator, stat, errmsg)
+    ! Template estimator of a scene; sim is not kept, options may be NULL.
+    subroutine linear_estimator_create(self, sim, options, stat, errmsg)
         class(toliman_linear_estimator), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
-        type(toliman_allocator), intent(in), optional :: allocator
+        type(toliman_linear_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         type(c_ptr) :: made
         integer(c_int32_t) :: status
-        status = toliman_linear_create(sim%handle, allocator, made)
+        status = toliman_linear_create(sim%handle, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made

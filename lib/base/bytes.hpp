@@ -80,7 +80,7 @@ class ByteReader {
   private:
     void need(size_t size) const {
         if (size > left_)
-            fail(Status::format, "{%s}: truncated: %zu more bytes are needed, %zu are left", kind_, size, left_);
+            fail(Status::format, "%s: truncated: %zu more bytes are needed, %zu are left", kind_, size, left_);
     }
     uint64_t get(int count) {
         const uint8_t *data = raw(static_cast<size_t>(count));

@@ -13,7 +13,7 @@ struct Progress {
     // Call from the caller's thread only, with no lock held. Nonzero from the callback cancels.
     void report(const char *stage, double fraction) const {
         if (call != nullptr && in_callback("progress", [&] { return call(stage, fraction, user_data); }) != 0)
-            fail(Status::cancelled, "{%s}: cancelled by the progress callback", stage);
+            fail(Status::cancelled, "%s: cancelled by the progress callback", stage);
     }
 };
 

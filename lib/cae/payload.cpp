@@ -100,7 +100,7 @@ const uint8_t *read_block(const uint8_t *raw, const Block &block, float *values)
         scale = static_cast<int16_t>(raw[0] | raw[1] << 8);
         raw += kScaleBytes;
         if (scale < kLeastScale || scale > kLargestScale)
-            fail(Status::format, "{%s}: scale 2^%d of a block: must be 2^%d to 2^%d", kKind, scale, kLeastScale,
+            fail(Status::format, "%s: scale 2^%d of a block: must be 2^%d to 2^%d", kKind, scale, kLeastScale,
                  kLargestScale);
     }
     const size_t bytes = width(block.encoding);

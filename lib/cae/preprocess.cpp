@@ -35,7 +35,7 @@ void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
             col_moment += counts * static_cast<double>(c);
         }
     if (!(light > 0))
-        fail(Status::scene, "{%s}: the reference frame holds no light", model.source.c_str());
+        fail(Status::scene, "%s: the reference frame holds no light", model.source.c_str());
     out.crop_row = crop_start(row_moment / light, model.rows);
     out.crop_col = crop_start(col_moment / light, model.cols);
 }
@@ -67,8 +67,7 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
         kernels::project_out_twice(preprocess.units.data(), preprocess.projected, kPixels, target.data());
     if (!(left > kLeastLeft * before))
         fail(Status::scene,
-             "{%s}: {preprocess.project}: the scene tells nothing of the separation: %g of the information of %g px^-2 "
-             "a "
+             "%s: {preprocess.project}: the scene tells nothing of the separation: %g of the information of %g px^-2 a "
              "frame is left after it",
              source.c_str(), before > 0 ? left / before * left / before : 0, before * before);
 }
@@ -77,13 +76,13 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
 
 Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     if (model.rows < kSide || model.cols < kSide)
-        fail(Status::unsupported, "{%s}: {detector.shape} = [%zu, %zu]: the network takes at least %zu px either way",
+        fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: the network takes at least %zu px either way",
              model.source.c_str(), model.rows, model.cols, kSide);
     if (model.projected.size() > kMaxProjected)
-        fail(Status::unsupported, "{%s}: {preprocess.project}: %zu names: at most %zu can be projected out",
+        fail(Status::unsupported, "%s: {preprocess.project}: %zu names: at most %zu can be projected out",
              model.source.c_str(), model.projected.size(), kMaxProjected);
     if (input != Input::whitened && !model.projected.empty())
-        fail(Status::unsupported, "{%s}: {preprocess.project}: only whitened input can be projected",
+        fail(Status::unsupported, "%s: {preprocess.project}: only whitened input can be projected",
              model.source.c_str());
     Preprocess out;
     out.input = input;

@@ -38,8 +38,8 @@ const Layout &layout_of(uint32_t id, uint64_t hash) {
     const Layout *layout = find_layout(id);
     if (layout == nullptr || hash != layout_hash(*layout))
         fail(Status::format,
-             "{%s}: layout %u with hash %016llx: this library knows %u (%s) with %016llx and %u (%s) with %016llx",
-             kKind, id, static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
+             "%s: layout %u with hash %016llx: this library knows %u (%s) with %016llx and %u (%s) with %016llx", kKind,
+             id, static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
              static_cast<unsigned long long>(layout_hash(kFlight)), kPaper.id, kPaper.name,
              static_cast<unsigned long long>(layout_hash(kPaper)));
     return *layout;
@@ -86,7 +86,7 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
     preprocess.units.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
         if (!(preprocess.variance[i] > 0))
-            fail(Status::format, "{%s}: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
+            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
     preprocess.derive();
 }
 
@@ -94,27 +94,26 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
 void check_envelope(const void *bytes, size_t size) {
     ByteReader reader(bytes, size, kKind);
     if (std::memcmp(reader.raw(4), kMagic, 4) != 0)
-        fail(Status::format, "{%s}: does not start with \"%s\"", kKind, kMagic);
+        fail(Status::format, "%s: does not start with \"%s\"", kKind, kMagic);
     const uint32_t version = reader.u32();
     if (version != kVersion)
-        fail(Status::format, "{%s}: version %u: this library reads version %u", kKind, version, kVersion);
+        fail(Status::format, "%s: version %u: this library reads version %u", kKind, version, kVersion);
     const uint64_t stated = reader.u64();
     if (stated != size)
-        fail(Status::format, "{%s}: %zu bytes long, but its header says %llu: truncated or with something behind it",
+        fail(Status::format, "%s: %zu bytes long, but its header says %llu: truncated or with something behind it",
              kKind, size, static_cast<unsigned long long>(stated));
     if (size < kHeaderSize + kChecksumSize)
-        fail(Status::format, "{%s}: %zu bytes: shorter than its header", kKind, size);
+        fail(Status::format, "%s: %zu bytes: shorter than its header", kKind, size);
     const auto *first = static_cast<const uint8_t *>(bytes);
     ByteReader end(first + size - kChecksumSize, kChecksumSize, kKind);
     if (zip::crc32(bytes, size - kChecksumSize) != end.u32())
-        fail(Status::format, "{%s}: the checksum does not fit: the bytes are damaged", kKind);
+        fail(Status::format, "%s: the checksum does not fit: the bytes are damaged", kKind);
 }
 
 Encoding read_encoding(ByteReader &reader, const char *what) {
     const uint16_t code = reader.u16();
     if (code >= kEncodings)
-        fail(Status::format, "{%s}: encoding %u of the %s: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, code,
-             what);
+        fail(Status::format, "%s: encoding %u of the %s: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, code, what);
     return static_cast<Encoding>(code);
 }
 
@@ -128,7 +127,7 @@ Header read_header(ByteReader &reader, size_t size) {
     header.layout = &layout_of(id, hash);
     const uint32_t input = flags >> kInputShift & kInputMask;
     if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag)) != 0 || input > kLastInput)
-        fail(Status::format, "{%s}: {flags} = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind,
+        fail(Status::format, "%s: {flags} = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind,
              flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
@@ -141,33 +140,33 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.crop_col = reader.u32();
     for (const size_t side : {preprocess.rows, preprocess.cols})
         if (side < kSide || side > kLargestFrame)
-            fail(Status::format, "{%s}: frames of %zu x %zu: must be in [%zu, %u]", kKind, preprocess.rows,
+            fail(Status::format, "%s: frames of %zu x %zu: must be in [%zu, %u]", kKind, preprocess.rows,
                  preprocess.cols, kSide, kLargestFrame);
     if (preprocess.crop_row > preprocess.rows - kSide || preprocess.crop_col > preprocess.cols - kSide)
-        fail(Status::format, "{%s}: crop at %zu, %zu: must lie in a frame of %zu x %zu", kKind, preprocess.crop_row,
+        fail(Status::format, "%s: crop at %zu, %zu: must lie in a frame of %zu x %zu", kKind, preprocess.crop_row,
              preprocess.crop_col, preprocess.rows, preprocess.cols);
     preprocess.projected = reader.u32();
     if (preprocess.projected > 0 && preprocess.input != Input::whitened)
-        fail(Status::format, "{%s}: %zu nuisance planes: input that is not whitened has none", kKind,
+        fail(Status::format, "%s: %zu nuisance planes: input that is not whitened has none", kKind,
              preprocess.projected);
     if (preprocess.projected > kMaxProjected)
-        fail(Status::format, "{%s}: %zu nuisance planes: at most %zu", kKind, preprocess.projected, kMaxProjected);
+        fail(Status::format, "%s: %zu nuisance planes: at most %zu", kKind, preprocess.projected, kMaxProjected);
     header.weights = read_encoding(reader, "weights");
     header.planes = read_encoding(reader, "planes");
     preprocess.input_scale = reader.f64();
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
     if (!(preprocess.input_scale >= kLeastValue && preprocess.input_scale <= kLargestValue))
-        fail(Status::format, "{%s}: input scale %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale,
-             kLeastValue, kLargestValue);
+        fail(Status::format, "%s: input scale %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale, kLeastValue,
+             kLargestValue);
     if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kLargestValue) || !(header.cosine >= 0 && header.cosine <= 1))
-        fail(Status::format, "{%s}: bound of %g px and cosine %g: must be in [0, %.3g] and [0, 1]", kKind,
+        fail(Status::format, "%s: bound of %g px and cosine %g: must be in [0, %.3g] and [0, 1]", kKind,
              preprocess.crb_px, header.cosine, kLargestValue);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
     const size_t known = kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize;
     if (header.with_training ? size < known + kTrainingHeaderSize : size != known)
-        fail(Status::format, "{%s}: payloads of %zu and %zu bytes do not fill its %zu bytes", kKind,
+        fail(Status::format, "%s: payloads of %zu and %zu bytes do not fill its %zu bytes", kKind,
              header.packed_weights, header.packed_planes, size);
     return header;
 }
@@ -203,7 +202,7 @@ std::vector<uint8_t> pack_training(const Training &training) {
 
 void within(const char *name, uint64_t value, uint64_t least, uint64_t most) {
     if (value < least || value > most)
-        fail(Status::format, "{%s}: training: {%s} = %llu: must be in [%llu, %llu]", kKind, name,
+        fail(Status::format, "%s: training: {%s} = %llu: must be in [%llu, %llu]", kKind, name,
              static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
              static_cast<unsigned long long>(most));
 }
@@ -222,11 +221,11 @@ void check_training(const Training &training, const Header &header) {
     const uint64_t steps = training.done * (tied ? 1 : (frames + course.batch - 1) / course.batch);
     within("steps of the optimiser", training.steps, steps, steps);
     if (!(course.learning_rate > 0 && course.learning_rate <= 1))
-        fail(Status::format, "{%s}: training: learning rate %g: must be above 0 and at most 1", kKind,
+        fail(Status::format, "%s: training: learning rate %g: must be above 0 and at most 1", kKind,
              course.learning_rate);
     for (const double loss : {training.loss, training.validation_loss})
         if (!(loss >= 0 && loss <= kLargestValue))
-            fail(Status::format, "{%s}: training: loss %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
+            fail(Status::format, "%s: training: loss %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
 }
 
 Training read_training(ByteReader &reader, size_t size, const Header &header) {
@@ -239,7 +238,7 @@ Training read_training(ByteReader &reader, size_t size, const Header &header) {
     training.course.batch = reader.u32();
     const uint32_t packed = reader.u32();
     if (packed != size - kTrainingHeaderSize)
-        fail(Status::format, "{%s}: a training of %u bytes in the %zu that are left", kKind, packed,
+        fail(Status::format, "%s: a training of %u bytes in the %zu that are left", kKind, packed,
              size - kTrainingHeaderSize);
     for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss})
         *value = reader.f64();

@@ -35,7 +35,7 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
     const auto [before, left] = kernels::project_out_twice(units.data(), rank, pixels, filter_.data());
     if (left == 0)
         fail(Status::scene,
-             "{%s}: {preprocess.project}: the scene tells nothing of the separation: nothing of the information of %g "
+             "%s: {preprocess.project}: the scene tells nothing of the separation: nothing of the information of %g "
              "px^-2 "
              "a frame is left after it",
              model.source.c_str(), before * before);

@@ -44,7 +44,7 @@ void check_brightness(const Scene &scene, const Images &images) {
         most = std::max(most, images.both[i] +
                                   reach * (std::fabs(images.motion[0][i]) + reach * std::fabs(images.motion[1][i])));
     if (!(most <= limit))
-        fail(Status::scene, "{%s}: {cadence}: the brightest pixel expects up to %g photons: at most %g are allowed",
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: at most %g are allowed",
              scene.source.c_str(), most, limit);
 }
 
@@ -108,7 +108,7 @@ Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, c
 
     const double peak = largest(images.both);
     if (!(peak > 0) || !std::isfinite(peak))
-        fail(Status::scene, "{%s}: no light falls on the detector", scene.source.c_str());
+        fail(Status::scene, "%s: no light falls on the detector", scene.source.c_str());
     if (scene.cadence.peak_photons > 0) {
         const double factor = scene.cadence.peak_photons / peak;
         scale_light(light, factor);

@@ -36,7 +36,7 @@ std::vector<Sample> sample_band(const Band &band) {
 std::vector<Sample> sample_table(const Scene &scene, const Source &source) {
     const SpectrumTable table(source.file);
     if (table.first_nm() > scene.band->min_nm || table.last_nm() < scene.band->max_nm)
-        fail(Status::scene, "{%s}: {band}: %g to %g nm is not within %s, %g to %g nm", scene.source.c_str(),
+        fail(Status::scene, "%s: {band}: %g to %g nm is not within %s, %g to %g nm", scene.source.c_str(),
              scene.band->min_nm, scene.band->max_nm, source.file.c_str(), table.first_nm(), table.last_nm());
     std::vector<Sample> samples = sample_band(*scene.band);
     for (Sample &sample : samples)
@@ -77,7 +77,7 @@ void sample_stars(const Scene &scene, Light &light) {
         for (const Sample &sample : samples)
             sum += sample.weight;
         if (!(sum > 0) || !std::isfinite(sum))
-            fail(Status::scene, "{%s}: {stars.%c.spectrum}: %s light in the band", scene.source.c_str(),
+            fail(Status::scene, "%s: {stars.%c.spectrum}: %s light in the band", scene.source.c_str(),
                  star == 0 ? 'A' : 'B', sum > 0 ? "infinite" : "no");
         for (const Sample &sample : samples)
             photons[sample.wavelength_nm][star] += flux_of(scene, scene.stars[star]) * (sample.weight / sum);

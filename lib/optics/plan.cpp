@@ -52,16 +52,15 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthes
             reach_px = std::max(reach_px, reach);
             if (reach > most_px && place > half[axis] && most_px > 2 * half[axis])
                 fail(Status::scene,
-                     "{%s}: {binary}: star %c is outside the frame of %zu x %zu by %.0f px: at most %.0f px "
+                     "%s: {binary}: star %c is outside the frame of %zu x %zu by %.0f px: at most %.0f px "
                      "are allowed there, or its image repeats itself in the frame",
                      source, star == 0 ? 'A' : 'B', plan.pixels.rows, plan.pixels.cols, place - half[axis],
                      most_px - 2 * half[axis]);
         }
     const double needed = std::ceil(reach_px / a_sample);
     if (!padded && static_cast<double>(pupil.samples) < needed)
-        fail(Status::scene,
-             "{%s}: {telescope.pupil_samples} = %zu: must be at least %.0f, or the frame shows aliases%s", source,
-             pupil.samples, needed,
+        fail(Status::scene, "%s: {telescope.pupil_samples} = %zu: must be at least %.0f, or the frame shows aliases%s",
+             source, pupil.samples, needed,
              needed > static_cast<double>(kMostPupilSamples)
                  ? "; 2048 at most are: make detector.shape or detector.pixel_scale_arcsec smaller"
                  : "");
@@ -72,14 +71,14 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
     const Telescope &telescope = scene.telescope;
     if (telescope.mask.kind == Mask::Kind::file || !telescope.amplitude_file.empty() || !telescope.opd_file.empty())
         fail(Status::unsupported,
-             "{%s}: {telescope}: the fft engine samples the pupil anew at each wavelength: it takes "
+             "%s: {telescope}: the fft engine samples the pupil anew at each wavelength: it takes "
              "no mask, amplitude or OPD file",
              scene.source.c_str());
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const size_t most = embedded_samples(scene, grid, 1 / light.wavelength_m.front());
     if (most > padded_side(grid))
         fail(Status::scene,
-             "{%s}: {detector.pixel_scale_arcsec} = %g: the fft engine would need %zu cells in %zu: make it smaller",
+             "%s: {detector.pixel_scale_arcsec} = %g: the fft engine would need %zu cells in %zu: make it smaller",
              scene.source.c_str(), scene.detector.pixel_scale_arcsec, most, padded_side(grid));
     plan.plate_scale_errors = plate_scale_errors(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
 }

@@ -100,7 +100,7 @@ double opd_of(const Mask &mask, double value, size_t i) {
 std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n, Range range) {
     NpyImage image = parse_npy(file::read(path, n * n * sizeof(double) + 65536), path);
     if (image.rows != n || image.cols != n)
-        fail(Status::format, "{%s}: {telescope.%s}: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
+        fail(Status::format, "%s: {telescope.%s}: %s is %zu x %zu: must be %zu x %zu, the pupil_samples",
              scene.source.c_str(), key, path.c_str(), image.rows, image.cols, n, n);
     for (size_t i = 0; i < n * n; i++)
         if (!(image.values[i] >= range.low && image.values[i] <= range.high))
@@ -154,7 +154,7 @@ void add_amplitude(const Scene &scene, Pupil &pupil) {
         pupil.amplitude[i] *= map[i];
     }
     if (!(pupil.area >= kLeastLight * open))
-        fail(Status::scene, "{%s}: {telescope.amplitude.file}: %s lets less than %g of the light pass",
+        fail(Status::scene, "%s: {telescope.amplitude.file}: %s lets less than %g of the light pass",
              scene.source.c_str(), path.c_str(), kLeastLight);
 }
 
@@ -175,7 +175,7 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
         pupil.area += pupil.amplitude[i];
     });
     if (!(pupil.area >= 1))
-        fail(Status::scene, "{%s}: {telescope}: secondary and struts leave less than a sample open",
+        fail(Status::scene, "%s: {telescope}: secondary and struts leave less than a sample open",
              scene.source.c_str());
     add_amplitude(scene, pupil);
     add_mask(scene, pupil);

@@ -96,7 +96,7 @@ std::string shown(Range range) {
 Reader::Reader(const json::Value &value, std::string path, const std::string &source)
     : value_(value), path_(std::move(path)), source_(source) {
     if (value.kind != Kind::object)
-        fail(Status::scene, "{%s}: {%s} = %s: must be an object", source_.c_str(),
+        fail(Status::scene, "%s: {%s} = %s: must be an object", source_.c_str(),
              path_.empty() ? "the scene" : path_.c_str(), shown(value).c_str());
 }
 

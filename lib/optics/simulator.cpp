@@ -61,10 +61,10 @@ Simulator::Simulator(Outline outline, const Settings &settings)
 void Simulator::check_use() const {
     const double peak = images_.peak_photons;
     if (!(peak >= kFewestPhotons))
-        fail(Status::scene, "{%s}: {cadence}: the brightest pixel expects %g photons: must be at least %g",
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
              scene_.source.c_str(), peak, kFewestPhotons);
     if (scene_.signal.amplitude_px != 0 && !std::isfinite(bounds_.alone))
-        fail(Status::scene, "{%s}: {signal}: star %c's motion changes no pixel of the frame", scene_.source.c_str(),
+        fail(Status::scene, "%s: {signal}: star %c's motion changes no pixel of the frame", scene_.source.c_str(),
              scene_.signal.star == 0 ? 'A' : 'B');
 }
 

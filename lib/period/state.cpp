@@ -38,7 +38,7 @@ void check_pair(int64_t lo, int64_t hi, double most) {
     const auto limit = static_cast<int64_t>((most + 1) * 0x1p18);
     const int64_t upper = hi + (lo >> 32);
     if (upper < -limit || upper > limit)
-        fail(Status::format, "{%s}: a sum is out of range", kKind);
+        fail(Status::format, "%s: a sum is out of range", kKind);
 }
 
 void save_exact(ByteWriter &out, const ExactSum &sum) {
@@ -51,17 +51,17 @@ void load_exact(ByteReader &in, ExactSum &sum) {
     for (size_t i = 0; i < digits.size(); i++) {
         digits[i] = in.i64();
         if (i + 1 < digits.size() && (digits[i] < 0 || digits[i] >= kernels::kFoldBase))
-            fail(Status::format, "{%s}: digit %zu of an exact sum is out of range", kKind, i);
+            fail(Status::format, "%s: digit %zu of an exact sum is out of range", kKind, i);
     }
     if (digits.back() != 0 && digits.back() != -1) // the sign
-        fail(Status::format, "{%s}: the last digit of an exact sum is out of range", kKind);
+        fail(Status::format, "%s: the last digit of an exact sum is out of range", kKind);
     sum.assign(digits);
 }
 
 void check_exact(const ExactSum &sum, double limit) {
     const Wide value = sum.value(), most = static_cast<Wide>(limit);
     if (value > most || value < -most)
-        fail(Status::format, "{%s}: an exact sum is out of range", kKind);
+        fail(Status::format, "%s: an exact sum is out of range", kKind);
 }
 
 // A pair in units of one sample of weight 1.
@@ -85,29 +85,29 @@ void check_totals(const Totals &totals, const Grid &grid) {
                wyy = static_cast<double>(totals.wyy.value());
     const double lightest = std::pow(grid.sigma_floor / grid.sigma_ceiling, 2), rounding = kRounding * samples;
     if (!(w >= samples * lightest * (1 - kRounding) && w <= samples * (1 + kRounding)))
-        fail(Status::format, "{%s}: {count} = %g, sum of weights %g: must be %g to 1 a sample", kKind, samples, w,
+        fail(Status::format, "%s: {count} = %g, sum of weights %g: must be %g to 1 a sample", kKind, samples, w,
              lightest);
     if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
-        fail(Status::format, "{%s}: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind,
-             wy, wyy, w);
+        fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
+             wyy, w);
     if (grid.wide()) // the pairs are for narrow sums
         return;
     const double value =
         number_of(totals.value, totals.value_high) + number_of(totals.value_low, totals.value_low_high) / kernels::kOne;
     if (!(std::fabs(number_of(totals.weight, totals.weight_high) - w) <= rounding && std::fabs(value - wy) <= rounding))
-        fail(Status::format, "{%s}: the sums of weights or of values do not fit each other", kKind);
+        fail(Status::format, "%s: the sums of weights or of values do not fit each other", kKind);
 }
 
 Grid take_grid(ByteReader &in) {
     if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
-        fail(Status::format, "{%s}: does not begin with \"TLMP\"", kKind);
+        fail(Status::format, "%s: does not begin with \"TLMP\"", kKind);
     const uint32_t version = in.u32();
     if (version != kVersion)
-        fail(Status::format, "{%s}: version %u, this library reads %u only: push the samples anew", kKind, version,
+        fail(Status::format, "%s: version %u, this library reads %u only: push the samples anew", kKind, version,
              kVersion);
     const uint32_t flags = in.u32();
     if ((flags & ~(kFixedMean | kWide)) != 0 || in.u32() != 0)
-        fail(Status::format, "{%s}: unknown flags 0x%x", kKind, flags);
+        fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
     grid.fixed_mean = (flags & kFixedMean) != 0;
     grid.wide_sums = (flags & kWide) != 0;
@@ -123,9 +123,9 @@ Grid take_grid(ByteReader &in) {
         fail_within(error, Status::format, "%s: %s", kKind, error.what());
     }
     if (grid.wide_sums != grid.wide())
-        fail(Status::format, "{%s}: flags 0x%x: sums of these sigmas are wide", kKind, flags);
+        fail(Status::format, "%s: flags 0x%x: sums of these sigmas are wide", kKind, flags);
     if (in.u64() != grid.digest())
-        fail(Status::format, "{%s}: the identity digest does not fit the header", kKind);
+        fail(Status::format, "%s: the identity digest does not fit the header", kKind);
     return grid;
 }
 
@@ -197,17 +197,17 @@ Stream Stream::load(const void *bytes, size_t size) {
     ByteReader in(bytes, size, kKind);
     const Grid grid = take_grid(in);
     if (size != state_size(grid))
-        fail(Status::format, "{%s}: %zu bytes, a grid of %lld frequencies takes %zu", kKind, size,
+        fail(Status::format, "%s: %zu bytes, a grid of %lld frequencies takes %zu", kKind, size,
              static_cast<long long>(grid.nf), state_size(grid));
     ByteReader trailer(static_cast<const uint8_t *>(bytes) + size - kCrcSize, kCrcSize, kKind);
     if (trailer.u32() != zip::crc32(bytes, size - kCrcSize))
-        fail(Status::format, "{%s}: checksum mismatch, the bytes are damaged", kKind);
+        fail(Status::format, "%s: checksum mismatch, the bytes are damaged", kKind);
     Stream stream(grid);
     Totals &totals = stream.totals_;
     totals.count = in.i64();
     const int64_t count = totals.count;
     if (count < 0 || count > kMostSamples)
-        fail(Status::format, "{%s}: {count} = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
+        fail(Status::format, "%s: {count} = %lld: must be in [0, %lld]", kKind, static_cast<long long>(count),
              static_cast<long long>(kMostSamples));
     load_pair(in, totals.weight, totals.weight_high);
     load_pair(in, totals.value, totals.value_high);

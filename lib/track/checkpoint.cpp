@@ -22,7 +22,7 @@ Loaded read(const std::vector<uint8_t> &bytes) {
     checkpoint.chain = in.u32();
     checkpoint.setup = in.u32();
     if (checkpoint.repeats < 0 || checkpoint.repeats > kMostRepeats)
-        fail(Status::format, "{%s}: impossible counts", kKind);
+        fail(Status::format, "%s: impossible counts", kKind);
     const size_t size = in.left();
     return {checkpoint, period::Stream::load(in.raw(size), size)};
 }

@@ -27,7 +27,7 @@ inline ByteReader unsealed(const std::vector<uint8_t> &bytes, const char *magic,
     const size_t size = bytes.size() - 4;
     ByteReader in(bytes.data(), size, kind), crc(bytes.data() + size, 4, kind);
     if (std::memcmp(in.raw(4), magic, 4) != 0 || in.u32() != version || crc.u32() != zip::crc32(bytes.data(), size))
-        fail(Status::format, "{%s}: damaged, or of another version", kind);
+        fail(Status::format, "%s: damaged, or of another version", kind);
     return in;
 }
 

@@ -18,7 +18,7 @@ Setup read(const std::vector<uint8_t> &bytes) {
     ByteReader in = unsealed(bytes, kMagic, kVersion, kKind);
     const size_t count = in.u32();
     if (count > in.left() / kPointSize)
-        fail(Status::format, "{%s}: %zu points of the clock do not fit in it", kKind, count);
+        fail(Status::format, "%s: %zu points of the clock do not fit in it", kKind, count);
     std::vector<ClockPoint> points(count);
     for (ClockPoint &point : points) {
         point.camera_ns = in.i64();
@@ -27,7 +27,7 @@ Setup read(const std::vector<uint8_t> &bytes) {
     const size_t size = period::Stream::kHeaderSize;
     const period::Grid grid = period::Stream::load_header(in.raw(size), size);
     if (in.left() > 0)
-        fail(Status::format, "{%s}: %zu bytes too many", kKind, in.left());
+        fail(Status::format, "%s: %zu bytes too many", kKind, in.left());
     return {grid, Clock(std::move(points))};
 }
 

@@ -167,7 +167,7 @@ class toliman_sim_options(Sized):
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL
     log: may be NULL
-    engine: TOLIMAN_SIM_ENGINE_..., default MATRIX_DFT
+    engine: TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
     allocator: of the object's large arrays; NULL: the system's memory"""
 
     _fields_ = [
@@ -270,7 +270,7 @@ class toliman_sim_plan_info(Sized):
     oversampling: point samples per pixel and axis
     filter_taps: of the filter that integrates over pixels; 0 = none
     pupil_samples: N of N x N
-    stages: bit i set: stage i is modelled, toliman_sim_get_stage_name(i)
+    stages: those that are modelled, for toliman_sim_get_stage alone
     accuracy: what the scene asks for
     pupil_error: of N samples against a pupil without any; not held to the accuracy, N is the scene's
     spectrum_error: of the nodes; 0 when every wavelength is propagated
@@ -338,6 +338,21 @@ TOLIMAN_SIM_IMAGE_FOCUS = 321  # d/d defocus, per nm rms
 TOLIMAN_SIM_IMAGE_BACKGROUND = 322  # d/d light that falls on every pixel alike, per photon
 
 
+class toliman_sim_offsets(Sized):
+    """Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_offsets)
+    reserved: 0"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("a_x_px", c_double),
+        ("a_y_px", c_double),
+        ("b_x_px", c_double),
+        ("b_y_px", c_double),
+    ]
+
+
 class toliman_cae(Structure):
     """A network. Const calls may run on one network from several threads. Since 0.1."""
 
@@ -361,8 +376,8 @@ TOLIMAN_CAE_INPUT_RAW = 213
 
 class toliman_cae_options(Sized):
     """What a network is. Since 0.1.
-    layout: TOLIMAN_CAE_LAYOUT_FLIGHT (default) or TOLIMAN_CAE_LAYOUT_PAPER
-    input: TOLIMAN_CAE_INPUT_WHITENED (default), TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
+    layout: 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER
+    input: 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
     reserved: 0
     allocator: of the object's large arrays; NULL: the system's memory"""
 
@@ -396,7 +411,7 @@ toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_
 
 class toliman_cae_train_options(Sized):
     """How to train; 0 is the default throughout. Since 0.1.
-    mode: TOLIMAN_CAE_MODE_TIED (default) or TOLIMAN_CAE_MODE_UNSUPERVISED
+    mode: 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED
     steps: TIED: 0 = 300
     epochs: UNSUPERVISED: passes over the training frames, in all; 0 = 300
     learning_rate: in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
@@ -506,9 +521,9 @@ TOLIMAN_CAE_ENCODING_FP16 = 233
 
 class toliman_cae_save_options(Sized):
     """What a blob holds. Since 0.1.
-    weights_encoding: TOLIMAN_CAE_ENCODING_..., default FLOAT32
-    planes_encoding: of variance, target and nuisance images; default FLOAT32
-    training: default 0; 1: also where the last training stands, for toliman_cae_train to go on with"""
+    weights_encoding: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+    planes_encoding: of variance, target and nuisance images; 0 = FLOAT32
+    training: 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -547,7 +562,7 @@ TOLIMAN_COMPONENTS_DICTIONARY = 402
 
 class toliman_components_train_options(Sized):
     """How to train. Since 0.1.
-    method: TOLIMAN_COMPONENTS_PCA (default) or TOLIMAN_COMPONENTS_DICTIONARY
+    method: 0 = TOLIMAN_COMPONENTS_PCA, or TOLIMAN_COMPONENTS_DICTIONARY
     components: 1 ... 64, less than frames; 0 = 1
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     iterations: of the dictionary, at most; 0 = 200
@@ -618,6 +633,18 @@ class toliman_linear(Structure):
     """Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
     projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
     object from several threads. Since 0.1."""
+
+
+class toliman_linear_options(Sized):
+    """How an estimator is made. Since 0.2.
+    reserved: 0
+    allocator: for the object's large arrays; NULL: the system's memory"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
 
 
 class toliman_period(Structure):
@@ -1417,9 +1444,19 @@ the bit depth are counted on a rough image. Since 0.1.""",
         ),
         """The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1.""",
     ),
-    "toliman_sim_get_stage_name": (
+    "toliman_sim_stage_name": (
         c_char_p, (("stage", c_int32),),
-        """Name of a stage, "photon noise"; NULL for stages that are not there. Since 0.1.""",
+        """Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one. Static text; new
+stages may come. Since 0.2.""",
+    ),
+    "toliman_sim_get_stage": (
+        c_int32, (
+            ("plan", POINTER(toliman_sim_plan_info)),
+            ("name", c_char_p),
+            ("modelled", POINTER(c_int32)),
+        ),
+        """Sets *modelled to 1 if a plan models the stage of that name, else to 0. TOLIMAN_E_ARGUMENT for a name that no stage
+has. Since 0.2.""",
     ),
     "toliman_sim_get_plan": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_plan_info))),
@@ -1439,6 +1476,10 @@ the bit depth are counted on a rough image. Since 0.1.""",
         ),
         """Times (days) and true displacements (px) of frames first ... first + count - 1; either array may be NULL.
 TOLIMAN_E_RANGE outside the cadence. Since 0.1.""",
+    ),
+    "toliman_sim_image_name": (
+        c_char_p, (("kind", c_int32),),
+        """Returns the name of one of them ("shift_x"), "?" for an unknown one. Static text. Since 0.2.""",
     ),
     "toliman_sim_get_image": (
         c_int32, (
@@ -1477,9 +1518,8 @@ NULL. Since 0.1.""",
 large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. Since 0.1.""",
     ),
     "toliman_sim_get_offsets": (
-        c_int32, (("sim", POINTER(toliman_sim)), ("offsets_px", POINTER(c_double))),
-        """Positions of the stars without displacement: offsets_px = {Ax, Ay, Bx, By}; NaN for a star that is not there.
-Since 0.1.""",
+        c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_offsets))),
+        """Fills *out; out->struct_size must be set. Since 0.2.""",
     ),
     "toliman_sim_propagate": (
         c_int32, (
@@ -1522,10 +1562,10 @@ threads run side by side; with anchors (toliman_sim_plan_info) all wait while on
     "toliman_sim_frame_many": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
+            ("displacements_px", POINTER(c_double)),
             ("seed", c_uint64),
             ("first", c_int64),
             ("count", c_size_t),
-            ("displacements_px", POINTER(c_double)),
             ("threads", c_uint32),
             ("images", POINTER(c_double)),
         ),
@@ -1673,12 +1713,12 @@ TOLIMAN_E_RANGE for numbers above 2^100, which no blob holds. Since 0.1.""",
         c_int32, (
             ("bytes", c_void_p),
             ("size", c_size_t),
-            ("allocator", POINTER(toliman_allocator)),
+            ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
         """Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
 for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated.
-allocator may be NULL. The caller destroys *out. Since 0.1.""",
+options may be NULL. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_cae_save_file": (
         c_int32, (
@@ -1691,7 +1731,7 @@ allocator may be NULL. The caller destroys *out. Since 0.1.""",
     "toliman_cae_load_file": (
         c_int32, (
             ("path", c_char_p),
-            ("allocator", POINTER(toliman_allocator)),
+            ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
         """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1.""",
@@ -1775,13 +1815,17 @@ TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
         """Fills *out; out->struct_size must be set. Since 0.1.""",
     ),
+    "toliman_linear_options_init": (
+        None, (("options", POINTER(toliman_linear_options)), ("size", c_size_t)),
+        """Fills *options, which has `size` bytes, with the defaults. Since 0.2.""",
+    ),
     "toliman_linear_create": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
-            ("allocator", POINTER(toliman_allocator)),
+            ("options", POINTER(toliman_linear_options)),
             ("out", POINTER(POINTER(toliman_linear))),
         ),
-        """Template estimator of a scene; sim is not kept, allocator may be NULL. TOLIMAN_E_SCENE when the nuisances of
+        """Template estimator of a scene; sim is not kept, options may be NULL. TOLIMAN_E_SCENE when the nuisances of
 preprocess.project leave nothing of the separation's derivative. The caller destroys *out. Since 0.1.""",
     ),
     "toliman_linear_destroy": (
