@@ -6,9 +6,9 @@
  *            (options_init)     |                        |
  *                               +------------------------+
  *                               v
- *                        toliman_period  <- push, push_many, push_pair, push_ns  <- t, y, sigma
- *                               |        <- merge                                <- toliman_period of other shards
- *                               |        -> retract, retract_many, retract_pair, retract_ns: pushes back
+ *                        toliman_period  <- push, push_many, push_samples           <- t, y, sigma
+ *                               |        <- retract, retract_many, retract_samples  <- the same, removed again
+ *                               |        <- merge                                   <- toliman_period of other shards
  *                               +-> query_power                                power[nf]
  *                               +-> query_peak, query_peaks, query_fit         the period and its error
  *                               +-> period_fap.h                               its chance
@@ -17,7 +17,8 @@
  *                               +-> save, save_file                            state bytes
  *                          copy, reset, destroy
  *
- *   The power of an archive at once, without a state: period_batch.h.
+ *   The power of an archive at once, without a state: period_batch.h. Every sample that is pushed counts as evidence,
+ *   repeated ones too: frames that may arrive twice belong to track.h, which counts each once.
  *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t), c free (floating mean) unless TOLIMAN_PERIOD_FIXED_MEAN.
  * Weights      1/sigma^2.
@@ -51,25 +52,26 @@ typedef struct toliman_period toliman_period;
 #define TOLIMAN_PERIOD_FIXED_MEAN 1u /* subtract the weighted mean once instead of fitting it at each f */
 #define TOLIMAN_PERIOD_WIDE 2u       /* wide sums, 50 bits more for every term */
 
-/* What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1. */
+/* Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
+ */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0 */
-    /* Subtracted from every t, exactly; default 0. Give the first time of long time stamps. Times in nanoseconds have
+    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE */
+    /* Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have
      * their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant. */
     double time_offset;
-    double value_offset; /* subtracted from every y, exactly; default 0. Give a typical value if the mean is large */
-    /* Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
+    double value_offset; /* subtracted from every y, exactly. Give a typical value if the mean is large */
+    /* Largest |y - value_offset| to come; 0 = 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
      * enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150. */
     double value_bound;
-    double sigma_floor; /* smallest sigma to come; default 1 */
-    /* Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
+    double sigma_floor; /* smallest sigma to come; 0 = 1 */
+    /* Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
      * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
      * as long again. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
-     * [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days. */
+     * [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days. */
     int64_t time_offset_ns;
     double unit_ns;
     const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
@@ -102,45 +104,62 @@ TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT
 
 /* Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma
  * is beyond what the options promised, f (t - time_offset) exceeds 2^50 cycles, |t - time_offset| exceeds 1e100, or
- * 2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Duplicate
- * times are allowed. Since 0.1. */
+ * 2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Several
+ * samples may have one time. Each counts as evidence: a series pushed five times has the same power, but log10 FAP -32
+ * instead of -4.5. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;
 
-/* Adds n samples; sigma may be NULL (unweighted). All or none: a bad sample is named by its index. Since 0.1. */
+/* Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor. All or none: a bad sample is named by
+ * its index. TOLIMAN_E_STATE for samples without sigma beside samples whose sigma is not sigma_floor, in either order;
+ * state bytes tell of the latter only. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
 
-/* The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's clock,
- * (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit. All kinds of times may be mixed. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_pair(toliman_period *period, double t, double t_low,
-                                                                       double y, double sigma) TOLIMAN_NOEXCEPT;
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, double y,
-                                                                     double sigma) TOLIMAN_NOEXCEPT;
+/* Flag of toliman_period_sample: t_ns is the time. */
+#define TOLIMAN_PERIOD_TIME_NS 256u
 
-/* Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
- * it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
- * multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
- * are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1. */
+/* A sample with all digits of its time. Since 0.2. */
+typedef struct toliman_period_sample {
+    uint32_t struct_size; /* sizeof(toliman_period_sample); an array has that of its first element throughout */
+    uint32_t flags;       /* 0: the time is t + t_low. TOLIMAN_PERIOD_TIME_NS: it is t_ns */
+    double t, t_low;      /* two doubles, of which the second is small */
+    int64_t t_ns;         /* nanoseconds of a clock: (t_ns - time_offset_ns)/unit_ns units of t */
+    double y;
+    double sigma; /* 0: unweighted */
+} toliman_period_sample;
+#define TOLIMAN_PERIOD_SAMPLE_INIT TOLIMAN_INIT(toliman_period_sample)
+
+/* Adds n samples; their kinds of time may differ. TOLIMAN_E_ARGUMENT for a time in the member that flags do not choose;
+ * other errors as of toliman_period_push_many. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(toliman_period *period,
+                                                                          const toliman_period_sample *samples,
+                                                                          size_t n) TOLIMAN_NOEXCEPT;
+
+/* Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
+ * pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
+ * that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
+ * samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
+ * then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
+ * TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
                                                                      double sigma) TOLIMAN_NOEXCEPT;
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_pair(toliman_period *period, double t,
-                                                                          double t_low, double y,
-                                                                          double sigma) TOLIMAN_NOEXCEPT;
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, double y,
-                                                                        double sigma) TOLIMAN_NOEXCEPT;
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(toliman_period *period, const double *t,
                                                                           const double *y, const double *sigma,
                                                                           size_t n) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
+                                                                             const toliman_period_sample *samples,
+                                                                             size_t n) TOLIMAN_NOEXCEPT;
 
 /* Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
  * the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
  * value, or other bounds, the other's sums are turned to this one's first: power then as accurate still, but not
  * the same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean, for narrow sums into wide ones, and for
- * another time_offset_ns or unit_ns, which shards must share; TOLIMAN_E_RANGE where the root mean square of the other's
- * values, from this value_offset, is above this value_bound, or the mean of their 1/sigma^2 beyond these sigmas;
- * TOLIMAN_E_ARGUMENT for other = period. Since 0.1. */
+ * another time_offset_ns or unit_ns, which shards must share, and for samples without sigma and others whose sigma is
+ * not sigma_floor; TOLIMAN_E_RANGE where the root mean square of the other's values, from this value_offset, is above
+ * this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_ARGUMENT for other = period. Since
+ * 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_merge(toliman_period *period,
                                                                    const toliman_period *other) TOLIMAN_NOEXCEPT;
 
@@ -194,7 +213,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
  * Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
  * varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
- * if the values scatter too little for value_bound. Since 0.1. */
+ * if the values scatter too little for value_bound. TOLIMAN_E_STATE where the power would exceed 1 beyond rounding: a
+ * sample was retracted that was never pushed. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          int32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
@@ -228,10 +248,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
  */
 #define TOLIMAN_PERIOD_ALIAS 8u
 
+/* Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
+ * the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
+ * unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+ * as sums do not tell the step; query_fit takes both from the times. */
+#define TOLIMAN_PERIOD_COARSE 32u
+#define TOLIMAN_PERIOD_PAST_CEILING 64u
+
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
-    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE */
+    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE,
+                            * _PAST_CEILING (of query_fit only) */
     double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */
     double power;          /* in [0, 1] */
@@ -276,11 +304,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Flags of toliman_period_sampling. */
-#define TOLIMAN_PERIOD_COARSE 32u       /* df > coarsest_df: peaks may pass between two frequencies unseen */
-#define TOLIMAN_PERIOD_PAST_CEILING 64u /* the grid goes beyond ceiling, where even samples repeat what is below */
-/* At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
- * or coincide, which narrow sums cannot tell from each other. */
+/* Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
+ * cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other. */
 #define TOLIMAN_PERIOD_NARROW 128u
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */

@@ -12,11 +12,14 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* How toliman_period_batch works. Since 0.1. */
+/* Flag: direct sums only, good to 1e-13 whatever the tolerance. */
+#define TOLIMAN_PERIOD_DIRECT 512u
+
+/* How toliman_period_batch works. 0 is the default of every member. Since 0.1. */
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, default 0 */
-    double tolerance; /* of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13 */
+    uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT */
+    double tolerance; /* of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
     uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */

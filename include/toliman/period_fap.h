@@ -44,7 +44,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_level(const t
                                                                          double log10_fap,
                                                                          double *log10_residual) TOLIMAN_NOEXCEPT;
 
-/* How toliman_period_query_bootstrap works. Since 0.1. */
+/* How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1. */
 typedef struct toliman_period_bootstrap_options {
     uint32_t struct_size;
     uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */

@@ -8,10 +8,19 @@
 
 namespace toliman::api {
 
+// How the grid suits samples of this cadence.
+inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cadence) noexcept {
+    const bool coarse = grid.df * 5 * cadence.span > period::kRounding;
+    const bool past = grid.last() * 2 * cadence.step > period::kRounding;
+    return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_PAST_CEILING : 0u);
+}
+
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     toliman_period_peak out = {};
     out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u) |
-                (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u);
+                (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u) |
+                // Sums know the times' variance, which tells their span, and not the step.
+                (grid_flags(stream.grid(), period::cadence_of(stream)) & TOLIMAN_PERIOD_COARSE);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;
@@ -27,6 +36,14 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     out.log10_fap = log10_fap(period::Fap::baluev, period::sampling_of(stream), peak.log10_residual);
     out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
     return out;
+}
+
+// The same against the samples, whose times tell how the grid suits them.
+inline toliman_period_peak public_fit(const period::Stream &stream, const period::Samples &samples) {
+    toliman_period_peak peak = public_peak(stream, period::fit_peak(stream, samples));
+    peak.flags &= ~TOLIMAN_PERIOD_COARSE;
+    peak.flags |= grid_flags(stream.grid(), period::cadence_of(stream, samples.t, samples.count));
+    return peak;
 }
 
 } // namespace toliman::api

@@ -1,14 +1,12 @@
 // include/toliman/period.h
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <optional>
 #include <vector>
 
 #include <toliman/period.h>
-#include <toliman/period_fap.h>
 
 #include "api/bytes_out.hpp"
-#include "api/choice.hpp"
 #include "api/grid_flags.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
@@ -16,8 +14,6 @@
 #include "api/peak.hpp"
 #include "api/struct_array.hpp"
 #include "backend/file.hpp"
-#include "period/bootstrap.hpp"
-#include "period/fap.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
 #include "period/sampling.hpp"
@@ -45,61 +41,99 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     set_flags(grid, options.flags, "flags");
     grid.time_offset = options.time_offset;
     grid.time_offset_ns = options.time_offset_ns;
-    grid.unit_ns = options.unit_ns;
     grid.value_offset = options.value_offset;
-    grid.value_bound = options.value_bound;
-    grid.sigma_floor = options.sigma_floor;
+    const period::Grid preset;
+    grid.unit_ns = options.unit_ns != 0 ? options.unit_ns : preset.unit_ns;
+    grid.value_bound = options.value_bound != 0 ? options.value_bound : preset.value_bound;
+    grid.sigma_floor = options.sigma_floor != 0 ? options.sigma_floor : preset.sigma_floor;
     grid.sigma_ceiling = options.sigma_ceiling;
     return grid;
 }
 
-void put(period::Stream &stream, const period::Sample &sample) {
-    stream.check(sample, -1);
-    stream.push(sample);
-}
-
-void check_held(const period::Stream &stream, size_t n) {
-    if (n > static_cast<uint64_t>(stream.totals().count))
-        fail(Status::state, "%zu samples to retract: only %lld are in", n,
-             static_cast<long long>(stream.totals().count));
-}
-
-void take_back(period::Stream &stream, const period::Sample &sample) {
-    check_held(stream, 1);
-    stream.check(sample, -1);
-    stream.retract(sample);
-}
-
-// Samples of the caller; sigma may be NULL.
-struct Given {
+// Samples of the caller as arrays; sigma may be NULL.
+struct Arrays {
     const double *t, *y, *sigma;
     size_t n;
+
+    void check() const {
+        required_array(t, n, sizeof *t, "t");
+        required_array(y, n, sizeof *y, "y");
+    }
+    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
+        const double known = sigma != nullptr ? sigma[i] : stream.grid().sigma_floor;
+        period::Sample sample = stream.sample(t[i], 0, y[i], known);
+        sample.unweighted = sigma == nullptr;
+        return sample;
+    }
 };
 
-// Checks all samples before work sees the first.
-template <class Work> void for_all(const period::Stream &stream, const Given &given, Work work) {
-    required_array(given.t, given.n, sizeof *given.t, "t");
-    required_array(given.y, given.n, sizeof *given.y, "y");
-    const double unweighted = stream.grid().sigma_floor;
-    const auto sample = [&](size_t i) {
-        return stream.sample(given.t[i], 0, given.y[i], given.sigma != nullptr ? given.sigma[i] : unweighted);
-    };
-    for (size_t i = 0; i < given.n; i++)
-        stream.check(sample(i), static_cast<int64_t>(i));
-    for (size_t i = 0; i < given.n; i++)
-        work(sample(i));
+// The same as structs.
+struct Structs {
+    std::optional<StructArray<const toliman_period_sample>> samples;
+    size_t n;
+
+    Structs(const toliman_period_sample *first, size_t count) : n(count) {
+        if (count > 0)
+            samples.emplace(first, "samples");
+    }
+    void check() const {
+        for (size_t i = 0; i < n; i++) {
+            const toliman_period_sample given = samples->get(i);
+            if ((given.flags & ~TOLIMAN_PERIOD_TIME_NS) != 0)
+                fail(Status::argument, "samples[%zu].flags = 0x%x: unknown bits", i, given.flags);
+            if (given.flags == 0 && given.t_ns != 0)
+                fail(Status::argument, "samples[%zu].t_ns = %lld: must be 0 without TOLIMAN_PERIOD_TIME_NS", i,
+                     static_cast<long long>(given.t_ns));
+            if (given.flags != 0 && (given.t != 0 || given.t_low != 0))
+                fail(Status::argument, "samples[%zu].t = %g, t_low = %g: must be 0 with TOLIMAN_PERIOD_TIME_NS", i,
+                     given.t, given.t_low);
+        }
+    }
+    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
+        const toliman_period_sample given = samples->get(i);
+        const double sigma = given.sigma != 0 ? given.sigma : stream.grid().sigma_floor;
+        period::Sample sample = given.flags != 0 ? stream.sample_ns(given.t_ns, given.y, sigma)
+                                                 : stream.sample(given.t, given.t_low, given.y, sigma);
+        sample.unweighted = given.sigma == 0;
+        return sample;
+    }
+};
+
+template <class Given> void check_all(const period::Stream &stream, const Given &given) {
+    given.check();
+    period::OneWeighting weighting(stream);
+    for (size_t i = 0; i < given.n; i++) {
+        const period::Sample sample = given.at(stream, i);
+        const int64_t index = given.n > 1 ? static_cast<int64_t>(i) : -1;
+        stream.check(sample, index);
+        weighting.check(sample, index);
+    }
 }
 
-// What a false alarm probability of the caller's method depends on.
-period::Fap fap_method(int32_t method) {
-    constexpr Choice<period::Fap> kMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
-                                              "TOLIMAN_PERIOD_FAP_..."};
-    return kMethods.take(method, "method");
+template <class Given> void push_all(toliman_period *period, const Given &given) {
+    const Use use(period, "period");
+    period::Stream &stream = use->stream;
+    check_all(stream, given);
+    for (size_t i = 0; i < given.n; i++)
+        stream.push(given.at(stream, i));
 }
 
-void check_meaningful(const period::Stream &stream) {
-    if (!period::PowerQuery(stream).meaningful())
-        fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
+template <class Given> void retract_all(toliman_period *period, const Given &given) {
+    const Use use(period, "period");
+    period::Stream &stream = use->stream;
+    if (given.n > static_cast<uint64_t>(stream.totals().count))
+        fail(Status::state, "%zu samples to retract: only %lld are in", given.n,
+             static_cast<long long>(stream.totals().count));
+    check_all(stream, given);
+    for (size_t i = 0; i < given.n; i++)
+        stream.retract(given.at(stream, i));
+    try {
+        stream.check_possible();
+    } catch (...) {
+        for (size_t i = 0; i < given.n; i++)
+            stream.push(given.at(stream, i));
+        throw;
+    }
 }
 
 double normalised(double power, int32_t normalisation, double half_chi_square) noexcept {
@@ -158,64 +192,31 @@ void toliman_period_destroy(toliman_period *period) noexcept {
 }
 
 toliman_status toliman_period_push(toliman_period *period, double t, double y, double sigma) noexcept {
-    return toliman_period_push_pair(period, t, 0, y, sigma);
-}
-
-toliman_status toliman_period_push_pair(toliman_period *period, double t, double t_low, double y,
-                                        double sigma) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        put(stream, stream.sample(t, t_low, y, sigma));
-    });
-}
-
-toliman_status toliman_period_push_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        put(stream, stream.sample_ns(t_ns, y, sigma));
-    });
+    return guard([&] { push_all(period, Arrays{&t, &y, &sigma, 1}); });
 }
 
 toliman_status toliman_period_push_many(toliman_period *period, const double *t, const double *y, const double *sigma,
                                         size_t n) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.push(sample); });
-    });
+    return guard([&] { push_all(period, Arrays{t, y, sigma, n}); });
+}
+
+toliman_status toliman_period_push_samples(toliman_period *period, const toliman_period_sample *samples,
+                                           size_t n) noexcept {
+    return guard([&] { push_all(period, Structs(samples, n)); });
 }
 
 toliman_status toliman_period_retract(toliman_period *period, double t, double y, double sigma) noexcept {
-    return toliman_period_retract_pair(period, t, 0, y, sigma);
-}
-
-toliman_status toliman_period_retract_pair(toliman_period *period, double t, double t_low, double y,
-                                           double sigma) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        take_back(stream, stream.sample(t, t_low, y, sigma));
-    });
-}
-
-toliman_status toliman_period_retract_ns(toliman_period *period, int64_t t_ns, double y, double sigma) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        take_back(stream, stream.sample_ns(t_ns, y, sigma));
-    });
+    return guard([&] { retract_all(period, Arrays{&t, &y, &sigma, 1}); });
 }
 
 toliman_status toliman_period_retract_many(toliman_period *period, const double *t, const double *y,
                                            const double *sigma, size_t n) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        period::Stream &stream = use->stream;
-        check_held(stream, n);
-        for_all(stream, {t, y, sigma, n}, [&](const period::Sample &sample) { stream.retract(sample); });
-    });
+    return guard([&] { retract_all(period, Arrays{t, y, sigma, n}); });
+}
+
+toliman_status toliman_period_retract_samples(toliman_period *period, const toliman_period_sample *samples,
+                                              size_t n) noexcept {
+    return guard([&] { retract_all(period, Structs(samples, n)); });
 }
 
 toliman_status toliman_period_merge(toliman_period *period, const toliman_period *other) noexcept {
@@ -286,6 +287,7 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
                  static_cast<long long>(first), count, static_cast<long long>(nf));
         const period::PowerQuery query(stream);
         query.check();
+        query.check_powers(first, count);
         query.range(first, count, power);
         const double half_chi_square = query.half_chi_square();
         for (size_t i = 0; i < count; i++)
@@ -306,6 +308,7 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
             fail(Status::state, "a model needs at least five samples that are not all equal");
         query.check();
         const period::Model model = query.model(k);
+        query.check_power(k, model.power);
         toliman_period_model result = {};
         result.rank = static_cast<uint32_t>(model.rank);
         result.flags = model.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0;
@@ -353,65 +356,7 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
         const period::Stream &stream = use->stream;
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         required(out, "out");
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
-    });
-}
-
-toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method, double log10_residual,
-                                        double *result) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
-        required(result, "log10_fap");
-        const period::Fap fap = fap_method(method);
-        if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
-            fail(Status::argument, "{log10_residual} = %g: must be in [%g, 0]", log10_residual,
-                 period::kLeastLogResidual);
-        if (log10_residual == 0) { // nothing is claimed, as of constant values
-            *result = 0;
-            return;
-        }
-        check_meaningful(stream);
-        *result = log10_fap(fap, period::sampling_of(stream), log10_residual);
-    });
-}
-
-toliman_status toliman_period_query_level(const toliman_period *period, int32_t method, double log10_fap,
-                                          double *log10_residual) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
-        required(log10_residual, "log10_residual");
-        const period::Fap fap = fap_method(method);
-        check_meaningful(stream);
-        const period::Sampling sampling = period::sampling_of(stream);
-        const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
-        if (!(log10_fap <= 0 && log10_fap >= least))
-            fail(Status::argument, "{log10_fap} = %g: must be in [%g, 0] for these samples", log10_fap, least);
-        *log10_residual = log10_level(fap, sampling, log10_fap);
-    });
-}
-
-void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_period_bootstrap_options{}, options, size);
-}
-
-toliman_status toliman_period_query_bootstrap(const toliman_period *period, const double *t, const double *y,
-                                              const double *sigma, size_t n,
-                                              const toliman_period_bootstrap_options *options, size_t count,
-                                              double *log10_residuals) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
-        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
-        const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
-        required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
-                       "log10_residuals");
-        check_meaningful(stream);
-        std::vector<double> peaks(count);
-        period::bootstrap(stream, samples, {known.seed, known.threads, {known.progress, known.progress_data}},
-                          peaks.data(), count);
-        std::copy(peaks.begin(), peaks.end(), log10_residuals);
+        deliver(public_fit(stream, samples), out, "out");
     });
 }
 
@@ -429,9 +374,7 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
         const period::PowerQuery query(stream);
         const double nyquist = t != nullptr ? sampling.ceiling : 1 / (2 * period::even_step(stream));
-        sampling.flags = (grid.df > sampling.coarsest_df * period::kRounding ? TOLIMAN_PERIOD_COARSE : 0) |
-                         (grid.last() > sampling.ceiling * period::kRounding ? TOLIMAN_PERIOD_PAST_CEILING : 0) |
-                         (query.needs_wide() ? TOLIMAN_PERIOD_NARROW : 0) |
+        sampling.flags = grid_flags(grid, cadence) | (query.needs_wide() ? TOLIMAN_PERIOD_NARROW : 0) |
                          (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
         deliver(sampling, out, "out");
     });

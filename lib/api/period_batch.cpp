@@ -29,8 +29,8 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
                                     double *power) noexcept {
     return guard([&] {
         const auto known = accept(options, default_options(), "options");
-        if ((known.flags & ~TOLIMAN_PERIOD_FIXED_MEAN) != 0)
-            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
+        if ((known.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT)) != 0)
+            fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
         if (known.reserved != 0)
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required_array(t, n, sizeof *t, "t");
@@ -41,7 +41,10 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         job.grid.df = df;
         job.grid.nf = nf;
         job.grid.fixed_mean = (known.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
-        job.tolerance = known.tolerance;
+        if ((known.flags & TOLIMAN_PERIOD_DIRECT) != 0)
+            job.tolerance = 0;
+        else if (known.tolerance != 0)
+            job.tolerance = known.tolerance;
         job.threads = known.threads;
         job.progress = {known.progress, known.progress_data};
         period::batch_power(job, {t, y, sigma, n}, power);

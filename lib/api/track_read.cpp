@@ -140,7 +140,7 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
         const track::Series series = use->tracker->series();
         const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
         const period::Stream &stream = use->period.stream;
-        deliver(public_peak(stream, period::fit_peak(stream, samples)), out, "out");
+        deliver(public_fit(stream, samples), out, "out");
     });
 }
 

@@ -31,8 +31,10 @@ template <class Work> void each_power(const PowerQuery &query, int64_t nf, Work 
     for (int64_t first = 0; first < nf; first += kAtOnce) {
         const int64_t count = std::min(kAtOnce, nf - first);
         query.range(first, static_cast<size_t>(count), powers);
-        for (int64_t i = 0; i < count; i++)
+        for (int64_t i = 0; i < count; i++) {
+            query.check_power(first + i, powers[i]);
             work(first + i, powers[i]);
+        }
     }
 }
 

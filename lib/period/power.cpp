@@ -20,6 +20,9 @@ Wide root(Wide x) noexcept {
     return near > 0 ? (near + x / near) / 2 : near;
 }
 
+// Of a sample's phase, to which its cosine and sine of wide sums belong; those of narrow sums have larger errors.
+constexpr long double kPhaseError = 6e-16L;
+
 template <class Real> long double smaller_eigenvalue(const Moments<Real> &m) noexcept {
     const auto cc = static_cast<long double>(m.cc), ss = static_cast<long double>(m.ss);
     const long double half_gap = (cc - ss) / 2, cs = static_cast<long double>(m.cs);
@@ -129,8 +132,6 @@ template <class Use> auto PowerQuery::with_moments(int64_t k, Use use) const noe
 }
 
 template <class Real> bool PowerQuery::worse(const Moments<Real> &m, long double tolerance) const noexcept {
-    // Of a sample's phase, to which its cosine and sine of wide sums belong; those of narrow sums have larger errors.
-    constexpr long double kPhaseError = 6e-16L;
     const long double small = smaller_eigenvalue(m);
     return !(small > 0 && error_ / small + kPhaseError / std::sqrt(small) < tolerance);
 }
@@ -259,6 +260,29 @@ void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const no
     (grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power);
 }
 
+// Sums of samples, however many and of whatever weights, have moments without a negative eigenvalue and explain no more
+// than the values' spread, up to rounding. A sample taken back that never came need not leave such sums: the power,
+// which exceeds 1 then, would count as a perfect fit. A perfect fit of samples explains the spread within the error
+// bound of the power (include/toliman/period.h, Accuracy), which grows as the smaller eigenvalue falls; four times the
+// bound, and 1e-9 where it is less, tell both from each other.
+template <class Real> bool PowerQuery::possible(const Moments<Real> &m) const noexcept {
+    constexpr long double kFloor = 1e-9L, kMargin = 4;
+    const Solved best = solved(m);
+    const auto trace = static_cast<long double>(m.cc + m.ss), small = smaller_eigenvalue(m);
+    if (!(trace >= -kFloor && (best.rank == 0 || small >= -kFloor - kMargin * noise_)))
+        return false;
+    // Of one wave alone the smaller eigenvalue plays no part.
+    const long double least = best.rank == 2 ? small : trace;
+    const long double bound = error_ / least + kPhaseError / std::sqrt(least);
+    return best.rank == 0 || best.explained <= spread_ * (1 + std::fmax(kFloor, kMargin * bound));
+}
+
+void PowerQuery::check_power(int64_t k, double power) const {
+    if (stream_.taken_back() && power >= 1 && !with_moments(k, [&](const auto &m) { return possible(m); }))
+        fail(Status::state, "the sums at frequency %g give a power above 1: a sample was taken back that never came",
+             frequency(k));
+}
+
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
     const bool quick = vectors();
     if (quick)
@@ -266,6 +290,18 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
     for (size_t i = 0; i < count; i++)
         if (!quick || power[i] == kernels::kNeedsMore)
             power[i] = at(first + static_cast<int64_t>(i));
+}
+
+void PowerQuery::check_powers(int64_t first, size_t count) const {
+    constexpr size_t kAtOnce = 512;
+    double powers[kAtOnce];
+    for (size_t done = 0; stream_.taken_back() && done < count; done += kAtOnce) {
+        const size_t some = std::min(kAtOnce, count - done);
+        const int64_t from = first + static_cast<int64_t>(done);
+        range(from, some, powers);
+        for (size_t i = 0; i < some; i++)
+            check_power(from + static_cast<int64_t>(i), powers[i]);
+    }
 }
 
 } // namespace toliman::period

@@ -43,6 +43,10 @@ class PowerQuery {
     double at(int64_t k) const noexcept;
     // The same of frequencies first, first + 1, ...; what double carries to 1e-13 goes by vectors.
     void range(int64_t first, size_t count, double *power) const noexcept;
+    // Fails with Status::state where the power of frequency k is 1 by sums that no samples have: see power.cpp.
+    void check_power(int64_t k, double power) const;
+    // The same of frequencies first, first + 1, ...
+    void check_powers(int64_t first, size_t count) const;
     // At frequency k; meaningful() must hold.
     Model model(int64_t k) const noexcept;
     // Half of the weighted sum of squares about the mean, in units of the caller's sigmas: what `psd` multiplies.
@@ -75,6 +79,7 @@ class PowerQuery {
     double frequency(int64_t k) const noexcept {
         return stream_.grid().f0 + stream_.grid().df * static_cast<double>(k);
     }
+    template <class Real> bool possible(const Moments<Real> &m) const noexcept;
     bool vectors() const noexcept;
     void by_vectors(int64_t first, size_t count, double *power) const noexcept;
     long double least_scatter() const noexcept;

@@ -218,6 +218,7 @@ Stream Stream::load(const void *bytes, size_t size) {
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
             load_pair(in, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);
     stream.check_sums();
+    stream.taken_back_ = true; // nobody knows
     return stream;
 }
 

@@ -34,6 +34,15 @@ void fold_pair(int64_t &lo, int64_t &hi) noexcept {
     lo &= kernels::kFoldBase - 1;
 }
 
+// "sample 3: ", or nothing of a sample alone.
+struct Place {
+    explicit Place(int64_t index) noexcept {
+        if (index >= 0)
+            std::snprintf(text, sizeof text, "sample %lld: ", static_cast<long long>(index));
+    }
+    char text[32] = "";
+};
+
 template <class Real> Real joined(int64_t lo, int64_t hi) noexcept {
     return static_cast<Real>(hi) * static_cast<Real>(0x1p32) + static_cast<Real>(lo);
 }
@@ -113,9 +122,8 @@ bool Stream::reaches(const Sample &sample) const noexcept {
 
 void Stream::check(const Sample &sample, int64_t index) const {
     const double t = sample.t, y = sample.y, sigma = sample.sigma, elapsed = std::fabs(sample.t_high);
-    char where[32] = "";
-    if (index >= 0)
-        std::snprintf(where, sizeof where, "sample %lld: ", static_cast<long long>(index));
+    const Place place(index);
+    const char *where = place.text;
     if (!std::isfinite(t) || std::isnan(elapsed + sample.t_low))
         fail(Status::argument, "%s{t} = %g: must be finite", where, t);
     if (!std::isfinite(y))
@@ -138,6 +146,35 @@ void Stream::check(const Sample &sample, int64_t index) const {
              where, sigma, grid_.sigma_ceiling);
     if (totals_.count + std::max<int64_t>(0, index) >= kMostSamples)
         fail(Status::range, "%smore than %lld samples", where, static_cast<long long>(kMostSamples));
+}
+
+void OneWeighting::check(const Sample &sample, int64_t index) {
+    if (sample.unweighted) {
+        unweighted_ = true;
+        if (!weighted_)
+            weighted_ = stream_.weighted();
+    } else if (sample.sigma != stream_.grid().sigma_floor) {
+        weighted_ = true;
+    }
+    if (unweighted_ && weighted_.value_or(false))
+        fail(Status::state, "%s%s: all samples must have a sigma, or none", Place(index).text,
+             sample.unweighted ? "has no sigma, but others have one" : "has a sigma, but others have none");
+}
+
+void Stream::check_possible() const {
+    constexpr Wide kRounding = static_cast<Wide>(1e-9);
+    const auto n = static_cast<Wide>(totals_.count), slack = kRounding * std::max<Wide>(n, 1);
+    const Wide w = totals_.w.value(), wy = totals_.wy.value(), wyy = totals_.wyy.value(), wt = totals_.wt.value(),
+               wtt = totals_.wtt.value();
+    const bool possible = (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack &&
+                          wyy <= w + slack && wy * wy <= (w + slack) * (wyy + slack) && wtt >= 0 &&
+                          wt * wt <= (w + slack) * wtt * (1 + kRounding);
+    if (!possible)
+        fail(Status::state,
+             "%lld samples would remain, with the sums of weights %g, of values %g and of their squares %g, which none "
+             "have: a sample was taken back that never came",
+             static_cast<long long>(totals_.count), static_cast<double>(w), static_cast<double>(wy),
+             static_cast<double>(wyy));
 }
 
 // Every term is odd in the weight, and so is its rounding: a sample of negative weight takes back exactly what it
@@ -177,6 +214,8 @@ void Stream::add(const Sample &given, double sign) noexcept {
     totals_.wt.add_product(w, sample.t_high);
     totals_.wtt.add_product_square(w, sample.t_high);
     totals_.count += sign > 0 ? 1 : -1;
+    taken_back_ = taken_back_ || sign < 0;
+    unweighted_ = (unweighted_ || given.unweighted) && totals_.count > 0;
     if (++pending_ == kernels::kFoldEvery)
         fold();
 }
@@ -194,16 +233,21 @@ void Stream::reset() noexcept {
     std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
     totals_ = Totals();
     pending_ = 0;
+    unweighted_ = taken_back_ = false;
 }
 
 void Stream::merge(const Stream &other) {
     if (other.totals_.count > kMostSamples - totals_.count)
         fail(Status::range, "merge: more than %lld samples together", static_cast<long long>(kMostSamples));
+    if ((unweighted_ && other.weighted()) || (other.unweighted_ && weighted()))
+        fail(Status::mismatch, "merge: one has samples with sigmas, the other samples without");
     if (other.grid_.digest() == grid_.digest())
         merge_equal(other);
     else
         merge_turned(other);
     totals_.count += other.totals_.count;
+    unweighted_ = unweighted_ || other.unweighted_;
+    taken_back_ = taken_back_ || other.taken_back_;
     fold();
 }
 

@@ -1,6 +1,7 @@
 // Streaming periodogram: the exact sums of all samples pushed so far.
 #pragma once
 #include <cstdint>
+#include <optional>
 
 #include "base/buffer.hpp"
 #include "base/wide.hpp"
@@ -49,6 +50,7 @@ struct Totals {
 // A sample, its time already counted from the grid's reference, as an unevaluated sum; t is what messages call it.
 struct Sample {
     double t, t_high, t_low, y, sigma;
+    bool unweighted = false; // came without a sigma, and counts as sigma_floor
 };
 
 class Stream {
@@ -63,6 +65,9 @@ class Stream {
     bool reaches(const Sample &sample) const noexcept;
     // Fails with the sample's number (when index >= 0) unless it can be pushed.
     void check(const Sample &sample, int64_t index) const;
+    // Fails with Status::state if the totals are such as no samples have: one was taken back that never came. Bounds
+    // are those of any multiset of samples, widened by 1e-9 for sums that were turned.
+    void check_possible() const;
     // Takes a checked sample. Allocates nothing.
     void push(const Sample &sample) noexcept { add(sample, 1); }
     // Takes a checked sample back that was pushed: all sums are then as if it had not been.
@@ -91,6 +96,10 @@ class Stream {
     Wide mean() const noexcept;     // Wy/W
     // Whether a sample's weight is not 1: none is above.
     bool weighted() const noexcept { return totals_.w.value() != static_cast<Wide>(totals_.count); }
+    // Whether a sample may have been taken back that never came: by retract, here or before the state was saved.
+    bool taken_back() const noexcept { return taken_back_; }
+    // Whether some sample came without a sigma, as far as is known: state bytes do not tell.
+    bool unweighted() const noexcept { return unweighted_; }
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
     long double spread() const noexcept;
     long double time_variance() const noexcept;
@@ -119,8 +128,23 @@ class Stream {
     Totals totals_;
     size_t blocks_;
     int pending_ = 0;
+    bool unweighted_ = false, taken_back_ = false;
     Buffer<int64_t> lo_, hi_; // [grid_.sums()][padded]
     Buffer<double> anchors_;
+};
+
+// Samples of one periodogram all have a sigma, or none has: unweighted ones count as sigma_floor, which beside others
+// would be a weight that nobody chose. Sigmas of sigma_floor go with both.
+class OneWeighting {
+  public:
+    explicit OneWeighting(const Stream &stream) noexcept : stream_(stream), unweighted_(stream.unweighted()) {}
+    // Fails with Status::state, and the sample's number (when index >= 0), unless it is of the kind of those before.
+    void check(const Sample &sample, int64_t index);
+
+  private:
+    const Stream &stream_;
+    bool unweighted_;
+    std::optional<bool> weighted_; // asked for when it matters
 };
 
 } // namespace toliman::period

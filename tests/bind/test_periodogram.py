@@ -109,17 +109,36 @@ class Arguments(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "t is an array of int64 that doubles do not hold"):
                 periodogram.push_many(numpy.arange(200) + 2**53, y)
             for bad in (2**63, -2**63 - 1):
-                with self.assertRaisesRegex(ValueError, "t_ns = .*must be in"):
-                    periodogram.push_ns(bad, 0)
+                with self.assertRaisesRegex(ValueError, "t = .*must be in"):
+                    periodogram.push(bad, 0, ns=True)
             self.assertEqual(len(periodogram), 0)
             periodogram.push(numpy.float32(1), numpy.array(2.0))
-            periodogram.push_ns(2**63 - 1, 0)
+            periodogram.push(2**63 - 1, 0, ns=True)
             with self.assertRaisesRegex(ValueError, "zero byte"):
                 periodogram.save("/nowhere/a\0b")
             with self.assertRaisesRegex(TypeError, "other is a NoneType: must be a View"):
                 periodogram.merge(None)
         with self.assertRaisesRegex(ValueError, "time_offset_ns = "):
             Periodogram(**GRID, time_offset_ns=2**64)
+
+    def test_push_in_all_kinds_of_time(self):
+        """Floats, pairs and nanoseconds give the same sums; mixed sigmas and a sigma of 0 are refused."""
+        with Periodogram(**GRID) as plain, Periodogram(**GRID) as other, Periodogram(**GRID) as none:
+            plain.push_many(t[:20].round(), y[:20])
+            for k in range(20):
+                whole = int(t[k].round())
+                other.push(whole * 10**9, y[k], ns=True) if k % 2 else other.push(whole - 0.5, y[k], t_low=0.5)
+            self.assertEqual(plain.to_bytes(), other.to_bytes())
+            with self.assertRaisesRegex(toliman.StateError, "has a sigma, but others have none"):
+                plain.push(1.0, 2.0, 3.0)
+            with self.assertRaisesRegex(ValueError, "sigma = 0: must be finite and above 0"):
+                plain.push(1.0, 2.0, 0)
+            other.retract(int(t[1].round()) * 10**9, y[1], ns=True)
+            other.retract(t[2].round() - 0.5, y[2], t_low=0.5)
+            plain.retract_many(t[1:3].round(), y[1:3])
+            self.assertEqual(plain.to_bytes(), other.to_bytes())
+            plain.retract_many(numpy.delete(t[:20], [1, 2]).round(), numpy.delete(y[:20], [1, 2]))
+            self.assertEqual(plain.to_bytes(), none.to_bytes())
 
     def test_period_in_one_call(self):
         """Against astropy on the same grid, and the fit of a Periodogram."""
@@ -210,8 +229,10 @@ class Handle(unittest.TestCase):
             with Periodogram.load(path) as second:
                 self.assertEqual((len(second), second.info.nf), (200, 400))
                 self.assertTrue((second.power() == first.power()).all())
-                first.push(200.0, 0.0)
-                second.push(200.0, 0.0)
+                for one in (first, second):
+                    one.push(200.0, 0.0, 0.02)
+                    with self.assertRaisesRegex(toliman.StateError, "has no sigma, but others have one"):
+                        one.push(201.0, 0.0)
                 self.assertTrue((second.power() == first.power()).all())
             path.write_bytes(b"no state")
             with self.assertRaisesRegex(Error, "state.tlmp: "):

@@ -36,7 +36,7 @@ class Pushing(unittest.TestCase):
     def test_same_bits_in_any_order(self):
         plain = Periodogram(*GRID, unit_ns=86400e9)
         for k in range(N):
-            plain.push_ns(k * DAY, values[k])
+            plain.push(k * DAY, values[k], ns=True)
         with tracker() as ours:
             ours.push_many([frame_of(k) for k in numpy.random.default_rng(1).permutation(N)])
             self.assertTrue((ours.period.power() == plain.power()).all())

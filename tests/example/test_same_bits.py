@@ -28,7 +28,7 @@ def pushed_in_order():
     period = Periodogram(1.5 / N, 0.1 / N, 5461, sigma_floor=template.sigma, unit_ns=DAY_NS,
                          value_bound=2.0 ** math.ceil(math.log2(10000 * template.sigma)))
     for k in range(N):
-        period.push_ns(k * DAY_NS, template.encode(simulator.frame(k)))
+        period.push(k * DAY_NS, template.encode(simulator.frame(k)), ns=True)
     return period.to_bytes()
 
 

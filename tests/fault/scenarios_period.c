@@ -151,11 +151,10 @@ static toliman_status save_file(attempt *a) {
 static toliman_status push(attempt *a) {
     return toliman_period_push(a->object, 100, 1, 2);
 }
-static toliman_status push_pair(attempt *a) {
-    return toliman_period_push_pair(a->object, 100, 1e-15, 1, 2);
-}
-static toliman_status push_ns(attempt *a) {
-    return toliman_period_push_ns(a->object, 100, 1, 2);
+static toliman_status push_samples(attempt *a) {
+    const toliman_period_sample sample = {
+        .struct_size = sizeof sample, .flags = TOLIMAN_PERIOD_TIME_NS, .t_ns = 100, .y = 1, .sigma = 1};
+    return toliman_period_push_samples(a->object, &sample, 1);
 }
 static toliman_status push_many(attempt *a) {
     return toliman_period_push_many(a->object, t + SAMPLES, y + SAMPLES, NULL, SAMPLES);
@@ -167,11 +166,9 @@ static toliman_status push_bad(attempt *a) {
 static toliman_status retract(attempt *a) {
     return toliman_period_retract(a->object, t[3], y[3], 1);
 }
-static toliman_status retract_pair(attempt *a) {
-    return toliman_period_retract_pair(a->object, t[3], 0, y[3], 1);
-}
-static toliman_status retract_ns(attempt *a) {
-    return toliman_period_retract_ns(a->object, 0, y[0], 1);
+static toliman_status retract_samples(attempt *a) {
+    const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[3], .y = y[3]};
+    return toliman_period_retract_samples(a->object, &sample, 1);
 }
 static toliman_status retract_many(attempt *a) {
     return toliman_period_retract_many(a->object, t, y, NULL, SAMPLES / 2);
@@ -289,12 +286,10 @@ static const scenario all[] = {
     LOOKS(save, 0),
     {.function = "toliman_period_save_file", .call = save_file, .stage = put_old, .check = check_saved},
     ON_ONE(push),
-    ON_ONE(push_pair),
-    ON_ONE(push_ns),
+    ON_ONE(push_samples),
     ON_ONE(push_many),
     ON_ONE(retract),
-    ON_ONE(retract_pair),
-    ON_ONE(retract_ns),
+    ON_ONE(retract_samples),
     ON_ONE(retract_many),
     ON_ONE(merge),
     {.function = "toliman_period_merge", "turned", merge_turned, make, &periods, .stage = put_states},

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "assert_close.h"
+#include "samples.h"
 #include "test_folder.h"
 
 #include <toliman/track.h>
@@ -135,7 +136,7 @@ static inline void push_clean(toliman_period *period, int64_t id) {
     make_frame(&frame, id);
     const double value = value_of_frame(&frame);
     if (fabs(value) <= VALUE_LIMIT)
-        assert_ok(toliman_period_push_ns(period, frame.frame.camera_ns, value, SIGMA));
+        assert_ok(push_ns(period, frame.frame.camera_ns, value, SIGMA));
 }
 
 static inline void assert_same_periods(const toliman_period *a, const toliman_period *b) {

@@ -87,7 +87,7 @@ static void periodograms(void **unused) {
         options.flags = draw(&draws, 2) ? TOLIMAN_PERIOD_WIDE : 0;
         make_samples(t, y, sigma);
         assert_ok(toliman_period_create(0.01, 0.02, GRID, &options, &period));
-        assert_ok(toliman_period_push_many(period, t, y, NULL, SAMPLES / 2));
+        assert_ok(toliman_period_push_many(period, t, y, sigma, SAMPLES / 2));
         const size_t place = SAMPLES / 2 + draw(&draws, SAMPLES / 2), which = draw(&draws, 3);
         const double good = arrays[which][place];
         arrays[which][place] = wrong_number();

@@ -105,7 +105,7 @@ static toliman_period_batch_options options_of(double tolerance, uint32_t flags)
     toliman_period_batch_options options;
     toliman_period_batch_options_init(&options, sizeof options);
     options.tolerance = tolerance;
-    options.flags = flags;
+    options.flags = flags | (tolerance == 0 ? TOLIMAN_PERIOD_DIRECT : 0);
     return options;
 }
 

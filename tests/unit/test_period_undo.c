@@ -4,6 +4,7 @@
 
 #include "assert_close.h"
 #include "quad_period.h"
+#include "samples.h"
 #include "test_folder.h"
 #include "uniform.h"
 
@@ -294,17 +295,20 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
         const __float128 t = (__float128)(ns - options.time_offset_ns) / options.unit_ns;
         days[i] = (double)t;
         low[i] = (double)(t - days[i]);
-        assert_ok(toliman_period_push_ns(by_ns, ns, values[i], sigmas[i]));
-        assert_ok(toliman_period_push_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
+        const toliman_period_sample of_ns = sample_ns(ns, values[i], sigmas[i]);
+        const toliman_period_sample of_pair = sample_pair(days[i], low[i], values[i], sigmas[i]);
+        assert_ok(toliman_period_push_samples(by_ns, &of_ns, 1));
+        assert_ok(toliman_period_push_samples(by_pair, &of_pair, 1));
         if (i == 7) { /* back and in again */
-            assert_ok(toliman_period_retract_ns(by_ns, ns, values[i], sigmas[i]));
-            assert_ok(toliman_period_push_ns(by_ns, ns, values[i], sigmas[i]));
-            assert_ok(toliman_period_retract_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
-            assert_ok(toliman_period_push_pair(by_pair, days[i], low[i], values[i], sigmas[i]));
+            assert_ok(toliman_period_retract_samples(by_ns, &of_ns, 1));
+            assert_ok(toliman_period_push_samples(by_ns, &of_ns, 1));
+            assert_ok(toliman_period_retract_samples(by_pair, &of_pair, 1));
+            assert_ok(toliman_period_push_samples(by_pair, &of_pair, 1));
         }
     }
-    assert_fails(toliman_period_push_pair(by_pair, 1, NAN, 0, 1), TOLIMAN_E_ARGUMENT, "must be finite");
-    assert_fails(toliman_period_push_ns(by_ns, INT64_MIN, 100, 1), TOLIMAN_E_RANGE, "value_bound");
+    const toliman_period_sample not_finite = sample_pair(1, NAN, 0, 1), too_large = sample_ns(INT64_MIN, 100, 1);
+    assert_fails(toliman_period_push_samples(by_pair, &not_finite, 1), TOLIMAN_E_ARGUMENT, "must be finite");
+    assert_fails(toliman_period_push_samples(by_ns, &too_large, 1), TOLIMAN_E_RANGE, "value_bound");
     const quad_samples samples = {days, values, sigmas, kCount, low};
     double power[2][200];
     assert_ok(toliman_period_query_power(by_ns, TOLIMAN_PERIOD_POWER_STANDARD, 0, 200, power[0]));
@@ -315,9 +319,9 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
         assert_close(power[0][k], expected, 0, 1e-13);
         assert_close(power[1][k], expected, 0, 1e-13);
     }
-    options.unit_ns = 0;
+    options.unit_ns = 0.5;
     toliman_period *none = NULL;
-    assert_fails(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "unit_ns = 0");
+    assert_fails(toliman_period_create(9.5, 1e-4, 200, &options, &none), TOLIMAN_E_ARGUMENT, "unit_ns = 0.5");
     toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
 }
 
@@ -335,13 +339,7 @@ static void what_could_not_be_loaded_is_not_saved(void **unused) {
     assert_ok(toliman_period_save_file(period, path));
     for (int i = 0; i < 3; i++)
         assert_ok(toliman_period_push(period, i, 1000000, 1));
-    for (int i = 0; i < 4; i++)
-        assert_ok(toliman_period_retract(period, 10 + i, -1000000, 1)); /* never came */
-    assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "taken back");
-    assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "taken back");
-    assert_ok(toliman_period_load_file(path, NULL, &loaded));
-    assert_int_equal(toliman_period_count(loaded), 1);
-    toliman_period_destroy(loaded);
+    assert_fails(toliman_period_retract(period, 10, -1000000, 1), TOLIMAN_E_STATE, "never came");
     toliman_period_destroy(period);
 
     /* One of a hundred samples weighs less than any may here. */
@@ -360,6 +358,10 @@ static void what_could_not_be_loaded_is_not_saved(void **unused) {
     for (int i = 1; i < 100; i++)
         assert_ok(toliman_period_retract(period, i, 1, 1));
     assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "sum of weights 0.00111");
+    assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "taken back");
+    assert_ok(toliman_period_load_file(path, NULL, &loaded));
+    assert_int_equal(toliman_period_count(loaded), 1);
+    toliman_period_destroy(loaded);
     toliman_period_destroy(period);
     toliman_period_destroy(other);
     remove_folder(folder);

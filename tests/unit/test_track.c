@@ -301,8 +301,7 @@ static void frames_may_have_their_own_sigma(void **unused) {
         frame.frame.sigma = id % 3 == 0 ? 0 : SIGMA * (double)(1 + id % 32);
         const toliman_track_outcome outcome = push_one(track, &frame.frame);
         if (outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED)
-            assert_ok(toliman_period_push_ns(clean, frame.frame.camera_ns, outcome.value,
-                                             id % 3 == 0 ? SIGMA : frame.frame.sigma));
+            assert_ok(push_ns(clean, frame.frame.camera_ns, outcome.value, id % 3 == 0 ? SIGMA : frame.frame.sigma));
         assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     }
     assert_same_periods(period_of(track), clean);

@@ -48,7 +48,8 @@ ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.
 # Members that are yes or no; bits of `flags` by struct.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
 FLAGS = {
-    "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE"),
+    "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
+                            "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING"),
     "toliman_period_model": ("TOLIMAN_PERIOD_INACCURATE",),
     "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING", "TOLIMAN_PERIOD_NARROW",
                                 "TOLIMAN_PERIOD_INACCURATE"),

@@ -43,6 +43,20 @@ def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Double
     return times, values, sigmas
 
 
+def _sample(t: float, y: float, sigma: float | None, t_low: float, ns: bool) -> typing.Any:
+    """One sample for C, where sigma 0 stands for none."""
+    sample = _raw.toliman_period_sample(y=real("y", y), t_low=real("t_low", t_low))
+    if ns:
+        sample.flags, sample.t_ns = _raw.TOLIMAN_PERIOD_TIME_NS, within("t", t, -INT64, INT64)  # type: ignore[arg-type]
+    else:
+        sample.t = real("t", t)
+    if sigma is not None:
+        sample.sigma = real("sigma", sigma)
+        if sample.sigma == 0:
+            raise ValueError("sigma = 0: must be finite and above 0")
+    return ctypes.byref(sample)
+
+
 class AccuracyWarning(RuntimeWarning):
     """Powers that may be wrong by more than 1e-3."""
 
@@ -102,15 +116,16 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
 
 
 def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
-          fit_mean: bool = True, tolerance: float = 1e-9, threads: int = 0,
+          fit_mean: bool = True, tolerance: float = 1e-9, direct: bool = False, threads: int = 0,
           progress: Progress | bool | None = None) -> Doubles:
     """Power of a whole archive at f0 + k df, k < nf, each within the tolerance of the exact one; much quicker than a
-    Periodogram, but without a state."""
+    Periodogram, but without a state. direct=True sums without an FFT, to 1e-13."""
     times, values, sigmas = _series(t, y, sigma)
     power = numpy.empty(whole_float("nf", nf))
     with Watch(progress) as watch:
         options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
-                             flags=0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN, tolerance=real("tolerance", tolerance),
+                             flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
+                             | (_raw.TOLIMAN_PERIOD_DIRECT if direct else 0), tolerance=real("tolerance", tolerance),
                              threads=whole("threads", threads, 2**32), progress=watch.callback)
         watch.check(library.toliman_period_batch(real("f0", f0), real("df", df), len(power), pointer(times), pointer(values), pointer(sigmas),
                                                  len(times), ctypes.byref(options), pointer(power)))
@@ -238,7 +253,7 @@ class Periodogram(View):
     between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
     order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
     wide=True keeps all digits where sampling().narrow says that they are lost, as over small parts of a cycle.
-    Whole nanoseconds, for push_ns, count from time_offset_ns and have unit_ns in a unit of t.
+    Whole nanoseconds, push(..., ns=True), count from time_offset_ns and have unit_ns in a unit of t.
     suited_grid(t) gives a grid that suits times.
     """
 
@@ -256,48 +271,22 @@ class Periodogram(View):
         super().__init__(self._made(library.toliman_period_create, real("f0", f0), real("df", df), whole_float("nf", nf),
                                     ctypes.byref(options)))
 
-    @functools.cached_property
-    def _unweighted(self) -> float:
-        return self.info.sigma_floor
-
-    def _sigma(self, sigma: float | None) -> float:
-        return self._unweighted if sigma is None else real("sigma", sigma)
-
-    def push(self, t: float, y: float, sigma: float | None = None) -> None:
-        """Adds one sample; without sigma it is unweighted."""
-        check(library.toliman_period_push(self._c, real("t", t), real("y", y), self._sigma(sigma)))
-
-    def push_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
-        """Adds one sample whose time is whole nanoseconds."""
-        check(library.toliman_period_push_ns(self._c, within("t_ns", t_ns, -INT64, INT64), real("y", y),
-                                              self._sigma(sigma)))
-
-    def push_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
-        """Adds one sample whose time is t + t_low, as astropy's Time.jd1 and jd2."""
-        check(library.toliman_period_push_pair(self._c, real("t", t), real("t_low", t_low), real("y", y),
-                                                self._sigma(sigma)))
+    def push(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
+        """Adds one sample; without sigma it is unweighted. Its time is t + t_low, as astropy's Time.jd1 and jd2, or
+        with ns=True t whole nanoseconds."""
+        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Adds arrays of samples, all or none; sigma may be one number. Without it they are unweighted."""
         times, values, sigmas = _series(t, y, sigma)
         check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
 
-    def retract(self, t: float, y: float, sigma: float | None = None) -> None:
-        """Takes back a sample that was pushed, given by the same numbers."""
-        check(library.toliman_period_retract(self._c, real("t", t), real("y", y), self._sigma(sigma)))
-
-    def retract_ns(self, t_ns: int, y: float, sigma: float | None = None) -> None:
-        """The same of push_ns."""
-        check(library.toliman_period_retract_ns(self._c, within("t_ns", t_ns, -INT64, INT64), real("y", y),
-                                              self._sigma(sigma)))
-
-    def retract_pair(self, t: float, t_low: float, y: float, sigma: float | None = None) -> None:
-        """The same of push_pair."""
-        check(library.toliman_period_retract_pair(self._c, real("t", t), real("t_low", t_low), real("y", y),
-                                                self._sigma(sigma)))
+    def retract(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
+        """Removes a sample that was pushed with exactly these values."""
+        check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
 
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
-        """Takes back arrays of samples, all or none."""
+        """Removes arrays of samples, all or none."""
         times, values, sigmas = _series(t, y, sigma)
         check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas),
                                                   len(times)))

@@ -1,0 +1,94 @@
+// include/toliman/period_fap.h
+#include <algorithm>
+#include <vector>
+
+#include <toliman/period_fap.h>
+
+#include "api/choice.hpp"
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "period/bootstrap.hpp"
+#include "period/fap.hpp"
+#include "period/power.hpp"
+#include "period/sampling.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+// What a false alarm probability of the caller's method depends on.
+period::Fap fap_method(int32_t method) {
+    constexpr Choice<period::Fap> kMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
+                                              "TOLIMAN_PERIOD_FAP_..."};
+    return kMethods.take(method, "method");
+}
+
+void check_meaningful(const period::Stream &stream) {
+    if (!period::PowerQuery(stream).meaningful())
+        fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
+}
+
+} // namespace
+
+extern "C" {
+
+toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method, double log10_residual,
+                                        double *result) noexcept {
+    return guard([&] {
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
+        required(result, "log10_fap");
+        const period::Fap fap = fap_method(method);
+        if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
+            fail(Status::argument, "log10_residual = %g: must be in [%g, 0]", log10_residual,
+                 period::kLeastLogResidual);
+        if (log10_residual == 0) { // nothing is claimed, as of constant values
+            *result = 0;
+            return;
+        }
+        check_meaningful(stream);
+        *result = log10_fap(fap, period::sampling_of(stream), log10_residual);
+    });
+}
+
+toliman_status toliman_period_query_level(const toliman_period *period, int32_t method, double log10_fap,
+                                          double *log10_residual) noexcept {
+    return guard([&] {
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
+        required(log10_residual, "log10_residual");
+        const period::Fap fap = fap_method(method);
+        check_meaningful(stream);
+        const period::Sampling sampling = period::sampling_of(stream);
+        const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
+        if (!(log10_fap <= 0 && log10_fap >= least))
+            fail(Status::argument, "log10_fap = %g: must be in [%g, 0] for these samples", log10_fap, least);
+        *log10_residual = log10_level(fap, sampling, log10_fap);
+    });
+}
+
+void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_period_bootstrap_options{}, options, size);
+}
+
+toliman_status toliman_period_query_bootstrap(const toliman_period *period, const double *t, const double *y,
+                                              const double *sigma, size_t n,
+                                              const toliman_period_bootstrap_options *options, size_t count,
+                                              double *log10_residuals) noexcept {
+    return guard([&] {
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
+        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
+        const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
+        required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
+                       "log10_residuals");
+        check_meaningful(stream);
+        std::vector<double> peaks(count);
+        period::bootstrap(stream, samples, {known.seed, known.threads, {known.progress, known.progress_data}},
+                          peaks.data(), count);
+        std::copy(peaks.begin(), peaks.end(), log10_residuals);
+    });
+}
+
+} // extern "C"
