@@ -14,7 +14,7 @@ FILES = {
     "s.tlmc": (b"TLMC" + bytes(100), "the checkpoint of a toliman state folder"),
     "rv.csv": (b"t,y\n0,1\n", "a CSV file"),
     "text": (b"\n a text in \xc3\xbc\n", "a text file"),
-    "p.json": (b'\xef\xbb\xbf{"n": 1,\n "schema" :\t"toliman-period/1"}', "JSON of schema toliman-period/1"),
+    "p.json": (b'\xef\xbb\xbf{"n": 1,\n "schema" :\t"toliman-period/2"}', "JSON of schema toliman-period/2"),
     "s.json": (json.dumps(one_wavelength()).encode(), "a toliman scene"),
     "a.json": (b"[1]", "JSON"),
     "empty": (b"", ""),

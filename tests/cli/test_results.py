@@ -65,7 +65,7 @@ class Results(ProgramTest):
                 change(bad)
                 with self.subTest(good["schema"]), self.assertRaises(jsonschema.ValidationError):
                     schemas.check(json.dumps(bad))
-        self.assertEqual(kinds, {"toliman-doctor/1", "toliman-period/1", "toliman-frame/2", "toliman-track-remark/1",
+        self.assertEqual(kinds, {"toliman-doctor/1", "toliman-period/2", "toliman-frame/2", "toliman-track-remark/1",
                                  "toliman-track-update/2", "toliman-track-status/2", "toliman-line/1"})
 
     def test_everything_is_closed_and_in_the_formats(self):
