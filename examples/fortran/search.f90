@@ -23,7 +23,7 @@ program search
 
     ! The frequencies and options that suit these samples.
     call toliman_period_options_init(options, c_sizeof(options))
-    call periodogram%suggest(0d0, f0, df, nf, t, y, sigma, options)
+    call periodogram%suggest(t, y, sigma, 0d0, f0, df, nf, options)
     call periodogram%create(f0, df, nf, options)
 
     ! With stat= the program goes on and sees for itself; without it a failure ends it with the library's message.
@@ -33,7 +33,7 @@ program search
         stop 1
     end if
     call periodogram%query_peak(peak)
-    call periodogram%query_fit(t, y, fit, sigma)
+    call periodogram%query_fit(t, y, sigma, fit)
     print '(a, f0.2, a, f0.2, a, f0.1)', 'peak at ', peak%period, ' days, half width ', peak%half_width_period, &
         ', log10 FAP ', peak%log10_fap
     print '(4(a, f0.2), a)', 'period ', fit%period, ' +- ', fit%period_error, ' days, amplitude ', fit%amplitude, &

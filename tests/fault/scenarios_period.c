@@ -149,7 +149,7 @@ static toliman_status save_file(attempt *a) {
     return toliman_period_save_file(samples(), in_folder(kLink));
 }
 static toliman_status push(attempt *a) {
-    return toliman_period_push(a->object, 100, 1, 2);
+    return toliman_period_push(a->object, 100, 1, 1);
 }
 static toliman_status push_samples(attempt *a) {
     const toliman_period_sample sample = {

@@ -189,9 +189,10 @@ class Procedure:
             self.show(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}")
             self.actual.append(name)
 
-    def show(self, name, declaration):
-        """Adds a dummy argument; those that may be left out come last."""
-        (self.names_left_out if ", optional" in declaration else self.names).append(name)
+    def show(self, name, declaration, series=False):
+        """Adds a dummy argument; those that may be left out come last, but for the arrays of a series, which keep C's
+        order: y and sigma exchanged would be no error."""
+        (self.names_left_out if ", optional" in declaration and not series else self.names).append(name)
         self.declared.append(declaration)
 
     def take_text(self, argument, optional):
@@ -216,7 +217,10 @@ class Procedure:
         else:
             shape, optional = f"({', '.join(':' for _ in extents)})", optional + ", contiguous"
             self.shapes.append(f"{name}({', '.join(extents)})")
-        self.show(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}{shape}")
+        place = self.item.arguments.index(argument)
+        beside = self.item.arguments[max(place - 1, 0):place] + self.item.arguments[place + 1:place + 2]
+        series = kind.const and argument.extents in (other.extents for other in beside)
+        self.show(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}{shape}", series)
         self.actual.append(name)
 
     def measure(self):

@@ -67,7 +67,9 @@ std::string PeriodReport::json() const {
     at.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
     at.set("log10_residual", peak.log10_residual).set("fwhm_period", peak.fwhm_period);
     at.set("half_width_period", peak.half_width_period).set("frequency_error", peak.frequency_error);
-    at.set("period_error", peak.period_error).set("amplitude", peak.amplitude).set("amplitude_error", peak.amplitude_error);
+    at.set("period_error", peak.period_error)
+        .set("amplitude", peak.amplitude)
+        .set("amplitude_error", peak.amplitude_error);
     at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
     at.set("log10_fap", fap.log10(fap.judged(peak))).set_flag("at_edge", periodogram.at_edge());
     on.set("f0", grid.f0).set("df", grid.df).set("nf", static_cast<double>(grid.nf));
