@@ -13,7 +13,7 @@
 ! image(cols, rows) here, and images[count][rows][cols] images(cols, rows, count). Frames, samples, frequencies,
 ! components and lines are counted from 0, as in C, also in messages: sample 16 is t(17). int64_t is
 ! integer(c_int64_t): 400_c_int64_t. Lengths are taken from the arrays. What C lets be NULL is optional and, of
-! type-bound procedures, comes last. Structs have their struct_size; options get their defaults from the function of
+! type-bound procedures, comes last; but t, y and sigma have C's order. Structs have their struct_size; options get their defaults from the function of
 ! the name _init. A callback is a bind(C) procedure, given by c_funloc; toliman_text makes Fortran's text of one of C.
 ! Unsigned numbers of C are signed here.
 module toliman
@@ -503,29 +503,44 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WIDE = 2 ! wide sums, 50 bits more for every term
 
-    ! What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1.
+    ! Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
     type, bind(C), public :: toliman_period_options
         integer(c_int32_t) :: struct_size = 72
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0
-        ! Subtracted from every t, exactly; default 0. Give the first time of long time stamps. Times in nanoseconds
-        ! have their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+        ! Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have their
+        ! own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
         real(c_double) :: time_offset = 0.0_c_double
-        ! subtracted from every y, exactly; default 0. Give a typical value if the mean is large
+        ! subtracted from every y, exactly. Give a typical value if the mean is large
         real(c_double) :: value_offset = 0.0_c_double
-        ! Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor
-        ! everywhere enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150.
+        ! Largest |y - value_offset| to come; 0 = 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
+        ! enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150.
         real(c_double) :: value_bound = 0.0_c_double
-        real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma to come; default 1
-        ! Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE).
-        ! Up to 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if
-        ! asked for by TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as
-        ! long, a query half as long again.
+        real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma to come; 0 = 1
+        ! Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
+        ! sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
+        ! TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query
+        ! half as long again.
         real(c_double) :: sigma_ceiling = 0.0_c_double
         ! For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has,
-        ! in [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days.
+        ! in [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
         integer(c_int64_t) :: time_offset_ns = 0
         real(c_double) :: unit_ns = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
+    end type
+
+    ! Flag of toliman_period_sample: t_ns is the time.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_TIME_NS = 256
+
+    ! A sample with all digits of its time. Since 0.2.
+    type, bind(C), public :: toliman_period_sample
+        ! sizeof(toliman_period_sample); an array has that of its first element throughout
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: flags = 0 ! 0: the time is t + t_low. TOLIMAN_PERIOD_TIME_NS: it is t_ns
+        real(c_double) :: t = 0.0_c_double ! two doubles, of which the second is small
+        real(c_double) :: t_low = 0.0_c_double
+        integer(c_int64_t) :: t_ns = 0 ! nanoseconds of a clock: (t_ns - time_offset_ns)/unit_ns units of t
+        real(c_double) :: y = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double ! 0: unweighted
     end type
 
     ! Facts of a periodogram. Since 0.1.
@@ -586,10 +601,19 @@ module toliman
     ! distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
 
+    ! Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
+    ! the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
+    ! unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+    ! as sums do not tell the step; query_fit takes both from the times.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_PAST_CEILING = 64
+
     ! A peak and what it means. Since 0.1.
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE
+        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE, _PAST_CEILING (of query_fit
+        ! only)
+        integer(c_int32_t) :: flags = 0
         ! between grid points, where the power is greatest; never outside the grid
         real(c_double) :: frequency = 0.0_c_double
         real(c_double) :: period = 0.0_c_double ! 1/frequency
@@ -615,14 +639,8 @@ module toliman
         real(c_double) :: period_error = 0.0_c_double
     end type
 
-    ! Flags of toliman_period_sampling.
-    ! df > coarsest_df: peaks may pass between two frequencies unseen
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
-    ! the grid goes beyond ceiling, where even samples repeat what is below
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_PAST_CEILING = 64
-
-    ! At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
-    ! or coincide, which narrow sums cannot tell from each other.
+    ! Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
+    ! cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NARROW = 128
 
     ! What the samples' times are worth, and whether the grid suits them. Since 0.1.
@@ -636,11 +654,14 @@ module toliman
         real(c_double) :: independent = 0.0_c_double
     end type
 
-    ! How toliman_period_batch works. Since 0.1.
+    ! Flag: direct sums only, good to 1e-13 whatever the tolerance.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DIRECT = 512
+
+    ! How toliman_period_batch works. 0 is the default of every member. Since 0.1.
     type, bind(C), public :: toliman_period_batch_options
         integer(c_int32_t) :: struct_size = 40
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, default 0
-        ! of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
+        ! of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
         real(c_double) :: tolerance = 0.0_c_double
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
         integer(c_int32_t) :: reserved = 0
@@ -665,7 +686,7 @@ module toliman
     ! Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
 
-    ! How toliman_period_query_bootstrap works. Since 0.1.
+    ! How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1.
     type, bind(C), public :: toliman_period_bootstrap_options
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
@@ -1568,7 +1589,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Adds n samples; sigma may be NULL (unweighted).
+        ! Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor.
         function toliman_period_push_many(period, t, y, sigma, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1578,27 +1599,16 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the
-        ! camera's clock, (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit.
-        function toliman_period_push_pair(period, t, t_low, y, sigma) bind(C) result(answer)
+        ! Adds n samples; their kinds of time may differ.
+        function toliman_period_push_samples(period, samples, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
-            real(c_double), value :: t, t_low, y, sigma
+            integer(c_size_t), value :: n
+            type(toliman_period_sample), intent(in) :: samples(*)
             integer(c_int32_t) :: answer
         end function
 
-        ! The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the
-        ! camera's clock, (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit.
-        function toliman_period_push_ns(period, t_ns, y, sigma) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_int64_t), value :: t_ns
-            real(c_double), value :: y, sigma
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would
-        ! be without it, whatever was pushed in between.
+        ! Removes samples previously pushed with exactly these values, one or n.
         function toliman_period_retract(period, t, y, sigma) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1606,33 +1616,22 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would
-        ! be without it, whatever was pushed in between.
-        function toliman_period_retract_pair(period, t, t_low, y, sigma) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            real(c_double), value :: t, t_low, y, sigma
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would
-        ! be without it, whatever was pushed in between.
-        function toliman_period_retract_ns(period, t_ns, y, sigma) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_int64_t), value :: t_ns
-            real(c_double), value :: y, sigma
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would
-        ! be without it, whatever was pushed in between.
+        ! Removes samples previously pushed with exactly these values, one or n.
         function toliman_period_retract_many(period, t, y, sigma, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_size_t), value :: n
             real(c_double), intent(in) :: t(*), y(*)
             real(c_double), intent(in), optional :: sigma(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Removes samples previously pushed with exactly these values, one or n.
+        function toliman_period_retract_samples(period, samples, n) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n
+            type(toliman_period_sample), intent(in) :: samples(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -2096,12 +2095,10 @@ module toliman
     public :: toliman_period_destroy
     public :: toliman_period_push
     public :: toliman_period_push_many
-    public :: toliman_period_push_pair
-    public :: toliman_period_push_ns
+    public :: toliman_period_push_samples
     public :: toliman_period_retract
-    public :: toliman_period_retract_pair
-    public :: toliman_period_retract_ns
     public :: toliman_period_retract_many
+    public :: toliman_period_retract_samples
     public :: toliman_period_merge
     public :: toliman_period_copy
     public :: toliman_period_reset
@@ -2244,12 +2241,10 @@ module toliman
         procedure :: create => periodogram_create
         procedure :: push => periodogram_push
         procedure :: push_many => periodogram_push_many
-        procedure :: push_pair => periodogram_push_pair
-        procedure :: push_ns => periodogram_push_ns
+        procedure :: push_samples => periodogram_push_samples
         procedure :: retract => periodogram_retract
-        procedure :: retract_pair => periodogram_retract_pair
-        procedure :: retract_ns => periodogram_retract_ns
         procedure :: retract_many => periodogram_retract_many
+        procedure :: retract_samples => periodogram_retract_samples
         procedure :: merge => periodogram_merge
         procedure :: copy => periodogram_copy
         procedure :: reset => periodogram_reset
@@ -3207,7 +3202,7 @@ contains
     ! mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span,
     ! whose values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0,
     ! s is 1. t(n), y(n), sigma(n).
-    subroutine periodogram_suggest(mission_span, f0, df, nf, t, y, sigma, options, stat, errmsg)
+    subroutine periodogram_suggest(t, y, sigma, mission_span, f0, df, nf, options, stat, errmsg)
         real(c_double), intent(in), optional, contiguous :: t(:), y(:), sigma(:)
         real(c_double), intent(in) :: mission_span
         real(c_double), intent(out) :: f0, df
@@ -3261,7 +3256,7 @@ contains
         call conclude(toliman_period_push(self%handle, t, y, sigma), stat, errmsg)
     end subroutine
 
-    ! Adds n samples; sigma may be NULL (unweighted). t(n), y(n), sigma(n).
+    ! Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor. t(n), y(n), sigma(n).
     subroutine periodogram_push_many(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3279,29 +3274,20 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's
-    ! clock, (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit.
-    subroutine periodogram_push_pair(self, t, t_low, y, sigma, stat, errmsg)
+    ! Adds n samples; their kinds of time may differ. samples(n).
+    subroutine periodogram_push_samples(self, samples, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
-        real(c_double), intent(in) :: t, t_low, y, sigma
+        type(toliman_period_sample), intent(in), contiguous :: samples(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_push_pair(self%handle, t, t_low, y, sigma), stat, errmsg)
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(samples, 1, c_size_t)
+        status = toliman_period_push_samples(self%handle, samples, of_n)
+        call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's
-    ! clock, (t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit.
-    subroutine periodogram_push_ns(self, t_ns, y, sigma, stat, errmsg)
-        class(toliman_periodogram), intent(inout) :: self
-        integer(c_int64_t), intent(in) :: t_ns
-        real(c_double), intent(in) :: y, sigma
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_push_ns(self%handle, t_ns, y, sigma), stat, errmsg)
-    end subroutine
-
-    ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be
-    ! without it, whatever was pushed in between.
+    ! Removes samples previously pushed with exactly these values, one or n.
     subroutine periodogram_retract(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in) :: t, y, sigma
@@ -3310,29 +3296,7 @@ contains
         call conclude(toliman_period_retract(self%handle, t, y, sigma), stat, errmsg)
     end subroutine
 
-    ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be
-    ! without it, whatever was pushed in between.
-    subroutine periodogram_retract_pair(self, t, t_low, y, sigma, stat, errmsg)
-        class(toliman_periodogram), intent(inout) :: self
-        real(c_double), intent(in) :: t, t_low, y, sigma
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_retract_pair(self%handle, t, t_low, y, sigma), stat, errmsg)
-    end subroutine
-
-    ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be
-    ! without it, whatever was pushed in between.
-    subroutine periodogram_retract_ns(self, t_ns, y, sigma, stat, errmsg)
-        class(toliman_periodogram), intent(inout) :: self
-        integer(c_int64_t), intent(in) :: t_ns
-        real(c_double), intent(in) :: y, sigma
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_retract_ns(self%handle, t_ns, y, sigma), stat, errmsg)
-    end subroutine
-
-    ! Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be
-    ! without it, whatever was pushed in between. t(n), y(n), sigma(n).
+    ! Removes samples previously pushed with exactly these values, one or n. t(n), y(n), sigma(n).
     subroutine periodogram_retract_many(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3347,6 +3311,19 @@ contains
             if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
         end if
         status = toliman_period_retract_many(self%handle, t, y, sigma, of_n)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Removes samples previously pushed with exactly these values, one or n. samples(n).
+    subroutine periodogram_retract_samples(self, samples, stat, errmsg)
+        class(toliman_periodogram), intent(inout) :: self
+        type(toliman_period_sample), intent(in), contiguous :: samples(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(samples, 1, c_size_t)
+        status = toliman_period_retract_samples(self%handle, samples, of_n)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -3453,7 +3430,7 @@ contains
     ! The highest peak refined against the samples themselves, which must be those pushed (their number is checked;
     ! sigma may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power
     ! from the residuals and therefore right even when it is 1e-31. t(n), y(n), sigma(n).
-    subroutine periodogram_query_fit(self, t, y, out, sigma, stat, errmsg)
+    subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
         real(c_double), intent(in), optional, contiguous :: sigma(:)
@@ -3534,7 +3511,7 @@ contains
     ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
     ! streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. t(n), y(n), sigma(n),
     ! power(nf).
-    subroutine periodogram_batch(f0, df, t, y, power, sigma, options, stat, errmsg)
+    subroutine periodogram_batch(f0, df, t, y, sigma, power, options, stat, errmsg)
         real(c_double), intent(in) :: f0, df
         real(c_double), intent(in), contiguous :: t(:), y(:)
         real(c_double), intent(in), optional, contiguous :: sigma(:)
@@ -3581,7 +3558,7 @@ contains
 
     ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number
     ! is checked; sigma may be NULL), sorted, the strongest first. t(n), y(n), sigma(n), log10_residuals(count).
-    subroutine periodogram_query_bootstrap(self, t, y, log10_residuals, sigma, options, stat, errmsg)
+    subroutine periodogram_query_bootstrap(self, t, y, sigma, log10_residuals, options, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
         real(c_double), intent(in), optional, contiguous :: sigma(:)

@@ -18,7 +18,7 @@ toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linea
     return guard([&] {
         const toliman_linear_options known = accept(options, toliman_linear_options{}, "options");
         if (known.reserved != 0)
-            fail(Status::argument, "options->reserved = %u: must be 0", known.reserved);
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;

@@ -80,12 +80,12 @@ struct Structs {
         for (size_t i = 0; i < n; i++) {
             const toliman_period_sample given = samples->get(i);
             if ((given.flags & ~TOLIMAN_PERIOD_TIME_NS) != 0)
-                fail(Status::argument, "samples[%zu].flags = 0x%x: unknown bits", i, given.flags);
+                fail(Status::argument, "{samples[%zu].flags} = 0x%x: unknown bits", i, given.flags);
             if (given.flags == 0 && given.t_ns != 0)
-                fail(Status::argument, "samples[%zu].t_ns = %lld: must be 0 without TOLIMAN_PERIOD_TIME_NS", i,
+                fail(Status::argument, "{samples[%zu].t_ns} = %lld: must be 0 without TOLIMAN_PERIOD_TIME_NS", i,
                      static_cast<long long>(given.t_ns));
             if (given.flags != 0 && (given.t != 0 || given.t_low != 0))
-                fail(Status::argument, "samples[%zu].t = %g, t_low = %g: must be 0 with TOLIMAN_PERIOD_TIME_NS", i,
+                fail(Status::argument, "{samples[%zu].t} = %g, t_low = %g: must be 0 with TOLIMAN_PERIOD_TIME_NS", i,
                      given.t, given.t_low);
         }
     }

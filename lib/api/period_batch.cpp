@@ -30,7 +30,7 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
     return guard([&] {
         const auto known = accept(options, default_options(), "options");
         if ((known.flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DIRECT)) != 0)
-            fail(Status::argument, "options->flags = 0x%x: unknown bits", known.flags);
+            fail(Status::argument, "{options->flags} = 0x%x: unknown bits", known.flags);
         if (known.reserved != 0)
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required_array(t, n, sizeof *t, "t");

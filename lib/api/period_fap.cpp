@@ -41,7 +41,7 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
         required(result, "log10_fap");
         const period::Fap fap = fap_method(method);
         if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
-            fail(Status::argument, "log10_residual = %g: must be in [%g, 0]", log10_residual,
+            fail(Status::argument, "{log10_residual} = %g: must be in [%g, 0]", log10_residual,
                  period::kLeastLogResidual);
         if (log10_residual == 0) { // nothing is claimed, as of constant values
             *result = 0;
@@ -63,7 +63,7 @@ toliman_status toliman_period_query_level(const toliman_period *period, int32_t 
         const period::Sampling sampling = period::sampling_of(stream);
         const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
         if (!(log10_fap <= 0 && log10_fap >= least))
-            fail(Status::argument, "log10_fap = %g: must be in [%g, 0] for these samples", log10_fap, least);
+            fail(Status::argument, "{log10_fap} = %g: must be in [%g, 0] for these samples", log10_fap, least);
         *log10_residual = log10_level(fap, sampling, log10_fap);
     });
 }

@@ -300,7 +300,7 @@ toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const ch
         while (stage < optics::kStages && std::strcmp(optics::stage_name(stage), name) != 0)
             stage++;
         if (stage == optics::kStages)
-            fail(Status::argument, "name = \"%s\": must be that of a stage, as toliman_sim_stage_name gives them",
+            fail(Status::argument, "{name} = \"%s\": must be that of a stage, as toliman_sim_stage_name gives them",
                  name);
         api::required(modelled, "modelled") = static_cast<int32_t>(known.stages >> stage & 1);
     });

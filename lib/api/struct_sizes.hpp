@@ -29,6 +29,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_components_info", sizeof(toliman_components_info)},
     {"toliman_linear_options", sizeof(toliman_linear_options)},
     {"toliman_period_options", sizeof(toliman_period_options)},
+    {"toliman_period_sample", sizeof(toliman_period_sample)},
     {"toliman_period_info", sizeof(toliman_period_info)},
     {"toliman_period_model", sizeof(toliman_period_model)},
     {"toliman_period_peak", sizeof(toliman_period_peak)},

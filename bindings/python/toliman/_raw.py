@@ -657,20 +657,20 @@ TOLIMAN_PERIOD_WIDE = 2  # wide sums, 50 bits more for every term
 
 
 class toliman_period_options(Sized):
-    """What is fixed for the life of a periodogram, because the bits of its sums depend on it. Since 0.1.
-    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE; default 0
-    time_offset: Subtracted from every t, exactly; default 0. Give the first time of long time stamps. Times in nanoseconds have
+    """Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
+    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+    time_offset: Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have
         their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
-    value_offset: subtracted from every y, exactly; default 0. Give a typical value if the mean is large
-    value_bound: Largest |y - value_offset| to come; default 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
+    value_offset: subtracted from every y, exactly. Give a typical value if the mean is large
+    value_bound: Largest |y - value_offset| to come; 0 = 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
         enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150.
-    sigma_floor: smallest sigma to come; default 1
-    sigma_ceiling: Largest sigma to come; default 0, which is 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
+    sigma_floor: smallest sigma to come; 0 = 1
+    sigma_ceiling: Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
         32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
         TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
         as long again.
     time_offset_ns: For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
-        [1, 1e30]; defaults 0 and 1e9, so that t is in seconds. 86400e9 makes it days.
+        [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
     allocator: of the object's large arrays; NULL: the system's memory"""
 
     _fields_ = [
@@ -684,6 +684,30 @@ class toliman_period_options(Sized):
         ("time_offset_ns", c_int64),
         ("unit_ns", c_double),
         ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+# Flag of toliman_period_sample: t_ns is the time.
+TOLIMAN_PERIOD_TIME_NS = 256
+
+
+class toliman_period_sample(Sized):
+    """A sample with all digits of its time. Since 0.2.
+    struct_size: sizeof(toliman_period_sample); an array has that of its first element throughout
+    flags: 0: the time is t + t_low. TOLIMAN_PERIOD_TIME_NS: it is t_ns
+    t: two doubles, of which the second is small
+    t_low: two doubles, of which the second is small
+    t_ns: nanoseconds of a clock: (t_ns - time_offset_ns)/unit_ns units of t
+    sigma: 0: unweighted"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("t", c_double),
+        ("t_low", c_double),
+        ("t_ns", c_int64),
+        ("y", c_double),
+        ("sigma", c_double),
     ]
 
 
@@ -765,11 +789,19 @@ TOLIMAN_PERIOD_AT_EDGE = 4
 # distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
 TOLIMAN_PERIOD_ALIAS = 8
 
+# Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
+# the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
+# unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+# as sums do not tell the step; query_fit takes both from the times.
+TOLIMAN_PERIOD_COARSE = 32
+TOLIMAN_PERIOD_PAST_CEILING = 64
+
 
 class toliman_period_peak(Sized):
     """A peak and what it means. Since 0.1.
     struct_size: in: sizeof(toliman_period_peak)
-    flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE
+    flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE,
+        _PAST_CEILING (of query_fit only)
     frequency: between grid points, where the power is greatest; never outside the grid
     period: 1/frequency
     power: in [0, 1]
@@ -808,12 +840,8 @@ class toliman_period_peak(Sized):
     ]
 
 
-# Flags of toliman_period_sampling.
-TOLIMAN_PERIOD_COARSE = 32  # df > coarsest_df: peaks may pass between two frequencies unseen
-TOLIMAN_PERIOD_PAST_CEILING = 64  # the grid goes beyond ceiling, where even samples repeat what is below
-
-# At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ,
-# or coincide, which narrow sums cannot tell from each other.
+# Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
+# cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
 TOLIMAN_PERIOD_NARROW = 128
 
 
@@ -836,10 +864,14 @@ class toliman_period_sampling(Sized):
     ]
 
 
+# Flag: direct sums only, good to 1e-13 whatever the tolerance.
+TOLIMAN_PERIOD_DIRECT = 512
+
+
 class toliman_period_batch_options(Sized):
-    """How toliman_period_batch works. Since 0.1.
-    flags: TOLIMAN_PERIOD_FIXED_MEAN, default 0
-    tolerance: of every power, in [0, 0.01]; default 1e-9. Below 1e-13: direct sums only, good to 1e-13
+    """How toliman_period_batch works. 0 is the default of every member. Since 0.1.
+    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
+    tolerance: of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL"""
 
@@ -870,7 +902,7 @@ TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
 
 
 class toliman_period_bootstrap_options(Sized):
-    """How toliman_period_query_bootstrap works. Since 0.1.
+    """How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1.
     threads: own workers; 0 = one a processor. Never changes a bit of any result
     progress: may be NULL"""
 
@@ -1295,12 +1327,10 @@ OF_OBJECTS = {
     "toliman_period_destroy": True,
     "toliman_period_push": True,
     "toliman_period_push_many": True,
-    "toliman_period_push_pair": True,
-    "toliman_period_push_ns": True,
+    "toliman_period_push_samples": True,
     "toliman_period_retract": True,
-    "toliman_period_retract_pair": True,
-    "toliman_period_retract_ns": True,
     "toliman_period_retract_many": True,
+    "toliman_period_retract_samples": True,
     "toliman_period_merge": True,
     "toliman_period_copy": False,
     "toliman_period_reset": True,
@@ -1911,8 +1941,9 @@ samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1.
         c_int32, (("period", POINTER(toliman_period)), ("t", c_double), ("y", c_double), ("sigma", c_double)),
         """Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma
 is beyond what the options promised, f (t - time_offset) exceeds 2^50 cycles, |t - time_offset| exceeds 1e100, or
-2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Duplicate
-times are allowed. Since 0.1.""",
+2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Several
+samples may have one time. Each counts as evidence: a series pushed five times has the same power, but log10 FAP -32
+instead of -4.5. Since 0.1.""",
     ),
     "toliman_period_push_many": (
         c_int32, (
@@ -1922,60 +1953,27 @@ times are allowed. Since 0.1.""",
             ("sigma", POINTER(c_double)),
             ("n", c_size_t),
         ),
-        """Adds n samples; sigma may be NULL (unweighted). All or none: a bad sample is named by its index. Since 0.1.""",
+        """Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor. All or none: a bad sample is named by
+its index. TOLIMAN_E_STATE for samples without sigma beside samples whose sigma is not sigma_floor, in either order;
+state bytes tell of the latter only. Since 0.1.""",
     ),
-    "toliman_period_push_pair": (
+    "toliman_period_push_samples": (
         c_int32, (
             ("period", POINTER(toliman_period)),
-            ("t", c_double),
-            ("t_low", c_double),
-            ("y", c_double),
-            ("sigma", c_double),
+            ("samples", POINTER(toliman_period_sample)),
+            ("n", c_size_t),
         ),
-        """The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's clock,
-(t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit. All kinds of times may be mixed. Since 0.1.""",
-    ),
-    "toliman_period_push_ns": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t_ns", c_int64),
-            ("y", c_double),
-            ("sigma", c_double),
-        ),
-        """The same with the time t + t_low, two doubles of which the second is small, or in nanoseconds of the camera's clock,
-(t_ns - time_offset_ns)/unit_ns units of t: neither loses a digit. All kinds of times may be mixed. Since 0.1.""",
+        """Adds n samples; their kinds of time may differ. TOLIMAN_E_ARGUMENT for a time in the member that flags do not choose;
+other errors as of toliman_period_push_many. Since 0.2.""",
     ),
     "toliman_period_retract": (
         c_int32, (("period", POINTER(toliman_period)), ("t", c_double), ("y", c_double), ("sigma", c_double)),
-        """Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
-it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
-multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
-are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
-    ),
-    "toliman_period_retract_pair": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t", c_double),
-            ("t_low", c_double),
-            ("y", c_double),
-            ("sigma", c_double),
-        ),
-        """Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
-it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
-multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
-are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
-    ),
-    "toliman_period_retract_ns": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t_ns", c_int64),
-            ("y", c_double),
-            ("sigma", c_double),
-        ),
-        """Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
-it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
-multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
-are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
+        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
+pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
+that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
+samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
+then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
+TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
     ),
     "toliman_period_retract_many": (
         c_int32, (
@@ -1985,10 +1983,25 @@ are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
             ("sigma", POINTER(c_double)),
             ("n", c_size_t),
         ),
-        """Takes back a sample that was pushed, given by the same numbers: the sums are then the bits that they would be without
-it, whatever was pushed in between. A window that slides is a push and a retract; no FAP holds for many looks at one:
-multiply that of a single look by their number. Whether the sample was ever pushed cannot be seen, only that as many
-are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
+        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
+pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
+that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
+samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
+then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
+TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
+    ),
+    "toliman_period_retract_samples": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("samples", POINTER(toliman_period_sample)),
+            ("n", c_size_t),
+        ),
+        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
+pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
+that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
+samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
+then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
+TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
     ),
     "toliman_period_merge": (
         c_int32, (("period", POINTER(toliman_period)), ("other", POINTER(toliman_period))),
@@ -1996,9 +2009,10 @@ are in (TOLIMAN_E_STATE); other errors as of the pushes. Since 0.1.""",
 the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
 value, or other bounds, the other's sums are turned to this one's first: power then as accurate still, but not
 the same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean, for narrow sums into wide ones, and for
-another time_offset_ns or unit_ns, which shards must share; TOLIMAN_E_RANGE where the root mean square of the other's
-values, from this value_offset, is above this value_bound, or the mean of their 1/sigma^2 beyond these sigmas;
-TOLIMAN_E_ARGUMENT for other = period. Since 0.1.""",
+another time_offset_ns or unit_ns, which shards must share, and for samples without sigma and others whose sigma is
+not sigma_floor; TOLIMAN_E_RANGE where the root mean square of the other's values, from this value_offset, is above
+this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_ARGUMENT for other = period. Since
+0.1.""",
     ),
     "toliman_period_copy": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(POINTER(toliman_period)))),
@@ -2029,7 +2043,8 @@ some power of the grid may be wrong by more than 1e-3. Never NaN: fewer than two
 parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
 Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
 varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
-if the values scatter too little for value_bound. Since 0.1.""",
+if the values scatter too little for value_bound. TOLIMAN_E_STATE where the power would exceed 1 beyond rounding: a
+sample was retracted that was never pushed. Since 0.1.""",
     ),
     "toliman_period_query_model": (
         c_int32, (

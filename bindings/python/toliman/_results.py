@@ -202,6 +202,8 @@ class Peak(Result):
     at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=4)
     alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=8)
     inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
+    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have PAST_CEILING, as sums do not tell the step; fit takes both from the times.", flag=32)
+    past_ceiling: bool = told("", flag=64)
 
 
 @result
@@ -212,9 +214,9 @@ class Sampling(Result):
     coarsest_df: float = told("1/(5 T); +infinity while all times are one")
     ceiling: float = told("1/(2 step); the same")
     independent: float = told("frequencies of the grid that are independent of each other: its last one times T, or 1")
-    coarse: bool = told("df > coarsest_df: peaks may pass between two frequencies unseen", flag=32)
-    past_ceiling: bool = told("the grid goes beyond ceiling, where even samples repeat what is below", flag=64)
-    narrow: bool = told("At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
+    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have PAST_CEILING, as sums do not tell the step; fit takes both from the times.", flag=32)
+    past_ceiling: bool = told("", flag=64)
+    narrow: bool = told("toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
     inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
 
 
