@@ -21,7 +21,7 @@ int main(int argc, char **argv) {
     }
     toliman_sim *sim = NULL;
     check(toliman_sim_create_file(argv[1], NULL, &sim));
-    toliman_sim_info info = {.struct_size = sizeof info};
+    toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;
     check(toliman_sim_get_info(sim, &info));
 
     toliman_cae *cae = NULL;
@@ -45,7 +45,7 @@ int main(int argc, char **argv) {
         check(toliman_cae_encode(cae, image, (size_t)info.cols, &latent));
         check(toliman_period_push(period, time, latent, 1));
     }
-    toliman_period_peak peak = {.struct_size = sizeof peak};
+    toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     check(toliman_period_query_peak(period, &peak));
     printf("true period %g days, found %.2f days, log10 FAP %.1f\n", info.period_days, peak.period, peak.log10_fap);
 

@@ -99,13 +99,13 @@ int main(int argc, char **argv) {
                            .pixels = pixels,
                            .rows = ROWS,
                            .cols = COLS};
-    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
+    toliman_track_outcome outcome = TOLIMAN_TRACK_OUTCOME_INIT;
     for (size_t done; fread(pixels, sizeof *pixels, ROWS * COLS, frames) == ROWS * COLS; frame.frame_id++) {
         frame.camera_ns = frame.frame_id * INT64_C(86400000000000);
         check(toliman_track_push(tracker, &frame, 1, &outcome, &done));
         printf("frame %lld %.17g px\n", (long long)frame.frame_id, outcome.value);
     }
-    toliman_period_peak peak = {.struct_size = sizeof peak};
+    toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     check(toliman_period_query_peak(period, &peak));
     printf("period %.6g d, log10 FAP %.2f\n", peak.period, peak.log10_fap);
     printf("%zu bytes of the arena, %zu heap calls after the start\n", used, heap_calls - before);

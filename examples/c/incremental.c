@@ -48,8 +48,8 @@ struct host {
  * period is an answer, which is printed whenever it has changed by 5 %. */
 static void on_frame(const toliman_frame *frame, void *user_data) {
     struct host *host = user_data;
-    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
-    toliman_period_peak peak = {.struct_size = sizeof peak};
+    toliman_track_outcome outcome = TOLIMAN_TRACK_OUTCOME_INIT;
+    toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     size_t done;
     double log10_fap;
     check(toliman_track_push(host->tracker, frame, 1, &outcome, &done));
@@ -86,7 +86,7 @@ int main(int argc, char **argv) {
 
     read_downlink(sim, atol(argv[3]), atol(argv[4]), on_frame, &host);
 
-    toliman_period_peak peak = {.struct_size = sizeof peak};
+    toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
     check(toliman_track_save(host.tracker));
     check(toliman_track_query_fit(host.tracker, &peak));
     printf("period %.2f +- %.2f days of %lld frames\n", peak.period, peak.period_error,

@@ -17,7 +17,6 @@ class Mission {
     explicit Mission(const char *scene)
         : sim_(toliman::make<toliman::simulator>(toliman_sim_create_file, scene, nullptr)),
           estimator_(toliman::make<toliman::linear_estimator>(toliman_linear_create, sim_.get(), nullptr)) {
-        info_.struct_size = sizeof info_;
         toliman::check(toliman_sim_get_info(sim_.get(), &info_));
     }
 
@@ -41,7 +40,7 @@ class Mission {
   private:
     toliman::simulator sim_;
     toliman::linear_estimator estimator_;
-    toliman_sim_info info_ = {};
+    toliman_sim_info info_ = toliman::sized<toliman_sim_info>();
 };
 
 void find_period(const Mission &mission, int threads) {
@@ -51,8 +50,7 @@ void find_period(const Mission &mission, int threads) {
     const toliman::periodogram period = mission.sums(0, threads);
     for (auto &shard : shards) // get() throws what went wrong in the thread
         toliman::check(toliman_period_merge(period.get(), shard.get().get()));
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
+    auto peak = toliman::sized<toliman_period_peak>();
     toliman::check(toliman_period_query_peak(period.get(), &peak));
     std::printf("period %.2f days, log10 FAP %.1f, power %.17g\n", peak.period, peak.log10_fap, peak.power);
 }

@@ -22,6 +22,10 @@
  *   - Options are structs whose first member is struct_size. Set them up with the matching _init function and their
  *     sizeof; then zero or the default stands in every member. New members are only ever appended. An array of structs
  *     has the struct_size of its first element throughout.
+ *   - An enumeration is an int32_t. Its constants begin with the name of its header and of what they choose, as
+ *     TOLIMAN_PERIOD_FAP_NAIVE, and no other enumeration has a constant of the same value, so that a constant of
+ * another one is refused (TOLIMAN_E_ARGUMENT). 0 in a member of an options struct is the default; a result may hold a
+ * value that a newer library has added. Flags are uint32_t, one bit each.
  *   - Arrays are the caller's memory in C order, images as [row][column] with an explicit row stride in elements.
  *   - Distinct objects may be used on distinct threads at any time. Functions that take a const object may run on the
  *     same object from several threads at once; others may not. A call on an object that another call excludes returns

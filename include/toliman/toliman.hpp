@@ -23,8 +23,8 @@ class error : public std::runtime_error {
     std::string field_;
 };
 
-// A struct that knows its size, with 0, the default, in every other member: auto options =
-// sized<toliman_sim_options>().
+// A struct that knows its size, with 0, the default, in every other member:
+// auto options = sized<toliman_sim_options>().
 template <class Struct> Struct sized() noexcept {
     Struct made = Struct();
     made.struct_size = sizeof(Struct);
