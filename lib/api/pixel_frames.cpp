@@ -29,7 +29,7 @@ void check_extent(const PixelFrames &frames, size_t count) {
                        __builtin_add_overflow(pixels, frames.cols, &pixels) ||
                        __builtin_mul_overflow(pixels, size_of(frames.pixel), &bytes) || bytes > PTRDIFF_MAX;
     if (large)
-        fail(Status::range, "image: %zu frames of %zux%zu pixels, %zu pixels apart: does not fit in memory", count,
+        fail(Status::range, "{image}: %zu frames of %zux%zu pixels, %zu pixels apart: does not fit in memory", count,
              frames.rows, frames.cols, frames.frame_stride);
 }
 
