@@ -230,8 +230,8 @@ typedef struct toliman_cae_save_options {
     uint32_t struct_size;
     int32_t weights_encoding; /* TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
     int32_t planes_encoding;  /* of variance, target and nuisance images; 0 = FLOAT32 */
-    uint32_t
-        training; /* 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with */
+    uint32_t training;        /* 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go
+                                 on with */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 

@@ -101,6 +101,8 @@ class Frames(unittest.TestCase):
         self.assertLess(plan.wavelengths, plan.scene_wavelengths)
         self.assertEqual(plan.engine, "matrix_dft")
         self.assertIn("photon noise", self.simulator.stages)
+        self.assertNotIn("read noise", self.simulator.stages)
+        self.assertEqual(self.simulator.stages, list(beforehand.stages))
         self.assertEqual(toliman.plan(SCENES / "mission.json").scene_wavelengths,
                          toliman.plan(json.loads((SCENES / "mission.json").read_text()), folder=SCENES).scene_wavelengths)
 

@@ -35,3 +35,7 @@ extern "C" int shim_scaled_residual(int isa, const double *counts, const double 
 extern "C" void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector) {
     table(isa).project_out(units, planes, count, vector);
 }
+
+extern "C" double shim_residual_inner(int isa, const double *a, const double *b, size_t count) {
+    return table(isa).inner(a, b, count);
+}

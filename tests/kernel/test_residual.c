@@ -10,6 +10,7 @@ int shim_residual(int isa, const double *counts, const double *reference, const 
 int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
                          double scale, size_t count, float *out);
 void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector);
+double shim_residual_inner(int isa, const double *a, const double *b, size_t count);
 
 enum { N = 65536, kPlanes = 3 };
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
@@ -68,6 +69,21 @@ static void test_non_finite_counts_are_seen(void **unused) {
         }
 }
 
+static void test_inner_product(void **unused) {
+    (void)unused;
+    long double expected = 0, absolute = 0;
+    for (int i = 0; i < N; i++) {
+        expected += (long double)units[i] * inverse_sigma[i];
+        absolute += fabsl((long double)units[i] * inverse_sigma[i]);
+    }
+    const double first = shim_residual_inner(0, units, inverse_sigma, N);
+    assert_close(first, (double)expected, 0, (double)absolute * N / 16 * 1.2e-16);
+    for (int isa = 1; isa < shim_residual_isas(); isa++) {
+        const double other = shim_residual_inner(isa, units, inverse_sigma, N);
+        assert_memory_equal(&other, &first, sizeof first);
+    }
+}
+
 /* A nuisance ten thousand times the noise leaves less than a billionth of it; the same bits everywhere. */
 static void test_projection(void **unused) {
     (void)unused;
@@ -93,6 +109,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_residual),
         cmocka_unit_test(test_non_finite_counts_are_seen),
+        cmocka_unit_test(test_inner_product),
         cmocka_unit_test(test_projection),
     };
     return cmocka_run_group_tests_name("residual", tests, set_up, NULL);

@@ -45,6 +45,9 @@ WORDS = {
 # What stands between TOLIMAN_ and a constant's word, where that is more than the module.
 ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.values()}))
 
+# Members that their module makes names of.
+NAMES = {"stages": "names of those that are modelled"}
+
 # Members that are yes or no; bits of `flags` by struct.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
 FLAGS = {
@@ -81,6 +84,8 @@ def member(model, item, field):
         yield name, "str", re.sub(r"\w+, \.\.\.", "...", field.doc), f', words="{WORDS[name]}"'
     elif name in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""
+    elif name in NAMES:
+        yield name, "tuple[str, ...]", NAMES[name], ""
     elif kind.base == "char":
         yield name, "str", field.doc, ""
     elif kind.array:

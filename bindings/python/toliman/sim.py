@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pathlib
+import types
 import typing
 
 import numpy
@@ -109,13 +110,19 @@ def _has_stage(plan: typing.Any, name: bytes) -> bool:
     return modelled.value != 0
 
 
+def _plan_of(struct: typing.Any) -> Plan:
+    members = {name: getattr(struct, name) for name, *_ in struct._fields_}
+    members["stages"] = [name.decode() for name in _stage_names() if _has_stage(struct, name)]
+    return Plan._of(types.SimpleNamespace(**members))
+
+
 def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str | None = None) -> Plan:
     """What a scene needs at its accuracy, with the error and cost of each choice, without making its images."""
     found = _raw.toliman_sim_plan_info()
     with Watch(None) as watch:
         watch.check(_with_scene(scene, folder, library.toliman_sim_plan_file, library.toliman_sim_plan_json,
                                 ctypes.byref(_options(watch, 0, engine)), ctypes.byref(found)))
-    return Plan._of(found)
+    return _plan_of(found)
 
 
 class Simulator(Handle):
@@ -155,7 +162,9 @@ class Simulator(Handle):
     @property
     def plan(self) -> Plan:
         """What is computed, its errors and cost."""
-        return self._read(library.toliman_sim_get_plan, _raw.toliman_sim_plan_info, Plan)
+        plan = _raw.toliman_sim_plan_info()
+        check(library.toliman_sim_get_plan(self._c, ctypes.byref(plan)))
+        return _plan_of(plan)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -165,9 +174,7 @@ class Simulator(Handle):
     @property
     def stages(self) -> list[str]:
         """Names of what is modelled: "photon noise", ..."""
-        plan = _raw.toliman_sim_plan_info()
-        check(library.toliman_sim_get_plan(self._c, ctypes.byref(plan)))
-        return [name.decode() for name in _stage_names() if _has_stage(plan, name)]
+        return list(self.plan.stages)
 
     def series(self, first: int = 0, count: int | None = None) -> tuple[Doubles, Doubles]:
         """Times (days) and true displacements (px) of frames first ... first + count - 1; by default all from first."""
