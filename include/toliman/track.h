@@ -63,7 +63,7 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_HOLE 514       /* so many bytes of pixels of 0 in a row as a lost packet leaves */
 #define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* a pixel that is NaN or infinite */
 #define TOLIMAN_TRACK_REASON_CLOCK 516      /* a time without TAI, or too far off for the periodogram */
-#define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* the estimator failed or gave no finite value */
+#define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* the estimator failed, or gave no finite value or a sigma out of range */
 
 /* A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1. */
 TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;

@@ -236,7 +236,7 @@ std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     Files files;
     for (int64_t pass = 0; pass < 3; pass++) {
-        Run run(files, Access::write, terms, "");
+        Run run(files, Access::write, terms, "dx");
         for (int64_t id = 0; id < 6; id++)
             run.push(2 * pass + id);
         run.push_pixel(1, 2);
