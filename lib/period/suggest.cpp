@@ -46,7 +46,7 @@ void set_frequencies(Grid &grid, const Cadence &cadence) {
     const double count = std::fmax(1, std::floor((0.5 / cadence.step - grid.f0) / grid.df * kRounding) + 1);
     if (!(count <= kMostFrequencies && grid.df > 0))
         fail(Status::range,
-             "a grid for the median time step, %g, and the time span, %g, would have more than %g frequencies: choose "
+             "a grid for the median time step, %g, and the time span, %g, would have more than %.0f frequencies: choose "
              "f0, df and nf",
              cadence.step, cadence.span, kMostFrequencies);
     grid.nf = static_cast<int64_t>(count);

@@ -27,7 +27,7 @@ FrequencyGrid grid_of(const std::string &text) {
 
 FrequencyGrid grid_of_mission(double days) {
     try {
-        return grid_of_span(1, days);
+        return grid_of_days(days);
     } catch (const Failure &failure) {
         throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
     }

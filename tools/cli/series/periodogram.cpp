@@ -12,7 +12,6 @@ namespace cli {
 
 namespace {
 
-constexpr double kMostFrequencies = 2e6;   // 450 MB; a grid that is given may have more
 constexpr double kFiner = 8, kCoarser = 4; // than the sigmas at hand those to come may be
 constexpr double kFurther = 0x1p20;        // likewise values than their spread
 constexpr double kMostRatio = 0.9e8;       // of sigmas, with a little room
@@ -26,32 +25,33 @@ double median(std::vector<double> values) {
 
 } // namespace
 
-FrequencyGrid grid_of_span(double step, double span) {
-    const double f0 = 1.5 / span, df = 0.1 / span;
-    const double count = std::fmax(1, std::floor((0.5 / step - f0) / df * (1 + 1e-12)) + 1);
-    if (!(count <= kMostFrequencies) || !(df > 0)) {
-        char text[256];
-        std::snprintf(text, sizeof text,
-                      "the default grid would have more than %.0f frequencies: the median time step is %g, the time "
-                      "span %g; `toliman period` takes --f0, --df and --nf",
-                      kMostFrequencies, step, span);
-        throw Failure(kExitUsage, text);
-    }
-    return {f0, df, static_cast<int64_t>(count)};
+namespace {
+
+FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
+    FrequencyGrid grid = {};
+    const toliman_status status = toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span,
+                                                         &grid.f0, &grid.df, &grid.nf, nullptr);
+    if (status == TOLIMAN_E_RANGE)
+        throw Failure(kExitUsage, std::string(toliman_last_error()) + "; `toliman period` takes --f0, --df and --nf");
+    toliman::check(status);
+    return grid;
+}
+
+} // namespace
+
+FrequencyGrid grid_of_days(double days) {
+    return suggested({}, days);
 }
 
 FrequencyGrid default_grid(const Series &series) {
-    std::vector<double> sorted = series.t, steps;
-    std::sort(sorted.begin(), sorted.end());
-    for (size_t i = 1; i < sorted.size(); i++)
-        if (sorted[i] > sorted[i - 1])
-            steps.push_back(sorted[i] - sorted[i - 1]);
-    if (steps.size() < 4)
-        malformed(series.name, "a periodogram needs at least five different times, there are " +
-                                   std::to_string(sorted.empty() ? 0 : steps.size() + 1));
-    const double step = median(steps), span = sorted.back() - sorted.front() + step;
+    std::vector<double> different = series.t;
+    std::sort(different.begin(), different.end());
+    different.erase(std::unique(different.begin(), different.end()), different.end());
+    if (different.size() < 5)
+        malformed(series.name,
+                  "a periodogram needs at least five different times, there are " + std::to_string(different.size()));
     try {
-        return grid_of_span(step, span);
+        return suggested(different, 0);
     } catch (const Failure &failure) {
         throw Failure(failure.code(), series.name + ": " + failure.what());
     }

@@ -16,10 +16,9 @@ struct FrequencyGrid {
     int64_t nf;
 };
 
-// Of samples a step apart over a span of time that includes one.
-FrequencyGrid grid_of_span(double step, double span);
-// f0 = 1.5/T, df = 1/(10 T) up to 1/(2 median dt); T the time span plus one median step. An error names both where that
-// makes more than 2e6 frequencies.
+// Of a sample a day.
+FrequencyGrid grid_of_days(double days);
+// That of toliman_period_suggest.
 FrequencyGrid default_grid(const Series &series);
 
 // What the sums are made for, fixed for their life. Bounds that are not given fit the samples at hand, with margins
