@@ -45,10 +45,11 @@ void set_frequencies(Grid &grid, const Cadence &cadence) {
     grid.df = 0.1 / cadence.span;
     const double count = std::fmax(1, std::floor((0.5 / cadence.step - grid.f0) / grid.df * kRounding) + 1);
     if (!(count <= kMostFrequencies && grid.df > 0))
-        fail(Status::range,
-             "a grid for the median time step, %g, and the time span, %g, would have more than %.0f frequencies: choose "
-             "f0, df and nf",
-             cadence.step, cadence.span, kMostFrequencies);
+        fail(
+            Status::range,
+            "a grid for the median time step, %g, and the time span, %g, would have more than %.0f frequencies: choose "
+            "f0, df and nf",
+            cadence.step, cadence.span, kMostFrequencies);
     grid.nf = static_cast<int64_t>(count);
 }
 
