@@ -11,9 +11,9 @@ program period
 
     t = [(i, i=0, 199)] ! your samples: here of a period of 17 days
     y = modulo(t, 17d0)
-    call periodogram%suggest(0d0, f0, df, nf, t, y)
+    call periodogram%suggest(t, y, mission_span=0d0, f0=f0, df=df, nf=nf)
     call periodogram%create(f0, df, nf)
     call periodogram%push_many(t, y)
-    call periodogram%query_fit(t, y, fit)
+    call periodogram%query_fit(t, y, out=fit)
     print '(a, f0.3, a, f5.3, a)', 'period ', fit%period, ' +- ', fit%period_error, ' days'
 end program period
