@@ -4,6 +4,7 @@ import os
 import shutil
 import unittest
 
+from program import HEADER, LINE
 from test_track import FRAMES
 from test_track_mistakes import PAIRS, TEMPLATE, Mistakes
 
@@ -25,7 +26,7 @@ class Ledger(Mistakes):
         self.track("s", "all")
         for name in ("checkpoint.tlmc", "setup.tlms", "streams.txt"):
             (self.folder / "s" / name).unlink()
-        os.truncate(self.folder / "s/ledger.tlml", 128)
+        os.truncate(self.folder / "s/ledger.tlml", HEADER)
         self.refuse(3, "s: is no state folder", arguments=("status", "s"))
         self.track("s", "all")
         self.assertEqual(self.errors, "")
@@ -143,7 +144,7 @@ class Ledger(Mistakes):
 
         def grow():
             with open(ledger, "ab") as file:
-                file.write(bytes(64))
+                file.write(bytes(LINE))
 
         def replace():
             shutil.copy(ledger, self.folder / "copy")

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -16,8 +17,6 @@ namespace cli {
 
 namespace {
 
-constexpr off_t kLedgerHeader = 128; // lib/FORMATS.md, TLML
-
 // A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
     if (status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_LOST)
@@ -27,11 +26,19 @@ constexpr off_t kLedgerHeader = 128; // lib/FORMATS.md, TLML
     throw toliman::error(status);
 }
 
+// Bytes of a ledger's header by its number of columns (lib/FORMATS.md, TLML).
+off_t header_size(const std::string &ledger) {
+    unsigned char columns[4] = {};
+    std::ifstream(ledger, std::ios::binary).seekg(112).read(reinterpret_cast<char *>(columns), sizeof columns);
+    return 124 + 64 * (columns[0] | columns[1] << 8 | off_t{columns[2]} << 16 | off_t{columns[3]} << 24);
+}
+
 // False where there certainly is none, or one that was begun and has no frame and no grid: a run was stopped there.
 bool has_ledger(const std::string &folder) {
     struct stat facts = {};
     if (::lstat((folder + "/ledger.tlml").c_str(), &facts) == 0)
-        return !S_ISREG(facts.st_mode) || facts.st_size != kLedgerHeader || exists(folder + "/setup.tlms");
+        return !S_ISREG(facts.st_mode) || facts.st_size != header_size(folder + "/ledger.tlml") ||
+               exists(folder + "/setup.tlms");
     if (errno != ENOENT && errno != ENOTDIR)
         malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
     for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt"})
