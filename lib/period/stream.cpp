@@ -157,7 +157,7 @@ void OneWeighting::check(const Sample &sample, int64_t index) {
         weighted_ = true;
     }
     if (unweighted_ && weighted_.value_or(false))
-        fail(Status::state, "%s%s: all samples must have a sigma, or none", Place(index).text,
+        fail(Status::state, "%s%s: all samples must have a {sigma}, or none", Place(index).text,
              sample.unweighted ? "has no sigma, but others have one" : "has a sigma, but others have none");
 }
 
