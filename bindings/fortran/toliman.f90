@@ -714,7 +714,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! a pixel that is NaN or infinite
     ! a time without TAI, or too far off for the periodogram
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
-    ! the estimator failed or gave no finite value
+    ! the estimator failed, or gave no finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
 
     ! A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.

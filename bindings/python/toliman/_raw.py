@@ -523,7 +523,8 @@ class toliman_cae_save_options(Sized):
     """What a blob holds. Since 0.1.
     weights_encoding: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
     planes_encoding: of variance, target and nuisance images; 0 = FLOAT32
-    training: 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with"""
+    training: 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go
+        on with"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -934,7 +935,7 @@ TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # a pixel above the bit depth
 TOLIMAN_TRACK_REASON_HOLE = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
 TOLIMAN_TRACK_REASON_CLOCK = 516  # a time without TAI, or too far off for the periodogram
-TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed or gave no finite value
+TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed, or gave no finite value or a sigma out of range
 
 
 class toliman_frame(Sized):

@@ -65,7 +65,7 @@ class Plan(Result):
     oversampling: int = told("point samples per pixel and axis")
     filter_taps: int = told("of the filter that integrates over pixels; 0 = none")
     pupil_samples: int = told("N of N x N")
-    stages: int = told("those that are modelled, for toliman_sim_get_stage alone")
+    stages: tuple[str, ...] = told("names of those that are modelled")
     accuracy: float = told("what the scene asks for")
     pupil_error: float = told("of N samples against a pupil without any; not held to the accuracy, N is the scene's")
     spectrum_error: float = told("of the nodes; 0 when every wavelength is propagated")
