@@ -164,6 +164,8 @@ std::vector<uint8_t> Stream::header(const Grid &grid) {
 // Sums that can have come from samples; Status::format else.
 void Stream::check_sums() const {
     check_totals(totals_, grid_);
+    if (!possible())
+        fail(Status::format, "%s: the sums of values, of times and of their squares do not fit each other", kKind);
     const auto samples = static_cast<double>(totals_.count), weight = static_cast<double>(totals_.w.value());
     for (size_t sum = 0; sum < grid_.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid_.nf); k++)

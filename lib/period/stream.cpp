@@ -161,20 +161,22 @@ void OneWeighting::check(const Sample &sample, int64_t index) {
              sample.unweighted ? "has no sigma, but others have one" : "has a sigma, but others have none");
 }
 
-void Stream::check_possible() const {
+bool Stream::possible() const noexcept {
     constexpr Wide kRounding = static_cast<Wide>(1e-9);
     const auto n = static_cast<Wide>(totals_.count), slack = kRounding * std::max<Wide>(n, 1);
     const Wide w = totals_.w.value(), wy = totals_.wy.value(), wyy = totals_.wyy.value(), wt = totals_.wt.value(),
                wtt = totals_.wtt.value();
-    const bool possible = (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack &&
-                          wyy <= w + slack && wy * wy <= (w + slack) * (wyy + slack) && wtt >= 0 &&
-                          wt * wt <= (w + slack) * wtt * (1 + kRounding);
-    if (!possible)
+    return (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack && wyy <= w + slack &&
+           wy * wy <= (w + slack) * (wyy + slack) && wtt >= 0 && wt * wt <= (w + slack) * wtt * (1 + kRounding);
+}
+
+void Stream::check_possible() const {
+    if (!possible())
         fail(Status::state,
              "%lld samples would remain, with the sums of weights %g, of values %g and of their squares %g, which none "
              "have: a sample was taken back that never came",
-             static_cast<long long>(totals_.count), static_cast<double>(w), static_cast<double>(wy),
-             static_cast<double>(wyy));
+             static_cast<long long>(totals_.count), static_cast<double>(totals_.w.value()),
+             static_cast<double>(totals_.wy.value()), static_cast<double>(totals_.wyy.value()));
 }
 
 // Every term is odd in the weight, and so is its rounding: a sample of negative weight takes back exactly what it

@@ -65,8 +65,10 @@ class Stream {
     bool reaches(const Sample &sample) const noexcept;
     // Fails with the sample's number (when index >= 0) unless it can be pushed.
     void check(const Sample &sample, int64_t index) const;
-    // Fails with Status::state if the totals are such as no samples have: one was taken back that never came. Bounds
-    // are those of any multiset of samples, widened by 1e-9 for sums that were turned.
+    // Whether samples can have the totals: within the bounds of any multiset of samples, widened by 1e-9 for sums that
+    // were turned.
+    bool possible() const noexcept;
+    // Fails with Status::state unless they can: a sample was taken back that never came.
     void check_possible() const;
     // Takes a checked sample. Allocates nothing.
     void push(const Sample &sample) noexcept { add(sample, 1); }

@@ -24,7 +24,8 @@ Bytes saved(const toliman_period *period) {
 
 void check_power(const toliman_period *period, size_t count) {
     double power[kMostFrequencies];
-    for (uint32_t normalisation = 0; normalisation <= TOLIMAN_PERIOD_POWER_PSD; normalisation++) {
+    for (int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD; normalisation <= TOLIMAN_PERIOD_POWER_PSD;
+         normalisation++) {
         if (toliman_period_query_power(period, normalisation, 0, count, power) != TOLIMAN_OK)
             continue;
         for (size_t k = 0; k < count; k++)

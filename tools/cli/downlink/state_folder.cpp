@@ -174,8 +174,9 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
 }
 
 void PeriodFacts::add_to(Json &json) const {
-    json.set_count("n", count_).set("period", peak_.period).set("period_error", peak_.period_error);
-    json.set("fwhm_period", peak_.fwhm_period)
+    json.set_count("n", count_)
+        .set("period", peak_.period)
+        .set("fwhm_period", peak_.fwhm_period)
         .set("frequency", peak_.frequency)
         .set("power", peak_.power)
         .set("log10_fap", peak_.log10_fap);
