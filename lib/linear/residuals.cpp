@@ -84,12 +84,14 @@ void Residuals::push(ImageView<const double> counts) {
                    [](double value) { return static_cast<float>(value); });
 }
 
-void Residuals::push_many(const PixelFrames &frames, size_t count) {
+void Residuals::push_many(const PixelFrames &images, size_t count) {
+    if (count > preparation_.capacity - frames())
+        fail(Status::capacity, "{count} = %zu: %zu of %zu frames are in", count, frames(), preparation_.capacity);
     const size_t before = values_.size();
     Buffer<double> converted;
     try {
         for (size_t i = 0; i < count; i++)
-            in_frame(i, [&] { push(frames.frame(i, converted)); });
+            in_frame(i, [&] { push(images.frame(i, converted)); });
     } catch (...) {
         values_.resize(before);
         throw;

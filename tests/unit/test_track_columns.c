@@ -9,7 +9,8 @@ static double seen_intervals[4];
 
 static int32_t rich_estimate(const toliman_estimate_input *input, toliman_estimate *made, void *sigma) {
     seen = *input;
-    memcpy(seen_intervals, input->intervals, 2 * input->interval_count * sizeof *seen_intervals);
+    if (input->interval_count > 0)
+        memcpy(seen_intervals, input->intervals, 2 * input->interval_count * sizeof *seen_intervals);
     const size_t n = made->value_count;
     for (size_t i = 0; i < n * n; i++)
         if (!isnan(made->covariance[i]) || !isnan(made->values[i / n]) || !isnan(made->chi_square))
