@@ -65,7 +65,9 @@ static inline void cis_product(double f_high, double f_low, double t_high, doubl
     const double p = f_high * t_high;
     const double rest = product_error(f_high, t_high, p) + (f_high * t_low + f_low * t_high);
     const double r = reduce_cycles(p), quarter = nearest_whole(4.0 * r);
-    cis_quarters(quarter, (r - 0.25 * quarter) + rest, cosine, sine);
+    // From 2^40 cycles on the product's error may take the phase well beyond 1/8: once more then. Else `more` is 0.
+    const double part = (r - 0.25 * quarter) + rest, more = nearest_whole(0x1.ff8p1 * part), all = quarter + more;
+    cis_quarters(all - 4.0 * nearest_whole(0.25 * all), part - 0.25 * more, cosine, sine);
 }
 
 } // namespace toliman::kernels
