@@ -268,6 +268,9 @@ void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const no
 template <class Real> bool PowerQuery::possible(const Moments<Real> &m) const noexcept {
     constexpr long double kFloor = 1e-9L, kMargin = 4;
     const Solved best = solved(m);
+    // With as many parameters as samples the power is 1, whatever the sums explain.
+    if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
+        return true;
     const auto trace = static_cast<long double>(m.cc + m.ss), small = smaller_eigenvalue(m);
     if (!(trace >= -kFloor && (best.rank == 0 || small >= -kFloor - kMargin * noise_)))
         return false;
