@@ -94,6 +94,7 @@ void Stream::merge_turned(const Stream &other) {
         scale * (scale * wyy + 2 * shift * wy) + shift * shift * weight; // of w v'^2, v' in units of bound
     check_fit(squares / weight, turn.weight * weight / static_cast<Wide>(more.count));
 
+    turned_ = true;
     fold();
     const auto add = [&](size_t sum, size_t k, Wide x, std::initializer_list<size_t> below) {
         x = add_limb(x, lo_[sum * padded() + k], hi_[sum * padded() + k]);

@@ -281,7 +281,8 @@ template <class Real> bool PowerQuery::possible(const Moments<Real> &m) const no
 }
 
 void PowerQuery::check_power(int64_t k, double power) const {
-    if (stream_.taken_back() && power >= 1 && !with_moments(k, [&](const auto &m) { return possible(m); }))
+    if (stream_.taken_back() && !stream_.turned() && power >= 1 &&
+        !with_moments(k, [&](const auto &m) { return possible(m); }))
         fail(Status::state, "the sums at frequency %g give a power above 1: a sample was taken back that never came",
              frequency(k));
 }
@@ -298,7 +299,7 @@ void PowerQuery::range(int64_t first, size_t count, double *power) const noexcep
 void PowerQuery::check_powers(int64_t first, size_t count) const {
     constexpr size_t kAtOnce = 512;
     double powers[kAtOnce];
-    for (size_t done = 0; stream_.taken_back() && done < count; done += kAtOnce) {
+    for (size_t done = 0; stream_.taken_back() && !stream_.turned() && done < count; done += kAtOnce) {
         const size_t some = std::min(kAtOnce, count - done);
         const int64_t from = first + static_cast<int64_t>(done);
         range(from, some, powers);

@@ -11,7 +11,8 @@ namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'P'};
 constexpr uint32_t kVersion = 3;
-constexpr uint32_t kFixedMean = 1, kWide = 2;
+constexpr uint32_t kFixedMean = 1, kWide = 2, kTurned = 4;
+constexpr size_t kFlagsAt = 8;
 constexpr char kKind[] = "periodogram state";
 constexpr size_t kExactSize = size_t{ExactSum::kPlaces} * 8;
 constexpr size_t kSumSize = 12; // i64 upper part, u32 lower part
@@ -70,7 +71,7 @@ double number_of(int64_t lo, int64_t hi) noexcept {
 }
 
 // Sums that no samples have: queries would divide by them.
-void check_totals(const Totals &totals, const Grid &grid) {
+void check_totals(const Totals &totals, const Grid &grid, bool turned) {
     const auto samples = static_cast<double>(totals.count),
                most = 2 * samples; // weights and values are at most 1, nearly
     check_pair(totals.weight, totals.weight_high, samples);
@@ -90,7 +91,7 @@ void check_totals(const Totals &totals, const Grid &grid) {
     if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
         fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
              wyy, w);
-    if (grid.wide()) // the pairs are for narrow sums
+    if (grid.wide() || turned) // the pairs are for narrow sums; of other references they were rounded more coarsely
         return;
     const double value =
         number_of(totals.value, totals.value_high) + number_of(totals.value_low, totals.value_low_high) / kernels::kOne;
@@ -106,7 +107,7 @@ Grid take_grid(ByteReader &in) {
         fail(Status::format, "%s: version %u, this library reads %u only: push the samples anew", kKind, version,
              kVersion);
     const uint32_t flags = in.u32();
-    if ((flags & ~(kFixedMean | kWide)) != 0 || in.u32() != 0)
+    if ((flags & ~(kFixedMean | kWide | kTurned)) != 0 || in.u32() != 0)
         fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
     grid.fixed_mean = (flags & kFixedMean) != 0;
@@ -163,7 +164,7 @@ std::vector<uint8_t> Stream::header(const Grid &grid) {
 
 // Sums that can have come from samples; Status::format else.
 void Stream::check_sums() const {
-    check_totals(totals_, grid_);
+    check_totals(totals_, grid_, turned_);
     if (!possible())
         fail(Status::format, "%s: the sums of values, of times and of their squares do not fit each other", kKind);
     const auto samples = static_cast<double>(totals_.count), weight = static_cast<double>(totals_.w.value());
@@ -180,7 +181,8 @@ std::vector<uint8_t> Stream::save() const {
                     error.what());
     }
     ByteWriter out;
-    const std::vector<uint8_t> start = header(grid_);
+    std::vector<uint8_t> start = header(grid_);
+    start[kFlagsAt] = static_cast<uint8_t>(start[kFlagsAt] | (turned_ ? kTurned : 0));
     out.raw(start.data(), start.size());
     out.i64(totals_.count);
     save_pair(out, totals_.weight, totals_.weight_high);
@@ -205,6 +207,7 @@ Stream Stream::load(const void *bytes, size_t size) {
     if (trailer.u32() != zip::crc32(bytes, size - kCrcSize))
         fail(Status::format, "%s: checksum mismatch, the bytes are damaged", kKind);
     Stream stream(grid);
+    stream.turned_ = (static_cast<const uint8_t *>(bytes)[kFlagsAt] & kTurned) != 0;
     Totals &totals = stream.totals_;
     totals.count = in.i64();
     const int64_t count = totals.count;

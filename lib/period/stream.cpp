@@ -167,7 +167,8 @@ bool Stream::possible() const noexcept {
     const Wide w = totals_.w.value(), wy = totals_.wy.value(), wyy = totals_.wyy.value(), wt = totals_.wt.value(),
                wtt = totals_.wtt.value();
     return (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack && wyy <= w + slack &&
-           wy * wy <= (w + slack) * (wyy + slack) && wtt >= 0 && wt * wt <= (w + slack) * wtt * (1 + kRounding);
+           wy * wy <= (w + slack) * (wyy + slack) &&
+           (turned_ || (wtt >= 0 && wt * wt <= (w + slack) * wtt * (1 + kRounding)));
 }
 
 void Stream::check_possible() const {
@@ -235,7 +236,7 @@ void Stream::reset() noexcept {
     std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
     totals_ = Totals();
     pending_ = 0;
-    unweighted_ = taken_back_ = false;
+    unweighted_ = taken_back_ = turned_ = false;
 }
 
 void Stream::merge(const Stream &other) {
@@ -250,6 +251,7 @@ void Stream::merge(const Stream &other) {
     totals_.count += other.totals_.count;
     unweighted_ = unweighted_ || other.unweighted_;
     taken_back_ = taken_back_ || other.taken_back_;
+    turned_ = turned_ || other.turned_;
     fold();
 }
 

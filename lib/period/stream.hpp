@@ -100,6 +100,8 @@ class Stream {
     bool weighted() const noexcept { return totals_.w.value() != static_cast<Wide>(totals_.count); }
     // Whether a sample may have been taken back that never came: by retract, here or before the state was saved.
     bool taken_back() const noexcept { return taken_back_; }
+    // Whether sums of other references were merged: they are as exact as those were, which these totals do not tell.
+    bool turned() const noexcept { return turned_; }
     // Whether some sample came without a sigma, as far as is known: state bytes do not tell.
     bool unweighted() const noexcept { return unweighted_; }
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
@@ -130,7 +132,7 @@ class Stream {
     Totals totals_;
     size_t blocks_;
     int pending_ = 0;
-    bool unweighted_ = false, taken_back_ = false;
+    bool unweighted_ = false, taken_back_ = false, turned_ = false;
     Buffer<int64_t> lo_, hi_; // [grid_.sums()][padded]
     Buffer<double> anchors_;
 };
