@@ -994,13 +994,13 @@ module toliman
             type(toliman_load_options), intent(inout) :: options
         end subroutine
 
-        ! Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch.
+        ! Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch.
         function toliman_version() bind(C) result(answer)
             import
             type(c_ptr) :: answer
         end function
 
-        ! Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch.
+        ! Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch.
         function toliman_version_number() bind(C) result(answer)
             import
             integer(c_int32_t) :: answer

@@ -134,7 +134,7 @@ typedef struct toliman_load_options {
 /* Fills *options, which has `size` bytes, with the defaults. Since 0.2. */
 TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
+/* Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch. Compare the number with
  * TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1. */
 TOLIMAN_API const char *toliman_version(void) TOLIMAN_NOEXCEPT;
 TOLIMAN_API int32_t toliman_version_number(void) TOLIMAN_NOEXCEPT;

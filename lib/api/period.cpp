@@ -73,6 +73,7 @@ struct Structs {
     size_t n;
 
     Structs(const toliman_period_sample *first, size_t count) : n(count) {
+        required_array(first, count, sizeof *first, "samples");
         if (count > 0)
             samples.emplace(first, "samples");
     }

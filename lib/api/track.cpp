@@ -1,6 +1,7 @@
 // include/toliman/track.h: trackers are made and take frames.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -274,6 +275,20 @@ constexpr double kLongestExposure = 1e9; // s
 constexpr size_t kMostIntervals = 65536;
 constexpr int64_t kFarthestWindow = int64_t{1} << 31;
 
+void required_member(const void *pointer, size_t i, const char *name) {
+    if (pointer == nullptr)
+        fail(Status::argument, "{frames[%zu].%s} is NULL", i, name);
+}
+
+void check_name(const char *text, size_t i, const char *name) {
+    required_member(text, i, name);
+    if (is_name(text))
+        return;
+    char place[48];
+    std::snprintf(place, sizeof place, "frames[%zu].%s", i, name);
+    track::check_name(text, place);
+}
+
 // Exposure, intervals on the target, which rise within it, and the place on the detector.
 void check_exposure(const toliman_frame &given, size_t i) {
     if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
@@ -287,7 +302,7 @@ void check_exposure(const toliman_frame &given, size_t i) {
         fail(Status::argument, "{frames[%zu].interval_count} = %zu: must be at most %zu", i, given.interval_count,
              kMostIntervals);
     if (given.interval_count > 0)
-        required(given.intervals, "frames->intervals");
+        required_member(given.intervals, i, "intervals");
     double before = 0;
     for (size_t k = 0; k < given.interval_count; k++) {
         const double start = given.intervals[2 * k], end = given.intervals[2 * k + 1];
@@ -305,9 +320,9 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "{frames[%zu].%s} = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
-    track::check_name(&required(given.session, "frames->session"), "session");
-    track::check_name(&required(given.roi, "frames->roi"), "roi");
-    required(given.pixels, "frames->pixels");
+    check_name(given.session, i, "session");
+    check_name(given.roi, i, "roi");
+    required_member(given.pixels, i, "pixels");
     if (!kPixels.holds(given.pixel))
         refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 41");
     if (given.rows < 1 || given.rows > kLargestSide)

@@ -218,7 +218,8 @@ void Stream::add(const Sample &given, double sign) noexcept {
     totals_.wtt.add_product_square(w, sample.t_high);
     totals_.count += sign > 0 ? 1 : -1;
     taken_back_ = taken_back_ || sign < 0;
-    unweighted_ = (unweighted_ || given.unweighted) && totals_.count > 0;
+    if (given.unweighted)
+        unweighted_ += sign > 0 ? 1 : -1;
     if (++pending_ == kernels::kFoldEvery)
         fold();
 }
@@ -236,20 +237,21 @@ void Stream::reset() noexcept {
     std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
     totals_ = Totals();
     pending_ = 0;
-    unweighted_ = taken_back_ = turned_ = false;
+    unweighted_ = 0;
+    taken_back_ = turned_ = false;
 }
 
 void Stream::merge(const Stream &other) {
     if (other.totals_.count > kMostSamples - totals_.count)
         fail(Status::range, "merge: more than %lld samples together", static_cast<long long>(kMostSamples));
-    if ((unweighted_ && other.weighted()) || (other.unweighted_ && weighted()))
+    if ((unweighted() && other.weighted()) || (other.unweighted() && weighted()))
         fail(Status::mismatch, "merge: one has samples with sigmas, the other samples without");
     if (other.grid_.digest() == grid_.digest())
         merge_equal(other);
     else
         merge_turned(other);
     totals_.count += other.totals_.count;
-    unweighted_ = unweighted_ || other.unweighted_;
+    unweighted_ += other.unweighted_;
     taken_back_ = taken_back_ || other.taken_back_;
     turned_ = turned_ || other.turned_;
     fold();

@@ -103,7 +103,7 @@ class Stream {
     // Whether sums of other references were merged: they are as exact as those were, which these totals do not tell.
     bool turned() const noexcept { return turned_; }
     // Whether some sample came without a sigma, as far as is known: state bytes do not tell.
-    bool unweighted() const noexcept { return unweighted_; }
+    bool unweighted() const noexcept { return unweighted_ > 0; }
     // Variance of the values about their mean, in units of value_bound squared; 0 if they are constant.
     long double spread() const noexcept;
     long double time_variance() const noexcept;
@@ -132,7 +132,8 @@ class Stream {
     Totals totals_;
     size_t blocks_;
     int pending_ = 0;
-    bool unweighted_ = false, taken_back_ = false, turned_ = false;
+    int64_t unweighted_ = 0; // samples, as far as is known
+    bool taken_back_ = false, turned_ = false;
     Buffer<int64_t> lo_, hi_; // [grid_.sums()][padded]
     Buffer<double> anchors_;
 };

@@ -300,8 +300,8 @@ static void test_refusals(void **unused) {
     options.batch = 5000;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "batch = 5000");
     options.batch = 4;
-    options.mode = 2;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "mode = 2");
+    options.mode = 223;
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "mode = 223");
     options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
     source.failure = TOLIMAN_E_NOT_FOUND;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "TOLIMAN_E_NOT_FOUND");
@@ -319,14 +319,14 @@ static void test_refusals(void **unused) {
 
     toliman_cae_options how;
     toliman_cae_options_init(&how, sizeof how);
-    how.layout = 2;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 2");
+    how.layout = 203;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "layout = 203");
     how.layout = 0;
     how.reserved = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
     how.reserved = 0;
-    how.input = 3;
-    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 3");
+    how.input = 214;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 214");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
     how.input = TOLIMAN_CAE_INPUT_RAW;
     assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "only whitened input");

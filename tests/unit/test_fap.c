@@ -262,15 +262,15 @@ static void nonsense_is_refused(void **unused) {
     (void)unused;
     toliman_period *const period = filled(100);
     double out = 7, peaks[3];
-    assert_fails(toliman_period_query_fap(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
-    assert_fails(toliman_period_query_fap(period, -1, -1, &out), TOLIMAN_E_ARGUMENT, "method = -1");
+    assert_fails(toliman_period_query_fap(period, 115, -1, &out), TOLIMAN_E_ARGUMENT, "method = 115");
+    assert_fails(toliman_period_query_fap(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
     assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
                  "log10_residual = nan");
     assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -4901, &out), TOLIMAN_E_ARGUMENT,
                  "[-4900, 0]");
     assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), TOLIMAN_E_ARGUMENT,
                  "log10_fap is NULL");
-    assert_fails(toliman_period_query_level(period, 4, -1, &out), TOLIMAN_E_ARGUMENT, "method = 4");
+    assert_fails(toliman_period_query_level(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
     assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), TOLIMAN_E_ARGUMENT,
                  "log10_fap = 1: must be in [-");
     assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,

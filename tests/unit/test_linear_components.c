@@ -258,8 +258,8 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     training.reserved = 1;
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "reserved = 1");
     training.reserved = 0;
-    training.method = 2;
-    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 2");
+    training.method = 403;
+    assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "method = 403");
     training.method = TOLIMAN_COMPONENTS_PCA;
     training.components = 65;
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_ARGUMENT, "components = 65");

@@ -269,6 +269,67 @@ static void zero_is_the_default_of_a_batch(void **unused) {
     assert_true(memcmp(power[0], power[2], sizeof power[0]) != 0);
 }
 
+/* Who no longer has the unweighted sample may push sigmas. */
+static void the_last_sample_without_sigma_may_go(void **unused) {
+    (void)unused;
+    toliman_period *period = make(0);
+    const double time = 1, value = 2;
+    assert_ok(toliman_period_push_many(period, &time, &value, NULL, 1));
+    assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor goes with both */
+    assert_fails(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "has a sigma, but others have none");
+    assert_ok(toliman_period_retract_many(period, &time, &value, NULL, 1));
+    assert_ok(toliman_period_push(period, 3, 1, 2));
+    toliman_period_destroy(period);
+    const toliman_period_sample sample = TOLIMAN_PERIOD_SAMPLE_INIT;
+    period = make(0);
+    assert_fails(toliman_period_push_samples(period, &sample, SIZE_MAX), TOLIMAN_E_RANGE, "does not fit in memory");
+    toliman_period_destroy(period);
+}
+
+/* Sums of other references are saved, loaded and asked as before, though their rounding is theirs. */
+static void turned_sums_are_kept(void **unused) {
+    (void)unused;
+    static unsigned char bytes[kRoom];
+    double power[2][180];
+    for (uint32_t flags = 0; flags <= TOLIMAN_PERIOD_WIDE; flags += TOLIMAN_PERIOD_WIDE) {
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+        options.flags = flags;
+        options.value_bound = 8192;
+        toliman_period *there = NULL, *here = NULL, *again = NULL;
+        assert_ok(toliman_period_create(0.01, 0.0025, 180, &options, &there));
+        options.value_bound = 2.9e-5;
+        options.time_offset = 2459000.123456;
+        options.value_offset = 7137.1;
+        assert_ok(toliman_period_create(0.01, 0.0025, 180, &options, &here));
+        for (int i = 0; i < kCount; i++)
+            assert_ok(toliman_period_push(there, 2459000 + i, 7137.1 + 2e-5 * sin(0.7 * i), 1 + i % 3));
+        assert_ok(toliman_period_merge(here, there));
+        size_t size;
+        assert_ok(toliman_period_save(here, bytes, kRoom, &size));
+        assert_ok(toliman_period_load(bytes, size, NULL, &again));
+        assert_ok(toliman_period_query_power(here, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[0]));
+        assert_ok(toliman_period_query_power(again, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[1]));
+        assert_memory_equal(power[0], power[1], sizeof power[0]);
+        toliman_period_destroy(there);
+        toliman_period_destroy(here);
+        toliman_period_destroy(again);
+    }
+}
+
+/* 2^48 cycles from the offset: a double's product f t is wrong by 1/32 cycle there. */
+static void a_sample_far_off_is_saved(void **unused) {
+    (void)unused;
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+    options.flags = TOLIMAN_PERIOD_WIDE;
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(18.808776142838681, 1e-3, 1, &options, &period));
+    assert_ok(toliman_period_push(period, 18039215772513.445, 1.5, 1));
+    size_t size;
+    static unsigned char bytes[kRoom];
+    assert_ok(toliman_period_save(period, bytes, kRoom, &size));
+    toliman_period_destroy(period);
+}
+
 /* A grid in 1/day: with times in seconds the fit and the peaks say so, with times in days they do not. */
 static void a_grid_in_another_unit_is_flagged(void **unused) {
     (void)unused;
@@ -330,6 +391,9 @@ int main(void) {
         cmocka_unit_test(totals_that_no_samples_have_are_refused),
         cmocka_unit_test(a_wrong_retract_makes_no_perfect_detection),
         cmocka_unit_test(perfect_fits_are_accepted),
+        cmocka_unit_test(the_last_sample_without_sigma_may_go),
+        cmocka_unit_test(turned_sums_are_kept),
+        cmocka_unit_test(a_sample_far_off_is_saved),
         cmocka_unit_test(a_grid_in_another_unit_is_flagged),
         cmocka_unit_test(ordinary_grids_have_no_flag),
         cmocka_unit_test(zero_is_the_default_of_every_option),

@@ -369,9 +369,9 @@ static void bad_plans_are_refused(void **state) {
     assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
                  "options->reserved = 1: must be 0");
     options.reserved = 0;
-    options.engine = 3;
+    options.engine = 333;
     assert_fails(toliman_sim_plan_file(chapter, &options, &plan), TOLIMAN_E_ARGUMENT,
-                 "engine = 3: must be one of TOLIMAN_SIM_ENGINE_..., 331 to 332");
+                 "engine = 333: must be one of TOLIMAN_SIM_ENGINE_..., 331 to 332");
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
     assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the chapter's rounding: up to 0.26 % */

@@ -394,7 +394,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
         REFUSED(session, bad[i], "session = \"");
         REFUSED(roi, bad[i], "roi = \"");
     }
-    REFUSED(session, NULL, "session is NULL");
+    REFUSED(session, NULL, "frames[1].session is NULL");
     REFUSED(pixels, NULL, "pixels is NULL");
     REFUSED(pixel, 7, "frames[1].pixel = 7");
     REFUSED(rows, 0, "frames[1].rows = 0");
@@ -431,7 +431,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     NOT_MADE(period_flags, 64, TOLIMAN_E_ARGUMENT, "period_flags = 0x40");
     NOT_MADE(flags, 64, TOLIMAN_E_ARGUMENT, "flags = 0x40");
     NOT_MADE(flags, TOLIMAN_TRACK_REBUILD, TOLIMAN_E_ARGUMENT, "folder is NULL");
-    NOT_MADE(sync, 3, TOLIMAN_E_ARGUMENT, "sync = 3");
+    NOT_MADE(sync, 524, TOLIMAN_E_ARGUMENT, "sync = 524");
     NOT_MADE(group, 65537, TOLIMAN_E_ARGUMENT, "group = 65537");
     NOT_MADE(struct_size, 8, TOLIMAN_E_ARGUMENT, "struct_size");
     assert_fails(toliman_track_create(NULL, &track), TOLIMAN_E_ARGUMENT, "options is NULL");

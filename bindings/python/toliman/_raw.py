@@ -1395,12 +1395,12 @@ next failing call on this thread; never NULL. Since 0.2.""",
     ),
     "toliman_version": (
         c_char_p, (),
-        """Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
+        """Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch. Compare the number with
 TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1.""",
     ),
     "toliman_version_number": (
         c_int32, (),
-        """Version of the library that is running: "0.1.0", and 10000 major + 100 minor + patch. Compare the number with
+        """Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch. Compare the number with
 TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1.""",
     ),
     "toliman_abi_version": (
