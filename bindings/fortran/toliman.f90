@@ -413,7 +413,7 @@ module toliman
     end type
 
     ! How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-    ! bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
+    ! bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
     ! has the bytes and what each costs in accuracy. Since 0.1.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FLOAT32 = 231
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_BF16 = 232
@@ -501,12 +501,12 @@ module toliman
     ! Flags of toliman_period_options.
     ! subtract the weighted mean once instead of fitting it at each f
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WIDE = 2 ! wide sums, 50 bits more for every term
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DOUBLE_LIMB = 2 ! wide sums, 50 bits more for every term
 
     ! Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
     type, bind(C), public :: toliman_period_options
         integer(c_int32_t) :: struct_size = 72
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
         ! Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have their
         ! own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
         real(c_double) :: time_offset = 0.0_c_double
@@ -518,8 +518,8 @@ module toliman
         real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma to come; 0 = 1
         ! Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
         ! sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-        ! TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query
-        ! half as long again.
+        ! TOLIMAN_PERIOD_DOUBLE_LIMB, they are wide, 50 bits more for every term: a push takes three times as long, a
+        ! query half as long again.
         real(c_double) :: sigma_ceiling = 0.0_c_double
         ! For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has,
         ! in [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
@@ -573,7 +573,7 @@ module toliman
 
     ! Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
     ! its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
-    ! where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
+    ! where an even series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB lowers the bound by 1e13.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 16
 
     ! The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
@@ -603,15 +603,15 @@ module toliman
 
     ! Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
     ! the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
-    ! unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+    ! unit than the times. query_peak and query_peaks take T from the variance of the times, and never have ABOVE_NYQUIST,
     ! as sums do not tell the step; query_fit takes both from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_PAST_CEILING = 64
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! A peak and what it means. Since 0.1.
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
-        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE, _PAST_CEILING (of query_fit
+        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (of query_fit
         ! only)
         integer(c_int32_t) :: flags = 0
         ! between grid points, where the power is greatest; never outside the grid
@@ -641,15 +641,15 @@ module toliman
 
     ! Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
     ! cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NARROW = 128
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
 
     ! What the samples' times are worth, and whether the grid suits them. Since 0.1.
     type, bind(C), public :: toliman_period_sampling
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
         real(c_double) :: baseline = 0.0_c_double ! T: time span and one step
         real(c_double) :: coarsest_df = 0.0_c_double ! 1/(5 T); +infinity while all times are one
-        real(c_double) :: ceiling = 0.0_c_double ! 1/(2 step); the same
+        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); the same
         ! frequencies of the grid that are independent of each other: its last one times T, or 1
         real(c_double) :: independent = 0.0_c_double
     end type
@@ -710,7 +710,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_SHAPE = 512
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_OVER_RANGE = 513 ! a pixel above the bit depth
     ! so many bytes of pixels of 0 in a row as a lost packet leaves
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_HOLE = 514
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! a pixel that is NaN or infinite
     ! a time without TAI, or too far off for the periodogram
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
@@ -808,11 +808,11 @@ module toliman
 
     ! Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
     ! sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-    ! again. SALVAGE is for toliman_track_merge alone. ALLOW_HOLES rejects no frame for a run of zero pixels.
+    ! again. SALVAGE is for toliman_track_merge alone. ALLOW_ZERO_RUNS rejects no frame for a run of zero pixels.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_HOLES = 8
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
     ! When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
     ! commit and save, and by the next push if it waits for a second.
@@ -855,7 +855,7 @@ module toliman
         integer(c_int64_t) :: image_rows = 0
         integer(c_int64_t) :: image_cols = 0
         integer(c_int32_t) :: bit_depth = 0 ! up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
-        integer(c_int32_t) :: hole_bytes = 0 ! pixels of 0 in a row that have so many bytes reject it; 0: 4096
+        integer(c_int32_t) :: zero_run_bytes = 0 ! pixels of 0 in a row that have so many bytes reject it; 0: 4096
         ! The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the
         ! folder's, with time_offset_ns, unit_ns and period_flags.
         real(c_double) :: f0 = 0.0_c_double
@@ -863,7 +863,7 @@ module toliman
         integer(c_int64_t) :: nf = 0
         integer(c_int64_t) :: time_offset_ns = 0 ! TAI that is time 0
         real(c_double) :: unit_ns = 0.0_c_double ! 0: 86400e9, days
-        integer(c_int32_t) :: period_flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+        integer(c_int32_t) :: period_flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
         ! that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe for threads. Never
         ! changes a bit
         integer(c_int32_t) :: threads = 0
@@ -885,8 +885,8 @@ module toliman
 
     ! A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
     ! TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
-    type, bind(C), public :: toliman_track_line
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_line), of the first at least
+    type, bind(C), public :: toliman_track_record
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record), of the first at least
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
         integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
         integer(c_int32_t) :: content = 0 ! CRC32 of the frame
@@ -903,7 +903,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
 
-    ! A column of the ledger, which lines have beside the members of toliman_track_line. Every ledger of this version has
+    ! A column of the ledger, which lines have beside the members of toliman_track_record. Every ledger of this version has
     ! chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
     ! mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
     ! toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
@@ -931,7 +931,7 @@ module toliman
         integer(c_int64_t) :: missing = 0 ! of these, ids that are neither accepted nor outlier nor quarantined
         integer(c_int64_t) :: dropped = 0 ! by the camera, as accepted frames and outliers tell
         integer(c_int64_t) :: sessions = 0 ! and regions
-        integer(c_int64_t) :: lines = 0 ! of the ledger; in memory, frames that came as good ones
+        integer(c_int64_t) :: records = 0 ! of the ledger; in memory, frames that came as good ones
         ! lines that are acknowledged; of READ_ONLY those that the files tell to be
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
@@ -945,7 +945,7 @@ module toliman
     type, bind(C), public :: toliman_track_stream
         integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream), of the first at least
         integer(c_int32_t) :: reserved = 0
-        integer(c_int64_t) :: stream = 0 ! FNV-1a of both, as in toliman_track_line
+        integer(c_int64_t) :: stream = 0 ! FNV-1a of both, as in toliman_track_record
         integer(c_int64_t) :: first_id = 0 ! frame ids
         integer(c_int64_t) :: last_id = 0
         integer(c_int64_t) :: frames = 0 ! keys: those of accepted frames, outliers and quarantined ones
@@ -1702,12 +1702,12 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-        ! peaks[most], whose first has its struct_size set; *count is how many there are.
-        function toliman_period_query_peaks(period, most, peaks, count) bind(C) result(answer)
+        ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64,
+        ! into peaks[capacity], whose first has its struct_size set; *count is how many there are.
+        function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
-            integer(c_size_t), value :: most
+            integer(c_size_t), value :: capacity
             type(toliman_period_peak), intent(inout) :: peaks(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
@@ -1736,7 +1736,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! State bytes ("TLMP", lib/FORMATS.md).
+        ! State bytes ("TLMP", formats.md).
         function toliman_period_save(period, bytes, capacity, needed) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1807,7 +1807,7 @@ module toliman
 
         ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it.
         ! log10_fap from that of log10(1 - P) = -4900 to 0; errors as above.
-        function toliman_period_query_level(period, method, log10_fap, log10_residual) bind(C) result(answer)
+        function toliman_period_query_threshold(period, method, log10_fap, log10_residual) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_int32_t), value :: method
@@ -1844,7 +1844,7 @@ module toliman
             type(c_ptr) :: answer
         end function
 
-        ! A few words for a reason ("hole"), "?" for an unknown one.
+        ! A few words for a reason ("zero run"), "?" for an unknown one.
         function toliman_track_reason_name(reason) bind(C) result(answer)
             import
             integer(c_int32_t), value :: reason
@@ -1921,28 +1921,28 @@ module toliman
 
         ! Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how
         ! many.
-        function toliman_track_get_lines(track, first, count, lines, done) bind(C) result(answer)
+        function toliman_track_get_records(track, first, count, records, done) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             integer(c_int64_t), value :: first
             integer(c_size_t), value :: count
-            type(toliman_track_line), intent(inout) :: lines(*)
+            type(toliman_track_record), intent(inout) :: records(*)
             integer(c_size_t), intent(out) :: done
             integer(c_int32_t) :: answer
         end function
 
-        ! Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL
-        ! where room is 0: to ask for the number.
-        function toliman_track_get_columns(track, columns, room, count) bind(C) result(answer)
+        ! Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL
+        ! where capacity is 0: to ask for the number.
+        function toliman_track_get_columns(track, columns, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
-            integer(c_size_t), value :: room
+            integer(c_size_t), value :: capacity
             type(toliman_track_column), intent(inout), optional :: columns(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
-        ! Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN
+        ! Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN
         ! where a line has none, 0 in columns of whole numbers.
         function toliman_track_get_column(track, name, first, count, values, done) bind(C) result(answer)
             import
@@ -1982,23 +1982,23 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL
-        ! where room is 0: to ask for the number.
-        function toliman_track_get_streams(track, streams, room, count) bind(C) result(answer)
+        ! Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be
+        ! NULL where capacity is 0: to ask for the number.
+        function toliman_track_get_streams(track, streams, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
-            integer(c_size_t), value :: room
+            integer(c_size_t), value :: capacity
             type(toliman_track_stream), intent(inout), optional :: streams(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
-        ! The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is
-        ! TAI; *points is how many there are. clock may be NULL where room is 0: to ask for the number.
-        function toliman_track_get_clock(track, clock, room, points) bind(C) result(answer)
+        ! The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time
+        ! is TAI; *points is how many there are. clock may be NULL where capacity is 0: to ask for the number.
+        function toliman_track_get_clock(track, clock, capacity, points) bind(C) result(answer)
             import
             type(c_ptr), value :: track
-            integer(c_size_t), value :: room
+            integer(c_size_t), value :: capacity
             integer(c_int64_t), intent(out), optional :: clock(*)
             integer(c_size_t), intent(out) :: points
             integer(c_int32_t) :: answer
@@ -2117,7 +2117,7 @@ module toliman
     public :: toliman_period_batch_options_init
     public :: toliman_period_batch
     public :: toliman_period_query_fap
-    public :: toliman_period_query_level
+    public :: toliman_period_query_threshold
     public :: toliman_period_bootstrap_options_init
     public :: toliman_period_query_bootstrap
     public :: toliman_track_verdict_name
@@ -2130,7 +2130,7 @@ module toliman
     public :: toliman_track_commit
     public :: toliman_track_save
     public :: toliman_track_merge
-    public :: toliman_track_get_lines
+    public :: toliman_track_get_records
     public :: toliman_track_get_columns
     public :: toliman_track_get_column
     public :: toliman_track_get_info
@@ -2262,7 +2262,7 @@ module toliman
         procedure :: load_file => periodogram_load_file
         procedure, nopass :: batch => periodogram_batch
         procedure :: query_fap => periodogram_query_fap
-        procedure :: query_level => periodogram_query_level
+        procedure :: query_threshold => periodogram_query_threshold
         procedure :: query_bootstrap => periodogram_query_bootstrap
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
@@ -2282,7 +2282,7 @@ module toliman
         procedure :: commit => tracker_commit
         procedure :: save => tracker_save
         procedure :: merge => tracker_merge
-        procedure :: get_lines => tracker_get_lines
+        procedure :: get_records => tracker_get_records
         procedure :: get_columns => tracker_get_columns
         procedure :: get_column => tracker_get_column
         procedure :: get_info => tracker_get_info
@@ -3412,18 +3412,18 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-    ! peaks[most], whose first has its struct_size set; *count is how many there are. peaks(most).
+    ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64, into
+    ! peaks[capacity], whose first has its struct_size set; *count is how many there are. peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_most
+        integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_most = size(peaks, 1, c_size_t)
-        status = toliman_period_query_peaks(self%handle, of_most, peaks, count)
+        of_capacity = size(peaks, 1, c_size_t)
+        status = toliman_period_query_peaks(self%handle, of_capacity, peaks, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -3546,14 +3546,14 @@ contains
 
     ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap
     ! from that of log10(1 - P) = -4900 to 0; errors as above.
-    subroutine periodogram_query_level(self, method, log10_fap, log10_residual, stat, errmsg)
+    subroutine periodogram_query_threshold(self, method, log10_fap, log10_residual, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method
         real(c_double), intent(in) :: log10_fap
         real(c_double), intent(out) :: log10_residual
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_period_query_level(self%handle, method, log10_fap, log10_residual), stat, errmsg)
+        call conclude(toliman_period_query_threshold(self%handle, method, log10_fap, log10_residual), stat, errmsg)
     end subroutine
 
     ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number
@@ -3585,7 +3585,7 @@ contains
         answer = toliman_text(toliman_track_verdict_name(verdict))
     end function
 
-    ! A few words for a reason ("hole"), "?" for an unknown one.
+    ! A few words for a reason ("zero run"), "?" for an unknown one.
     function tracker_reason_name(reason) result(answer)
         integer(c_int32_t), intent(in) :: reason
         character(len=:), allocatable :: answer
@@ -3638,39 +3638,39 @@ contains
     end subroutine
 
     ! Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many.
-    ! lines(count).
-    subroutine tracker_get_lines(self, first, lines, done, stat, errmsg)
+    ! records(count).
+    subroutine tracker_get_records(self, first, records, done, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int64_t), intent(in) :: first
-        type(toliman_track_line), intent(inout), contiguous :: lines(:)
+        type(toliman_track_record), intent(inout), contiguous :: records(:)
         integer(c_size_t), intent(out) :: done
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
-        of_count = size(lines, 1, c_size_t)
-        status = toliman_track_get_lines(self%handle, first, of_count, lines, done)
+        of_count = size(records, 1, c_size_t)
+        status = toliman_track_get_records(self%handle, first, of_count, records, done)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL where
-    ! room is 0: to ask for the number. columns(room).
+    ! Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL
+    ! where capacity is 0: to ask for the number. columns(capacity).
     subroutine tracker_get_columns(self, count, columns, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_column), intent(inout), optional, contiguous :: columns(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_room
+        integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_room = 0
-        if (present(columns)) of_room = size(columns, 1, c_size_t)
-        status = toliman_track_get_columns(self%handle, columns, of_room, count)
+        of_capacity = 0
+        if (present(columns)) of_capacity = size(columns, 1, c_size_t)
+        status = toliman_track_get_columns(self%handle, columns, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN where a
-    ! line has none, 0 in columns of whole numbers. values(count).
+    ! Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN where
+    ! a line has none, 0 in columns of whole numbers. values(count).
     subroutine tracker_get_column(self, name, first, values, done, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         character(len=*), intent(in) :: name
@@ -3716,38 +3716,39 @@ contains
         call conclude(toliman_track_get_rejected(self%handle, reason, frames), stat, errmsg)
     end subroutine
 
-    ! Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where
-    ! room is 0: to ask for the number. streams(room).
+    ! Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be NULL
+    ! where capacity is 0: to ask for the number. streams(capacity).
     subroutine tracker_get_streams(self, count, streams, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_stream), intent(inout), optional, contiguous :: streams(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_room
+        integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_room = 0
-        if (present(streams)) of_room = size(streams, 1, c_size_t)
-        status = toliman_track_get_streams(self%handle, streams, of_room, count)
+        of_capacity = 0
+        if (present(streams)) of_capacity = size(streams, 1, c_size_t)
+        status = toliman_track_get_streams(self%handle, streams, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;
-    ! *points is how many there are. clock may be NULL where room is 0: to ask for the number. clock(2, room).
+    ! The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time is
+    ! TAI; *points is how many there are. clock may be NULL where capacity is 0: to ask for the number. clock(2,
+    ! capacity).
     subroutine tracker_get_clock(self, points, clock, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
         integer(c_size_t), intent(out) :: points
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_room
+        integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_room = 0
-        if (present(clock)) of_room = size(clock, 2, c_size_t)
+        of_capacity = 0
+        if (present(clock)) of_capacity = size(clock, 2, c_size_t)
         if (present(clock)) then
             if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
         end if
-        status = toliman_track_get_clock(self%handle, clock, of_room, points)
+        status = toliman_track_get_clock(self%handle, clock, of_capacity, points)
         call conclude(status, stat, errmsg)
     end subroutine
 

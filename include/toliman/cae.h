@@ -16,7 +16,7 @@
  *                             destroy
  *
  * A network knows its scene: the preprocessing (crop, reference, variance, nuisance planes, input scale) is part of it,
- * trained and flown as one, and stored whole in the weights blob (lib/FORMATS.md, "TLMW").
+ * trained and flown as one, and stored whole in the weights blob (formats.md, "TLMW").
  */
 #ifndef TOLIMAN_CAE_H
 #define TOLIMAN_CAE_H
@@ -219,7 +219,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toli
                                                                       double *photon_floor) TOLIMAN_NOEXCEPT;
 
 /* How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
- * bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
+ * bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
  * has the bytes and what each costs in accuracy. Since 0.1. */
 #define TOLIMAN_CAE_ENCODING_FLOAT32 231
 #define TOLIMAN_CAE_ENCODING_BF16 232

@@ -26,15 +26,14 @@
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, exactly these real numbers, in cycles per unit of t.
  *              toliman_period_suggest gives those that miss no peak.
  * Exactness    the sums are fixed-point integers: any order of pushes gives the same bits, on every x86-64.
- * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_WIDE within 1e-13 + 6e-16/sqrt(l) +
- *              1e-28 (1 + m) N/(W l): N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by
- *              which the mean is away from value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance
- *              of cos and sin 2 pi f t. It is near 1/2 for ordinary times and sigmas, so that the power has 14 digits;
- *              it is small, (f T)^4 or so, below half a cycle in the time span T, and likewise where f leaves samples
- *              of short nights, or even ones near an alias, to a small part of a cycle: query_sampling tells.
- *              Cosine and sine count as coincident, and only one of them is fitted, where l is below 1e-25 (narrow
- *              sums: 1e-17) of the sum of both eigenvalues or below 2e-30 N/W + 4e-31 (narrow sums: 5e-16 N/W + 4e-16).
- *              Where the bound exceeds 1e-3, as it does there, results have the flag TOLIMAN_PERIOD_INACCURATE.
+ * Accuracy     power within 2e-15 + 4e-15 (1 + m) N/(W l), with TOLIMAN_PERIOD_DOUBLE_LIMB within 1e-13 + 6e-16/sqrt(l)
+ * + 1e-28 (1 + m) N/(W l): N samples, W the sum of (sigma_floor/sigma)^2, m the standard deviations by which the mean
+ * is away from value_offset, and l, at most 1/2, the smaller eigenvalue of the covariance of cos and sin 2 pi f t. It
+ * is near 1/2 for ordinary times and sigmas, so that the power has 14 digits; it is small, (f T)^4 or so, below half a
+ * cycle in the time span T, and likewise where f leaves samples of short nights, or even ones near an alias, to a small
+ * part of a cycle: query_sampling tells. Cosine and sine count as coincident, and only one of them is fitted, where l
+ * is below 1e-25 (narrow sums: 1e-17) of the sum of both eigenvalues or below 2e-30 N/W + 4e-31 (narrow sums: 5e-16 N/W
+ * + 4e-16). Where the bound exceeds 1e-3, as it does there, results have the flag TOLIMAN_PERIOD_INACCURATE.
  *              TOLIMAN_E_RANGE for values that scatter too little for value_bound and the sigmas to have 12 digits.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; FAP of Baluev (2008), MNRAS 385, 1279.
  */
@@ -49,14 +48,14 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_period toliman_period;
 
 /* Flags of toliman_period_options. */
-#define TOLIMAN_PERIOD_FIXED_MEAN 1u /* subtract the weighted mean once instead of fitting it at each f */
-#define TOLIMAN_PERIOD_WIDE 2u       /* wide sums, 50 bits more for every term */
+#define TOLIMAN_PERIOD_FIXED_MEAN 1u  /* subtract the weighted mean once instead of fitting it at each f */
+#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* wide sums, 50 bits more for every term */
 
 /* Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
  */
 typedef struct toliman_period_options {
     uint32_t struct_size;
-    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE */
+    uint32_t flags; /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
     /* Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have
      * their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant. */
     double time_offset;
@@ -67,8 +66,8 @@ typedef struct toliman_period_options {
     double sigma_floor; /* smallest sigma to come; 0 = 1 */
     /* Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
      * 32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-     * TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
-     * as long again. */
+     * TOLIMAN_PERIOD_DOUBLE_LIMB, they are wide, 50 bits more for every term: a push takes three times as long, a query
+     * half as long again. */
     double sigma_ceiling;
     /* For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
      * [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days. */
@@ -205,7 +204,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
  * its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
- * where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13. */
+ * where an even series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB lowers the bound by 1e13. */
 #define TOLIMAN_PERIOD_INACCURATE 16u
 
 /* Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
@@ -250,16 +249,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 
 /* Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
  * the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
- * unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+ * unit than the times. query_peak and query_peaks take T from the variance of the times, and never have ABOVE_NYQUIST,
  * as sums do not tell the step; query_fit takes both from the times. */
 #define TOLIMAN_PERIOD_COARSE 32u
-#define TOLIMAN_PERIOD_PAST_CEILING 64u
+#define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
 /* A peak and what it means. Since 0.1. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;  /* in: sizeof(toliman_period_peak) */
     uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE,
-                            * _PAST_CEILING (of query_fit only) */
+                            * _ABOVE_NYQUIST (of query_fit only) */
     double frequency;      /* between grid points, where the power is greatest; never outside the grid */
     double period;         /* 1/frequency */
     double power;          /* in [0, 1] */
@@ -287,10 +286,10 @@ typedef struct toliman_period_peak {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
- * peaks[most], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the only
- * one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most,
+/* The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64, into
+ * peaks[capacity], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the
+ * only one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t capacity,
                                                                          toliman_period_peak *peaks,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
@@ -306,15 +305,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 
 /* Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
  * cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other. */
-#define TOLIMAN_PERIOD_NARROW 128u
+#define TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB 128u
 
 /* What the samples' times are worth, and whether the grid suits them. Since 0.1. */
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE */
+    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE */
     double baseline;      /* T: time span and one step */
     double coarsest_df;   /* 1/(5 T); +infinity while all times are one */
-    double ceiling;       /* 1/(2 step); the same */
+    double nyquist;       /* 1/(2 step); the same */
     double independent;   /* frequencies of the grid that are independent of each other: its last one times T, or 1 */
 } toliman_period_sampling;
 #define TOLIMAN_PERIOD_SAMPLING_INIT TOLIMAN_INIT(toliman_period_sampling)
@@ -326,7 +325,7 @@ typedef struct toliman_period_sampling {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
     const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 
-/* State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
+/* State bytes ("TLMP", formats.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
  * least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. TOLIMAN_E_STATE for sums
  * that no samples have, which could not be loaded again: samples were taken back that never came, or that came by a
  * merge of other references, which is not exact. Since 0.1. */

@@ -3,7 +3,7 @@
  * Data flow (functions toliman_period_...)
  *
  *   toliman_period, log10(1 - power) -> query_fap -> log10 of the false alarm probability
- *                                    <- query_level <-
+ *                                    <- query_threshold <-
  *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the peaks of resamplings
  *                              (bootstrap_options_init)
  *
@@ -40,9 +40,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const tol
 
 /* The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
  * that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_level(const toliman_period *period, int32_t method,
-                                                                         double log10_fap,
-                                                                         double *log10_residual) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_threshold(const toliman_period *period,
+                                                                             int32_t method, double log10_fap,
+                                                                             double *log10_residual) TOLIMAN_NOEXCEPT;
 
 /* How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1. */
 typedef struct toliman_period_bootstrap_options {

@@ -7,7 +7,7 @@
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
  *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock, get_streams,
- *                                    |   get_lines, get_columns, get_column; verdict_name, reason_name
+ *                                    |   get_records, get_columns, get_column; verdict_name, reason_name
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -28,7 +28,7 @@
  * Whatever the order of arrival, the periodogram has the same bits. What cannot be seen: bits that flipped in a frame
  * of which there is no other copy, as the side file has no checksum.
  *
- * With a folder every frame's line goes to a ledger there (lib/FORMATS.md "TLML"), which is the truth; grid and clock
+ * With a folder every frame's line goes to a ledger there (formats.md "TLML"), which is the truth; grid and clock
  * stand beside it, and the sums as a checkpoint, which are made anew from the ledger if need be. A crash loses no frame
  * that is committed.
  */
@@ -60,12 +60,12 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_NONE 511
 #define TOLIMAN_TRACK_REASON_SHAPE 512      /* other rows or columns than the tracker's */
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* a pixel above the bit depth */
-#define TOLIMAN_TRACK_REASON_HOLE 514       /* so many bytes of pixels of 0 in a row as a lost packet leaves */
+#define TOLIMAN_TRACK_REASON_ZERO_RUN 514   /* so many bytes of pixels of 0 in a row as a lost packet leaves */
 #define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* a pixel that is NaN or infinite */
 #define TOLIMAN_TRACK_REASON_CLOCK 516      /* a time without TAI, or too far off for the periodogram */
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* the estimator failed, or gave no finite value or a sigma out of range */
 
-/* A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1. */
+/* A few words for a reason ("zero run"), "?" for an unknown one. Static text. Since 0.1. */
 TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
 /* A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1. */
@@ -139,11 +139,11 @@ typedef int32_t (*toliman_estimate_fn)(const toliman_estimate_input *input, toli
 
 /* Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
  * sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
- * again. SALVAGE is for toliman_track_merge alone. ALLOW_HOLES rejects no frame for a run of zero pixels. */
+ * again. SALVAGE is for toliman_track_merge alone. ALLOW_ZERO_RUNS rejects no frame for a run of zero pixels. */
 #define TOLIMAN_TRACK_READ_ONLY 1u
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u
-#define TOLIMAN_TRACK_ALLOW_HOLES 8u
+#define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u
 
 /* When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
  * commit and save, and by the next push if it waits for a second. */
@@ -174,15 +174,15 @@ typedef struct toliman_track_options {
      * image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
      * of the frame; frames as large as the image asks for. */
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
-    uint32_t bit_depth;  /* up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does */
-    uint32_t hole_bytes; /* pixels of 0 in a row that have so many bytes reject it; 0: 4096 */
+    uint32_t bit_depth;      /* up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does */
+    uint32_t zero_run_bytes; /* pixels of 0 in a row that have so many bytes reject it; 0: 4096 */
     /* The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
      * with time_offset_ns, unit_ns and period_flags. */
     double f0, df;
     int64_t nf;
     int64_t time_offset_ns; /* TAI that is time 0 */
     double unit_ns;         /* 0: 86400e9, days */
-    uint32_t period_flags;  /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE */
+    uint32_t period_flags;  /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB */
     uint32_t threads;       /* that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe
                                for threads. Never changes a bit */
     /* Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
@@ -260,8 +260,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track 
 
 /* A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
  * TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1. */
-typedef struct toliman_track_line {
-    uint32_t struct_size; /* sizeof(toliman_track_line), of the first at least */
+typedef struct toliman_track_record {
+    uint32_t struct_size; /* sizeof(toliman_track_record), of the first at least */
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined */
     int32_t reason;       /* of rejected ones, TOLIMAN_TRACK_REASON_... */
     uint32_t content;     /* CRC32 of the frame */
@@ -270,22 +270,22 @@ typedef struct toliman_track_line {
     int64_t camera_ns, tai_ns; /* by the tracker's clock */
     int64_t dropped;
     double value, sigma; /* 0 and the tracker's where there was none */
-} toliman_track_line;
-#define TOLIMAN_TRACK_LINE_INIT TOLIMAN_INIT(toliman_track_line)
+} toliman_track_record;
+#define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
  * duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
  * those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since: some lines
  * may then be written. Since 0.1. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first,
-                                                                      size_t count, toliman_track_line *lines,
-                                                                      size_t *done) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
+                                                                        size_t count, toliman_track_record *records,
+                                                                        size_t *done) TOLIMAN_NOEXCEPT;
 
 /* Types of a column. */
 #define TOLIMAN_TRACK_COLUMN_F64 531
 #define TOLIMAN_TRACK_COLUMN_I64 532
 
-/* A column of the ledger, which lines have beside the members of toliman_track_line. Every ledger of this version has
+/* A column of the ledger, which lines have beside the members of toliman_track_record. Every ledger of this version has
  * chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
  * mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
  * toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
@@ -297,15 +297,15 @@ typedef struct toliman_track_column {
 } toliman_track_column;
 #define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
 
-/* Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL where room is
- * 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.2. */
+/* Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL where
+ * capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
-                                                                        toliman_track_column *columns, size_t room,
+                                                                        toliman_track_column *columns, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN where a line
- * has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no column
- * has; other errors as of get_lines. Since 0.2. */
+/* Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN where a
+ * line has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no
+ * column has; other errors as of get_records. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
@@ -327,7 +327,7 @@ typedef struct toliman_track_info {
     int64_t missing;     /* of these, ids that are neither accepted nor outlier nor quarantined */
     int64_t dropped;     /* by the camera, as accepted frames and outliers tell */
     int64_t sessions;    /* and regions */
-    int64_t lines;       /* of the ledger; in memory, frames that came as good ones */
+    int64_t records;     /* of the ledger; in memory, frames that came as good ones */
     int64_t committed;   /* lines that are acknowledged; of READ_ONLY those that the files tell to be */
     int64_t capacity;
     uint64_t estimator_id;
@@ -356,7 +356,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const t
 typedef struct toliman_track_stream {
     uint32_t struct_size; /* sizeof(toliman_track_stream), of the first at least */
     uint32_t reserved;
-    uint64_t stream;           /* FNV-1a of both, as in toliman_track_line */
+    uint64_t stream;           /* FNV-1a of both, as in toliman_track_record */
     int64_t first_id, last_id; /* frame ids */
     int64_t frames;            /* keys: those of accepted frames, outliers and quarantined ones */
     int64_t missing;           /* ids from the first to the last that are none of these */
@@ -364,17 +364,17 @@ typedef struct toliman_track_stream {
 } toliman_track_stream;
 #define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
 
-/* Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where room
- * is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.1. */
+/* Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be NULL where
+ * capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
-                                                                        toliman_track_stream *streams, size_t room,
+                                                                        toliman_track_stream *streams, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
 
-/* The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;
- * *points is how many there are. clock may be NULL where room is 0: to ask for the number. TOLIMAN_E_CAPACITY for too
- * little room. Since 0.1. */
+/* The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time is TAI;
+ * *points is how many there are. clock may be NULL where capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for
+ * too little capacity. Since 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock,
-                                                                      size_t room, size_t *points) TOLIMAN_NOEXCEPT;
+                                                                      size_t capacity, size_t *points) TOLIMAN_NOEXCEPT;
 
 /* The tracker's own periodogram, for all queries of period.h; it follows every push and ends with the tracker.
  * Since 0.1. */

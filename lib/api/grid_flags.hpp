@@ -8,14 +8,14 @@
 namespace toliman::api {
 
 inline void set_flags(period::Grid &grid, uint32_t flags, const char *name) {
-    if ((flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_WIDE)) != 0)
+    if ((flags & ~(TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB)) != 0)
         fail(Status::argument, "{options->%s} = 0x%x: unknown bits", name, flags);
     grid.fixed_mean = (flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
-    grid.wide_sums = (flags & TOLIMAN_PERIOD_WIDE) != 0;
+    grid.double_limb_sums = (flags & TOLIMAN_PERIOD_DOUBLE_LIMB) != 0;
 }
 
 inline uint32_t flags_of(const period::Grid &grid) noexcept {
-    return (grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0u) | (grid.wide() ? TOLIMAN_PERIOD_WIDE : 0u);
+    return (grid.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0u) | (grid.double_limb() ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0u);
 }
 
 } // namespace toliman::api

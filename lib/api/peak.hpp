@@ -12,7 +12,7 @@ namespace toliman::api {
 inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cadence) noexcept {
     const bool coarse = grid.df * 5 * cadence.span > period::kRounding;
     const bool past = grid.last() * 2 * cadence.step > period::kRounding;
-    return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_PAST_CEILING : 0u);
+    return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_ABOVE_NYQUIST : 0u);
 }
 
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {

@@ -325,17 +325,17 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
     });
 }
 
-toliman_status toliman_period_query_peaks(const toliman_period *period, size_t most, toliman_period_peak *peaks,
+toliman_status toliman_period_query_peaks(const toliman_period *period, size_t capacity, toliman_period_peak *peaks,
                                           size_t *count) noexcept {
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
         const StructArray<toliman_period_peak> told(peaks, "peaks");
         required(count, "count");
-        if (most < 1 || most > period::kMostPeaks)
-            fail(Status::argument, "{most} = %zu: must be in [1, %zu]", most, period::kMostPeaks);
+        if (capacity < 1 || capacity > period::kMostPeaks)
+            fail(Status::argument, "{capacity} = %zu: must be in [1, %zu]", capacity, period::kMostPeaks);
         period::Peak found[period::kMostPeaks];
-        *count = period::find_peaks(stream, most, found);
+        *count = period::find_peaks(stream, capacity, found);
         for (size_t i = 0; i < *count; i++)
             told.put(i, public_peak(stream, found[i]));
     });
@@ -371,11 +371,12 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         toliman_period_sampling sampling = {};
         sampling.baseline = cadence.span;
         sampling.coarsest_df = 1 / (5 * cadence.span);
-        sampling.ceiling = 1 / (2 * cadence.step);
+        sampling.nyquist = 1 / (2 * cadence.step);
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
         const period::PowerQuery query(stream);
-        const double nyquist = t != nullptr ? sampling.ceiling : 1 / (2 * period::even_step(stream));
-        sampling.flags = grid_flags(grid, cadence) | (query.needs_wide() ? TOLIMAN_PERIOD_NARROW : 0) |
+        const double nyquist = t != nullptr ? sampling.nyquist : 1 / (2 * period::even_step(stream));
+        sampling.flags = grid_flags(grid, cadence) |
+                         (query.needs_double_limb() ? TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB : 0) |
                          (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
         deliver(sampling, out, "out");
     });

@@ -52,8 +52,8 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
     });
 }
 
-toliman_status toliman_period_query_level(const toliman_period *period, int32_t method, double log10_fap,
-                                          double *log10_residual) noexcept {
+toliman_status toliman_period_query_threshold(const toliman_period *period, int32_t method, double log10_fap,
+                                              double *log10_residual) noexcept {
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;

@@ -41,7 +41,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_estimate_input", sizeof(toliman_estimate_input)},
     {"toliman_estimate", sizeof(toliman_estimate)},
     {"toliman_track_options", sizeof(toliman_track_options)},
-    {"toliman_track_line", sizeof(toliman_track_line)},
+    {"toliman_track_record", sizeof(toliman_track_record)},
     {"toliman_track_column", sizeof(toliman_track_column)},
     {"toliman_track_info", sizeof(toliman_track_info)},
     {"toliman_track_stream", sizeof(toliman_track_stream)},

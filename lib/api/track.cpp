@@ -47,7 +47,7 @@ constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4;
 
 constexpr int64_t kCapacity = 1 << 20;
-constexpr uint32_t kHoleBytes = 4096, kGroup = 64;
+constexpr uint32_t kZeroRunBytes = 4096, kGroup = 64;
 constexpr double kDayNs = 86400e9;
 
 template <class T> void default_to(T &member, T otherwise) noexcept {
@@ -59,7 +59,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     required(given, "options");
     toliman_track_options options = accept(given, toliman_track_options{}, "options");
     default_to(options.capacity, kCapacity);
-    default_to(options.hole_bytes, kHoleBytes);
+    default_to(options.zero_run_bytes, kZeroRunBytes);
     default_to(options.unit_ns, kDayNs);
     default_to(options.group, kGroup);
     default_to(options.bin, int64_t{1});
@@ -68,7 +68,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     options.threads = worker_count(options.threads);
     options.sync = kSyncs.give(kSyncs.take_or(options.sync, track::Sync::group, "options->sync"));
     constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
-    if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_HOLES)) != 0)
+    if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
     if (options.clock_points > 0)
         required(options.clock, "options->clock");
@@ -115,7 +115,7 @@ track::Geometry geometry_of(const toliman_track_options &options, const Source &
     geometry.out_cols = side(options.image_cols, "image_cols");
     geometry.bin = side(options.bin, "bin");
     geometry.bit_depth = options.bit_depth;
-    geometry.hole = (options.flags & TOLIMAN_TRACK_ALLOW_HOLES) != 0 ? 0 : options.hole_bytes;
+    geometry.zero_run = (options.flags & TOLIMAN_TRACK_ALLOW_ZERO_RUNS) != 0 ? 0 : options.zero_run_bytes;
     complete(geometry.rows, geometry.crop_row, geometry.bin, geometry.out_rows, source.rows, "rows");
     complete(geometry.cols, geometry.crop_col, geometry.bin, geometry.out_cols, source.cols, "cols");
     return geometry;
@@ -194,9 +194,9 @@ void set_terms(toliman_track_options &options, const track::Terms &terms, const 
     options.image_rows = static_cast<int64_t>(geometry.out_rows);
     options.image_cols = static_cast<int64_t>(geometry.out_cols);
     options.bit_depth = geometry.bit_depth;
-    options.hole_bytes = static_cast<uint32_t>(geometry.hole);
-    if (geometry.hole == 0)
-        options.flags |= TOLIMAN_TRACK_ALLOW_HOLES;
+    options.zero_run_bytes = static_cast<uint32_t>(geometry.zero_run);
+    if (geometry.zero_run == 0)
+        options.flags |= TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
 }
 
 void set_grid(toliman_track_options &options, const period::Grid &grid) {
@@ -396,7 +396,7 @@ const char *toliman_track_verdict_name(int32_t verdict) noexcept {
 }
 
 const char *toliman_track_reason_name(int32_t reason) noexcept {
-    static const char *const names[] = {"none", "shape", "over range", "hole", "not finite", "clock", "estimate"};
+    static const char *const names[] = {"none", "shape", "over range", "zero run", "not finite", "clock", "estimate"};
     return kReasons.holds(reason) ? names[static_cast<size_t>(kReasons.take(reason, "reason"))] : "?";
 }
 

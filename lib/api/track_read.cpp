@@ -14,8 +14,8 @@ using namespace toliman::api;
 
 extern "C" {
 
-toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first, size_t count,
-                                       toliman_track_line *lines, size_t *done) noexcept {
+toliman_status toliman_track_get_records(const toliman_track *track, int64_t first, size_t count,
+                                         toliman_track_record *lines, size_t *done) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const track::Tracker &tracker = *use->tracker;
@@ -27,7 +27,7 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
             *done = 0;
             return;
         }
-        const StructArray<toliman_track_line> found(lines, "lines");
+        const StructArray<toliman_track_record> found(lines, "lines");
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
                           found.put(told++, public_line(record, outcome));
@@ -36,16 +36,16 @@ toliman_status toliman_track_get_lines(const toliman_track *track, int64_t first
     });
 }
 
-toliman_status toliman_track_get_columns(const toliman_track *track, toliman_track_column *columns, size_t room,
+toliman_status toliman_track_get_columns(const toliman_track *track, toliman_track_column *columns, size_t capacity,
                                          size_t *count) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const std::vector<track::Column> &all = use->tracker->columns().all();
         required(count, "count");
-        if (room > 0) {
+        if (capacity > 0) {
             const StructArray<toliman_track_column> found(columns, "columns");
-            if (room < all.size())
-                fail(Status::capacity, "{room} = %zu: there are %zu columns", room, all.size());
+            if (capacity < all.size())
+                fail(Status::capacity, "{capacity} = %zu: there are %zu columns", capacity, all.size());
             for (size_t i = 0; i < all.size(); i++)
                 found.put(i, public_column(all[i]));
         }
@@ -96,16 +96,16 @@ toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t re
     });
 }
 
-toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t room,
+toliman_status toliman_track_get_streams(const toliman_track *track, toliman_track_stream *streams, size_t capacity,
                                          size_t *count) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const track::Tracker &tracker = *use->tracker;
         required(count, "count");
-        if (room > 0) {
+        if (capacity > 0) {
             const StructArray<toliman_track_stream> found(streams, "streams");
-            if (room < tracker.stream_count())
-                fail(Status::capacity, "{room} = %zu: there are %zu sessions and regions", room,
+            if (capacity < tracker.stream_count())
+                fail(Status::capacity, "{capacity} = %zu: there are %zu sessions and regions", capacity,
                      tracker.stream_count());
             const std::vector<track::NamedStream> all = tracker.streams();
             for (size_t i = 0; i < all.size(); i++)
@@ -115,16 +115,16 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
     });
 }
 
-toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t room,
+toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock, size_t capacity,
                                        size_t *points) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const std::vector<track::ClockPoint> &known = use->tracker->plan().clock.points();
         required(points, "points");
-        if (clock == nullptr && room > 0)
+        if (clock == nullptr && capacity > 0)
             fail(Status::argument, "{clock} is NULL");
-        if (clock != nullptr && room < known.size())
-            fail(Status::capacity, "{room} = %zu: the clock has %zu pairs", room, known.size());
+        if (clock != nullptr && capacity < known.size())
+            fail(Status::capacity, "{capacity} = %zu: the clock has %zu pairs", capacity, known.size());
         for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
             clock[2 * i] = known[i].camera_ns;
             clock[2 * i + 1] = known[i].tai_ns;

@@ -33,8 +33,8 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
     return out;
 }
 
-inline toliman_track_line public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
-    toliman_track_line line = {};
+inline toliman_track_record public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
+    toliman_track_record line = {};
     line.stream = record.stream;
     line.frame_id = record.frame_id;
     line.camera_ns = record.camera_ns;
@@ -62,8 +62,8 @@ inline toliman_track_stream public_stream(const track::NamedStream &named) noexc
     out.first_id = named.count.first;
     out.last_id = named.count.last;
     out.frames = named.count.frames;
-    __extension__ using Wide = __int128;
-    const Wide ids = static_cast<Wide>(out.last_id) - out.first_id + 1, missing = ids - out.frames;
+    __extension__ using Quad = __int128;
+    const Quad ids = static_cast<Quad>(out.last_id) - out.first_id + 1, missing = ids - out.frames;
     out.missing = missing > INT64_MAX ? INT64_MAX : static_cast<int64_t>(missing);
     named.session.copy(out.session, kLongestName);
     named.roi.copy(out.roi, kLongestName);
@@ -85,7 +85,7 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
     info.dropped = counts.dropped;
     info.sessions = static_cast<int64_t>(tracker.stream_count());
-    info.lines = static_cast<int64_t>(tracker.lines());
+    info.records = static_cast<int64_t>(tracker.lines());
     info.committed = static_cast<int64_t>(tracker.committed());
     info.capacity = tracker.plan().capacity;
     info.estimator_id = tracker.plan().terms.estimator;

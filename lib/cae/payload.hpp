@@ -1,4 +1,5 @@
-// Payloads of the weights blob, lib/FORMATS.md: blocks of numbers, each as float32, bf16 or fp16, in one zlib stream.
+// Payloads of the weights blob, tools/docs/formats.md: blocks of numbers, each as float32, bf16 or fp16, in one zlib
+// stream.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The weights blob "TLMW", lib/FORMATS.md: a whole network as bytes.
+// The weights blob "TLMW", tools/docs/formats.md: a whole network as bytes.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -33,8 +33,8 @@ struct PowerKernels {
                     double *power) noexcept;
 
     // The same of wide sums, all kSums of them. YCLowest and YSLowest, 2^-101 samples at most, are left out.
-    size_t (*power_wide)(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
-                         double *power) noexcept;
+    size_t (*power_double_limb)(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
+                                double *power) noexcept;
 };
 TOLIMAN_ISA_DECLARE(PowerKernels, power)
 

@@ -11,7 +11,7 @@ namespace toliman::kernels {
 // kFoldEvery pushes fold() moves the upper part of lo into hi. Integers, so any order of pushes gives the same bits.
 // Narrow sums are the first eight; wide ones carry on below 2^-50 in every sum, for weights of very different size.
 enum Sum { kC1, kS1, kC2, kS2, kYC, kYS, kYCLow, kYSLow, kC1Low, kS1Low, kC2Low, kS2Low, kYCLowest, kYSLowest, kSums };
-constexpr size_t kNarrowSums = kC1Low;
+constexpr size_t kSingleLimbSums = kC1Low;
 constexpr int kFoldEvery = 4096;
 constexpr size_t kBlock = 64;   // frequencies that share one anchor; arrays are padded to a multiple
 constexpr double kOne = 0x1p50; // fixed-point 1 of a weight, and of a value in units of its bound
@@ -27,7 +27,7 @@ struct PushSample {
 struct PushKernels {
     // Given     f0, df, the grid f_k = f0 + k df as exact reals (cycles per unit of t)
     //           blocks, number of kBlock-wide blocks; anchors [2][blocks] scratch
-    // Returned  lo [kNarrowSums][blocks * kBlock], each plus its term of the sample
+    // Returned  lo [kSingleLimbSums][blocks * kBlock], each plus its term of the sample
     // Notes     With phase p_k = f_k (t - t_ref) reduced modulo 1 exactly, c = cos 2 pi p, s = sin 2 pi p:
     //           C1 += w c, S1 += w s, C2 += w cos 4 pi p, S2 += w sin 4 pi p, YC += w y c, YS += w y s, quantised to
     //           2^-50; the remainder of the last two goes to YCLow, YSLow at 2^-100. c and s are within 4e-16.
@@ -38,8 +38,8 @@ struct PushKernels {
     // The same with lo [kSums][...]: the remainders of C1, S1, C2, S2 go to their Low at 2^-100, those of YCLow, YSLow
     // to YCLowest, YSLowest at 2^-150. All terms belong to one point (c, s) of the unit circle, within 4e-16 of the
     // phase and on it to 2^-100: a sample that outweighs all others then constrains the fit instead of blurring it.
-    void (*push_wide)(double f0, double df, size_t blocks, const PushSample &sample, double *anchors,
-                      int64_t *const *lo) noexcept;
+    void (*push_double_limb)(double f0, double df, size_t blocks, const PushSample &sample, double *anchors,
+                             int64_t *const *lo) noexcept;
 
     // Given     lo, hi [n]. Returned the same values with 0 <= lo < 2^32.
     void (*fold)(int64_t *lo, int64_t *hi, size_t n) noexcept;

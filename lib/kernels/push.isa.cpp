@@ -137,7 +137,7 @@ void cis(double f_high, double f_low, double t_high, double t_low, double *cosin
 } // namespace toliman::kernels::TOLIMAN_ISA
 
 namespace toliman::kernels {
-extern const PushKernels TOLIMAN_ISA_TABLE(push) = {TOLIMAN_ISA::push<kNarrowSums, TOLIMAN_ISA::narrow_terms>,
+extern const PushKernels TOLIMAN_ISA_TABLE(push) = {TOLIMAN_ISA::push<kSingleLimbSums, TOLIMAN_ISA::narrow_terms>,
                                                     TOLIMAN_ISA::push<kSums, TOLIMAN_ISA::wide_terms>,
                                                     TOLIMAN_ISA::fold, TOLIMAN_ISA::cis};
 }

@@ -207,8 +207,8 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
     grid.value_offset = archive_.first_value * value_scale;
     grid.value_bound = archive_.value_bound * value_scale;
     grid.sigma_floor = archive_.least_sigma * sigma_scale;
-    // Wide sums in any case: terms of narrow ones have the errors of doubles.
-    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kNarrowRatio * grid.sigma_floor);
+    // Quad sums in any case: terms of narrow ones have the errors of doubles.
+    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kSingleLimbRatio * grid.sigma_floor);
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {

@@ -45,10 +45,10 @@ void ExactSum::add(const ExactSum &other) noexcept {
     carry();
 }
 
-void ExactSum::add_wide(Wide x) noexcept {
+void ExactSum::add_quad(Quad x) noexcept {
     for (auto part = static_cast<double>(x); std::fabs(part) > 1e-290; part = static_cast<double>(x)) {
         add(part);
-        x -= static_cast<Wide>(part);
+        x -= static_cast<Quad>(part);
     }
 }
 
@@ -82,7 +82,7 @@ bool ExactSum::make_positive() noexcept {
     return true;
 }
 
-Wide ExactSum::value() const noexcept {
+Quad ExactSum::value() const noexcept {
     ExactSum copy = *this;
     copy.carry();
     const bool negative = copy.make_positive();
@@ -93,11 +93,11 @@ Wide ExactSum::value() const noexcept {
         const auto at = static_cast<size_t>(top - below);
         return static_cast<uint64_t>(copy.places_[at]) << 32 | static_cast<uint64_t>(copy.places_[at - 1]);
     };
-    // Six digits have 161 bits even where the first has but one. Few operations: those of Wide are slow.
+    // Six digits have 161 bits even where the first has but one. Few operations: those of Quad are slow.
     __extension__ using Integer = unsigned __int128;
     const Integer first = static_cast<Integer>(pair(0)) << 64 | pair(2);
-    const Wide sum = (static_cast<Wide>(first) * static_cast<Wide>(0x1p64) + static_cast<Wide>(pair(4))) *
-                     static_cast<Wide>(std::ldexp(1.0L, 32 * (top - 5) - kUnitExponent));
+    const Quad sum = (static_cast<Quad>(first) * static_cast<Quad>(0x1p64) + static_cast<Quad>(pair(4))) *
+                     static_cast<Quad>(std::ldexp(1.0L, 32 * (top - 5) - kUnitExponent));
     return negative ? -sum : sum;
 }
 

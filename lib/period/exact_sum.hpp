@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "base/wide.hpp"
+#include "base/quad.hpp"
 
 namespace toliman {
 
@@ -25,9 +25,9 @@ class ExactSum {
     // Adds another sum exactly.
     void add(const ExactSum &other) noexcept;
     // Adds a number of 113 bits exactly, but for what of it is below 1e-290.
-    void add_wide(Wide x) noexcept;
-    // The sum, up to an error of 2 ulp of Wide.
-    Wide value() const noexcept;
+    void add_quad(Quad x) noexcept;
+    // The sum, up to an error of 2 ulp of Quad.
+    Quad value() const noexcept;
     // Canonical digits: all in [0, 2^32) but the last, which carries the sign. Equal sums have equal digits.
     Places canonical() const noexcept;
     void assign(const Places &digits) noexcept;

@@ -15,8 +15,8 @@ long double root(long double x) noexcept {
 }
 
 // One step of Newton's from the root in long double: all 113 bits.
-Wide root(Wide x) noexcept {
-    const Wide near = std::sqrt(static_cast<long double>(x));
+Quad root(Quad x) noexcept {
+    const Quad near = std::sqrt(static_cast<long double>(x));
     return near > 0 ? (near + x / near) / 2 : near;
 }
 
@@ -56,7 +56,7 @@ template <class Real> Solved solve(const Moments<Real> &m, long double noise) no
             rank};
 }
 template Solved solve(const Moments<long double> &, long double) noexcept;
-template Solved solve(const Moments<Wide> &, long double) noexcept;
+template Solved solve(const Moments<Quad> &, long double) noexcept;
 
 double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept {
     if (solved.rank > 0 && solved.rank + (fixed_mean ? 0 : 1) >= samples)
@@ -65,11 +65,11 @@ double explained_share(const Solved &solved, long double spread, bool fixed_mean
 }
 
 PowerQuery::PowerQuery(const Stream &stream) noexcept
-    : PowerQuery(stream, stream.grid().wide() ? kCoincidentWide : kCoincident) {}
+    : PowerQuery(stream, stream.grid().double_limb() ? kCoincidentDoubleLimb : kCoincident) {}
 
 PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
     : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0), error_(0), coincident_(coincident) {
-    const Wide weight = stream.weight();
+    const Quad weight = stream.weight();
     if (!(weight > 0))
         return;
     part_ = 1 / weight;
@@ -77,9 +77,9 @@ PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
     spread_ = stream.spread();
     share_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(part_);
     // Quantisation of each term, and sine and cosine: in wide sums both belong to one phase, and errors come squared.
-    noise_ = stream.grid().wide() ? share_ * 0x1p-99L + 4e-31L : share_ * 0x1p-51L + 4e-16L;
+    noise_ = stream.grid().double_limb() ? share_ * 0x1p-99L + 4e-31L : share_ * 0x1p-51L + 4e-16L;
     if (spread_ > 0)
-        error_ = (stream.grid().wide() ? 1e-28L : 4e-15L) * share_ *
+        error_ = (stream.grid().double_limb() ? 1e-28L : 4e-15L) * share_ *
                  (1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_));
 }
 
@@ -90,7 +90,7 @@ bool PowerQuery::meaningful() const noexcept {
 // Terms w y are kept to `unit`; cosine and sine may vary as little as the weights, relative to the heaviest sample.
 long double PowerQuery::least_scatter() const noexcept {
     const Grid &grid = stream_.grid();
-    const long double unit = grid.wide() ? 0x1p-150L : 0x1p-100L, varies = grid.sigma_floor / grid.sigma_ceiling;
+    const long double unit = grid.double_limb() ? 0x1p-150L : 0x1p-100L, varies = grid.sigma_floor / grid.sigma_ceiling;
     return 1e12L * unit * share_ / varies;
 }
 
@@ -128,7 +128,7 @@ template <class Use> auto PowerQuery::with_moments(int64_t k, Use use) const noe
     const auto mean = static_cast<long double>(mean_);
     const Moments<long double> quick = moments<long double>(k);
     const bool more = quick.determinant < kRoom || mean * mean > kNear * kNear * spread_;
-    return stream_.grid().wide() && more ? use(moments<Wide>(k)) : use(quick);
+    return stream_.grid().double_limb() && more ? use(moments<Quad>(k)) : use(quick);
 }
 
 template <class Real> bool PowerQuery::worse(const Moments<Real> &m, long double tolerance) const noexcept {
@@ -158,9 +158,9 @@ template <class Counts> bool PowerQuery::any_worse(long double tolerance, Counts
     return false;
 }
 
-bool PowerQuery::needs_wide() const noexcept {
+bool PowerQuery::needs_double_limb() const noexcept {
     constexpr long double kTolerated = 1e-9L;
-    return meaningful() && !stream_.grid().wide() && any_worse(kTolerated, [](int64_t) { return true; });
+    return meaningful() && !stream_.grid().double_limb() && any_worse(kTolerated, [](int64_t) { return true; });
 }
 
 bool PowerQuery::any_inaccurate(double nyquist) const noexcept {
@@ -193,7 +193,7 @@ template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m)
     const Grid &grid = stream_.grid();
     const Solved best = solved(m);
     const auto part = static_cast<long double>(part_), bound = static_cast<long double>(grid.value_bound);
-    const SumsAt<Wide> sums = stream_.sums<Wide>(k);
+    const SumsAt<Quad> sums = stream_.sums<Quad>(k);
     const bool moving = !grid.fixed_mean;
     const long double c = moving ? static_cast<long double>(sums.c1) * part : 0;
     const long double s = moving ? static_cast<long double>(sums.s1) * part : 0;
@@ -237,7 +237,7 @@ bool PowerQuery::vectors() const noexcept {
     const int64_t samples = stream_.totals().count;
     const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
     // Of wide sums vectors leave out the lowest limbs: nothing beside values that scatter by so much more.
-    const bool lowest = stream_.grid().wide() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
+    const bool lowest = stream_.grid().double_limb() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
     return spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
 }
 
@@ -253,11 +253,11 @@ void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const no
     shared.weight = static_cast<double>(stream_.weight());
     shared.samples = stream_.totals().count;
     shared.mean_high = static_cast<double>(mean_);
-    shared.mean_low = static_cast<double>(mean_ - static_cast<Wide>(shared.mean_high));
+    shared.mean_low = static_cast<double>(mean_ - static_cast<Quad>(shared.mean_high));
     shared.spread = static_cast<double>(spread_);
     shared.fixed_mean = grid.fixed_mean;
     const kernels::PowerKernels &known = kernels::power_kernels();
-    (grid.wide() ? known.power_wide : known.power)(lo, hi, count, shared, power);
+    (grid.double_limb() ? known.power_double_limb : known.power)(lo, hi, count, shared, power);
 }
 
 // Sums of samples, however many and of whatever weights, have moments without a negative eigenvalue and explain no more

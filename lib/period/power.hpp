@@ -21,7 +21,7 @@ template <class Real> Solved solve(const Moments<Real> &moments, long double noi
 double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept;
 
 // Cosine and sine coincide where one eigenvalue is below this part of both together: in long double, and in wide sums.
-constexpr long double kCoincident = 1e-17L, kCoincidentWide = 1e-25L;
+constexpr long double kCoincident = 1e-17L, kCoincidentDoubleLimb = 1e-25L;
 // A power whose error bound exceeds this is inaccurate.
 constexpr long double kInaccurate = 1e-3L;
 
@@ -62,7 +62,7 @@ class PowerQuery {
     void check() const;
     bool resolved() const noexcept;
     // Whether at a frequency above 0 narrow sums may carry the power to less than 1e-9.
-    bool needs_wide() const noexcept;
+    bool needs_double_limb() const noexcept;
     // Whether at a frequency above 0 the power is inaccurate. Multiples of `nyquist` do not count: there the samples of
     // an even series have one phase, and the power of what is left is right.
     bool any_inaccurate(double nyquist) const noexcept;
@@ -85,7 +85,7 @@ class PowerQuery {
     long double least_scatter() const noexcept;
 
     const Stream &stream_;
-    Wide part_, mean_; // 1/W, Wy/W
+    Quad part_, mean_; // 1/W, Wy/W
     long double spread_;
     long double share_; // samples over W
     long double noise_; // error of a sum over W: an eigenvalue below it is nothing

@@ -1,4 +1,4 @@
-// State bytes of a periodogram, "TLMP" of lib/FORMATS.md.
+// State bytes of a periodogram, "TLMP" of tools/docs/formats.md.
 #include <cmath>
 
 #include "backend/zip.hpp"
@@ -60,7 +60,7 @@ void load_exact(ByteReader &in, ExactSum &sum) {
 }
 
 void check_exact(const ExactSum &sum, double limit) {
-    const Wide value = sum.value(), most = static_cast<Wide>(limit);
+    const Quad value = sum.value(), most = static_cast<Quad>(limit);
     if (value > most || value < -most)
         fail(Status::format, "%s: an exact sum is out of range", kKind);
 }
@@ -91,7 +91,8 @@ void check_totals(const Totals &totals, const Grid &grid, bool turned) {
     if (!(std::fabs(wy) <= w * (1 + kRounding) && wyy >= -rounding && wyy <= w * (1 + kRounding)))
         fail(Status::format, "%s: sums of values %g and of their squares %g: at most the sum of weights, %g", kKind, wy,
              wyy, w);
-    if (grid.wide() || turned) // the pairs are for narrow sums; of other references they were rounded more coarsely
+    if (grid.double_limb() ||
+        turned) // the pairs are for narrow sums; of other references they were rounded more coarsely
         return;
     const double value =
         number_of(totals.value, totals.value_high) + number_of(totals.value_low, totals.value_low_high) / kernels::kOne;
@@ -111,7 +112,7 @@ Grid take_grid(ByteReader &in) {
         fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
     grid.fixed_mean = (flags & kFixedMean) != 0;
-    grid.wide_sums = (flags & kWide) != 0;
+    grid.double_limb_sums = (flags & kWide) != 0;
     grid.nf = in.i64();
     for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
                           &grid.sigma_floor, &grid.sigma_ceiling})
@@ -123,7 +124,7 @@ Grid take_grid(ByteReader &in) {
     } catch (const Error &error) {
         fail_within(error, Status::format, "%s: %s", kKind, error.what());
     }
-    if (grid.wide_sums != grid.wide())
+    if (grid.double_limb_sums != grid.double_limb())
         fail(Status::format, "%s: flags 0x%x: sums of these sigmas are wide", kKind, flags);
     if (in.u64() != grid.digest())
         fail(Status::format, "%s: the identity digest does not fit the header", kKind);
@@ -150,7 +151,7 @@ std::vector<uint8_t> Stream::header(const Grid &grid) {
     ByteWriter out;
     out.raw(kMagic, sizeof kMagic);
     out.u32(kVersion);
-    out.u32((grid.fixed_mean ? kFixedMean : 0) | (grid.wide() ? kWide : 0));
+    out.u32((grid.fixed_mean ? kFixedMean : 0) | (grid.double_limb() ? kWide : 0));
     out.u32(0);
     out.i64(grid.nf);
     for (double value : {grid.f0, grid.df, grid.time_offset, grid.value_offset, grid.value_bound, grid.sigma_floor,

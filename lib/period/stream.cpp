@@ -69,7 +69,7 @@ void Grid::check() const {
         fail(Status::argument, "{sigma_floor} = %g: must be in [1e-100, 1e100]", sigma_floor);
     if (!(sigma_ceiling >= sigma_floor))
         fail(Status::argument, "{sigma_ceiling} = %g: must be at least sigma_floor = %g, or 0 for %g times that",
-             sigma_ceiling, sigma_floor, kNarrowRatio);
+             sigma_ceiling, sigma_floor, kSingleLimbRatio);
     if (!(sigma_ceiling <= kMostRatio * sigma_floor * (1 + 1e-12)))
         fail(Status::range, "{sigma_ceiling} = %g, sigma_floor = %g: sigmas may differ by a factor of %g at most",
              sigma_ceiling, sigma_floor, kMostRatio);
@@ -84,13 +84,13 @@ uint64_t Grid::digest() const {
     identity.i64(time_offset_ns);
     identity.f64(unit_ns);
     identity.i64(nf);
-    identity.u8(static_cast<uint8_t>((fixed_mean ? 1 : 0) | (wide() ? 2 : 0)));
+    identity.u8(static_cast<uint8_t>((fixed_mean ? 1 : 0) | (double_limb() ? 2 : 0)));
     return fnv1a(reinterpret_cast<const char *>(identity.bytes().data()), identity.bytes().size());
 }
 
 Stream::Stream(const Grid &grid) : grid_(grid) {
     if (grid_.sigma_ceiling == 0)
-        grid_.sigma_ceiling = kNarrowRatio * grid_.sigma_floor;
+        grid_.sigma_ceiling = kSingleLimbRatio * grid_.sigma_floor;
     grid_.check();
     blocks_ = (static_cast<size_t>(grid_.nf) + kernels::kBlock - 1) / kernels::kBlock;
     lo_.resize(grid_.sums() * padded());
@@ -162,9 +162,9 @@ void OneWeighting::check(const Sample &sample, int64_t index) {
 }
 
 bool Stream::possible() const noexcept {
-    constexpr Wide kRounding = static_cast<Wide>(1e-9);
-    const auto n = static_cast<Wide>(totals_.count), slack = kRounding * std::max<Wide>(n, 1);
-    const Wide w = totals_.w.value(), wy = totals_.wy.value(), wyy = totals_.wyy.value(), wt = totals_.wt.value(),
+    constexpr Quad kRounding = static_cast<Quad>(1e-9);
+    const auto n = static_cast<Quad>(totals_.count), slack = kRounding * std::max<Quad>(n, 1);
+    const Quad w = totals_.w.value(), wy = totals_.wy.value(), wyy = totals_.wyy.value(), wt = totals_.wt.value(),
                wtt = totals_.wtt.value();
     return (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack && wyy <= w + slack &&
            wy * wy <= (w + slack) * (wyy + slack) &&
@@ -198,7 +198,8 @@ void Stream::add(const Sample &given, double sign) noexcept {
     for (size_t i = 0; i < grid_.sums(); i++)
         rows[i] = lo_.data() + i * padded();
     const kernels::PushKernels &known = kernels::push_kernels();
-    (grid_.wide() ? known.push_wide : known.push)(grid_.f0, grid_.df, blocks_, sample, anchors_.data(), rows);
+    (grid_.double_limb() ? known.push_double_limb : known.push)(grid_.f0, grid_.df, blocks_, sample, anchors_.data(),
+                                                                rows);
 
     const double w = sample.weight, product = w * (sample.value_high * kernels::kOne);
     const double product_low =
@@ -290,7 +291,7 @@ template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
                          at(kS2, kUnit),
                          at(kYC, kUnit) + at(kYCLow, kLowUnit),
                          at(kYS, kUnit) + at(kYSLow, kLowUnit)};
-    if (grid_.wide()) {
+    if (grid_.double_limb()) {
         sums.c1 += at(kC1Low, kLowUnit);
         sums.s1 += at(kS1Low, kLowUnit);
         sums.c2 += at(kC2Low, kLowUnit);
@@ -301,29 +302,30 @@ template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
     return sums;
 }
 template SumsAt<long double> Stream::sums(int64_t) const noexcept;
-template SumsAt<Wide> Stream::sums(int64_t) const noexcept;
+template SumsAt<Quad> Stream::sums(int64_t) const noexcept;
 
 // Narrow sums: of the same rounded terms as the sums of each frequency, so that what is constant cancels to nothing.
-Wide Stream::weight() const noexcept {
-    return grid_.wide() ? totals_.w.value()
-                        : joined<Wide>(totals_.weight, totals_.weight_high) * static_cast<Wide>(kUnit);
+Quad Stream::weight() const noexcept {
+    return grid_.double_limb() ? totals_.w.value()
+                               : joined<Quad>(totals_.weight, totals_.weight_high) * static_cast<Quad>(kUnit);
 }
 
-Wide Stream::mean_sum() const noexcept {
-    return grid_.wide() ? totals_.wy.value()
-                        : joined<Wide>(totals_.value, totals_.value_high) * static_cast<Wide>(kUnit) +
-                              joined<Wide>(totals_.value_low, totals_.value_low_high) * static_cast<Wide>(kLowUnit);
+Quad Stream::mean_sum() const noexcept {
+    return grid_.double_limb()
+               ? totals_.wy.value()
+               : joined<Quad>(totals_.value, totals_.value_high) * static_cast<Quad>(kUnit) +
+                     joined<Quad>(totals_.value_low, totals_.value_low_high) * static_cast<Quad>(kLowUnit);
 }
 
-Wide Stream::mean() const noexcept {
+Quad Stream::mean() const noexcept {
     return mean_sum() / weight();
 }
 
 // E[x^2] - E[x]^2; where that leaves less than half of 113 bits, of exact products. 0 if all are equal.
 static long double variance_of(const ExactSum &w, const ExactSum &wx, const ExactSum &wxx) noexcept {
-    const Wide total = w.value(), average = wx.value() / total, square = wxx.value() / total;
-    Wide variance = square - average * average;
-    if (variance < square * static_cast<Wide>(0x1p-56)) {
+    const Quad total = w.value(), average = wx.value() / total, square = wxx.value() / total;
+    Quad variance = square - average * average;
+    if (variance < square * static_cast<Quad>(0x1p-56)) {
         ExactSum rest;
         rest.add_product(w, wxx, 1);
         rest.add_product(wx, wx, -1);

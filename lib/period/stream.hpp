@@ -4,13 +4,13 @@
 #include <optional>
 
 #include "base/buffer.hpp"
-#include "base/wide.hpp"
+#include "base/quad.hpp"
 #include "kernels/push.hpp"
 #include "period/exact_sum.hpp"
 
 namespace toliman::period {
 
-constexpr double kNarrowRatio = 32;                // of sigmas, in narrow sums: weights keep 40 bits
+constexpr double kSingleLimbRatio = 32;            // of sigmas, in narrow sums: weights keep 40 bits
 constexpr double kMostRatio = 1e8;                 // in wide sums: weights keep 47 bits
 constexpr int64_t kMostSamples = int64_t{1} << 43; // of weight 1 fill a sum to 2^61, and leave room for as many more
 constexpr double kMostTime = 1e100;                // its square must have an exact sum
@@ -19,7 +19,7 @@ constexpr double kMostTime = 1e100;                // its square must have an ex
 struct Grid {
     double f0 = 0, df = 0;
     int64_t nf = 0;
-    bool fixed_mean = false, wide_sums = false;
+    bool fixed_mean = false, double_limb_sums = false;
     double time_offset = 0, value_offset = 0;
     int64_t time_offset_ns = 0; // of times in nanoseconds, and how many of those a unit of time has
     double unit_ns = 1e9;
@@ -30,8 +30,8 @@ struct Grid {
     void check() const;
     uint64_t digest() const;
     // Asked for, or weights too different for sums of 2^-50: every sum has its lower limb.
-    bool wide() const noexcept { return wide_sums || sigma_ceiling > kNarrowRatio * sigma_floor; }
-    size_t sums() const noexcept { return wide() ? size_t{kernels::kSums} : kernels::kNarrowSums; }
+    bool double_limb() const noexcept { return double_limb_sums || sigma_ceiling > kSingleLimbRatio * sigma_floor; }
+    size_t sums() const noexcept { return double_limb() ? size_t{kernels::kSums} : kernels::kSingleLimbSums; }
     double last() const noexcept { return f0 + df * static_cast<double>(nf - 1); }
 };
 
@@ -93,11 +93,11 @@ class Stream {
     const int64_t *high(size_t sum, int64_t k) const noexcept {
         return hi_.data() + sum * padded() + static_cast<size_t>(k);
     }
-    Wide weight() const noexcept;   // W
-    Wide mean_sum() const noexcept; // Wy, in units of value_bound
-    Wide mean() const noexcept;     // Wy/W
+    Quad weight() const noexcept;   // W
+    Quad mean_sum() const noexcept; // Wy, in units of value_bound
+    Quad mean() const noexcept;     // Wy/W
     // Whether a sample's weight is not 1: none is above.
-    bool weighted() const noexcept { return totals_.w.value() != static_cast<Wide>(totals_.count); }
+    bool weighted() const noexcept { return totals_.w.value() != static_cast<Quad>(totals_.count); }
     // Whether a sample may have been taken back that never came: by retract, here or before the state was saved.
     bool taken_back() const noexcept { return taken_back_; }
     // Whether sums of other references were merged: they are as exact as those were, which these totals do not tell.
@@ -108,7 +108,8 @@ class Stream {
     long double spread() const noexcept;
     long double time_variance() const noexcept;
 
-    // Bytes of lib/FORMATS.md, "TLMP". Status::state for sums that no samples have, which could not be loaded again.
+    // Bytes of tools/docs/formats.md, "TLMP". Status::state for sums that no samples have, which could not be loaded
+    // again.
     std::vector<uint8_t> save() const;
     static Stream load(const void *bytes, size_t size);
     size_t saved_size() const noexcept;
@@ -123,7 +124,7 @@ class Stream {
     void merge_equal(const Stream &other) noexcept;
     void merge_turned(const Stream &other);
     void check_sums() const;
-    void check_fit(Wide mean_square, Wide mean_weight) const;
+    void check_fit(Quad mean_square, Quad mean_weight) const;
     // Odd blocks: sums a power of two apart would share few lines of the caches.
     size_t padded() const noexcept { return (blocks_ | 1) * kernels::kBlock; }
     void fold() noexcept;

@@ -80,7 +80,7 @@ Grid suggest(const Samples &samples, double mission_span) {
         fail(Status::argument, "{mission_span} = %g: must be at least 0", mission_span);
     check_finite(samples.t, samples.count, "t");
     Grid grid;
-    grid.wide_sums = true;
+    grid.double_limb_sums = true;
     set_frequencies(grid, cadence_for(samples, mission_span));
     if (samples.count > 0) {
         grid.time_offset = *std::min_element(samples.t, samples.t + samples.count);

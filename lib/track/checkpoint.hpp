@@ -1,5 +1,5 @@
 // The checkpoint: the periodogram's sums as of a line of the ledger, so that opening need not push all anew
-// (lib/FORMATS.md "TLMC"). Losing it costs time, and the proof that the ledger lost no record at its end.
+// (tools/docs/formats.md "TLMC"). Losing it costs time, and the proof that the ledger lost no record at its end.
 #pragma once
 #include <cstdint>
 #include <optional>

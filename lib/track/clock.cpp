@@ -9,22 +9,22 @@ namespace toliman::track {
 
 namespace {
 
-__extension__ using Wide = __int128;
+__extension__ using Quad = __int128;
 
 // a/b to the nearest, halves away from zero; b > 0.
-Wide rounded_ratio(Wide a, Wide b) noexcept {
-    const Wide half = b / 2;
+Quad rounded_ratio(Quad a, Quad b) noexcept {
+    const Quad half = b / 2;
     return a >= 0 ? (a + half) / b : -((-a + half) / b);
 }
 
 } // namespace
 
 Clock::Clock(std::vector<ClockPoint> points) : points_(std::move(points)) {
-    constexpr Wide kLongest = Wide{1} << 62; // 146 years, so that products fit
+    constexpr Quad kLongest = Quad{1} << 62; // 146 years, so that products fit
     for (size_t i = 1; i < points_.size(); i++) {
         const ClockPoint &point = points_[i], &before = points_[i - 1];
-        const Wide camera = static_cast<Wide>(point.camera_ns) - before.camera_ns;
-        const Wide tai = static_cast<Wide>(point.tai_ns) - before.tai_ns;
+        const Quad camera = static_cast<Quad>(point.camera_ns) - before.camera_ns;
+        const Quad tai = static_cast<Quad>(point.tai_ns) - before.tai_ns;
         if (camera <= 0 || tai <= 0 || camera > kLongest || tai > kLongest)
             fail(Status::argument,
                  "{clock}: point %zu (camera %lld ns, TAI %lld ns): must lie after the one before, by 2^62 ns at most",
@@ -44,16 +44,16 @@ std::optional<int64_t> Clock::tai_ns(int64_t camera_ns) const noexcept {
     const auto lines = static_cast<std::ptrdiff_t>(points_.size()) - 1;
     const auto line = static_cast<size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, lines > 0 ? lines - 1 : 0));
     const ClockPoint &from = points_[line];
-    const Wide elapsed = static_cast<Wide>(camera_ns) - from.camera_ns;
-    Wide moved = elapsed;
+    const Quad elapsed = static_cast<Quad>(camera_ns) - from.camera_ns;
+    Quad moved = elapsed;
     if (lines > 0) {
         const ClockPoint &to = points_[line + 1];
-        const Wide camera = static_cast<Wide>(to.camera_ns) - from.camera_ns;
-        const Wide tai = static_cast<Wide>(to.tai_ns) - from.tai_ns;
-        const Wide whole = elapsed / camera, rest = elapsed % camera;
+        const Quad camera = static_cast<Quad>(to.camera_ns) - from.camera_ns;
+        const Quad tai = static_cast<Quad>(to.tai_ns) - from.tai_ns;
+        const Quad whole = elapsed / camera, rest = elapsed % camera;
         moved = whole * tai + rounded_ratio(rest * tai, camera);
     }
-    const Wide result = from.tai_ns + moved;
+    const Quad result = from.tai_ns + moved;
     if (result > INT64_MAX || result < INT64_MIN)
         return std::nullopt;
     return static_cast<int64_t>(result);

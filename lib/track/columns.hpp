@@ -1,4 +1,4 @@
-// Columns that a ledger declares beyond the fixed members of its lines, by name (lib/FORMATS.md "TLML").
+// Columns that a ledger declares beyond the fixed members of its lines, by name (tools/docs/formats.md "TLML").
 #pragma once
 #include <array>
 #include <cstddef>

@@ -37,10 +37,10 @@ template <class T> bool is_plain(const T *row, size_t cols, ValueOf<T> most) noe
     return bad == 0;
 }
 
-// The first pixel that is not finite or above `most`, or that completes a hole.
+// The first pixel that is not finite or above `most`, or that completes a run of zero pixels.
 template <class T> Flaw first_flaw(const T *pixels, const Frame &frame, const Geometry &geometry) noexcept {
     const auto most = largest_pixel<ValueOf<T>>(geometry.bit_depth);
-    const size_t hole = geometry.hole > 0 ? (geometry.hole + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
+    const size_t zero_run = geometry.zero_run > 0 ? (geometry.zero_run + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
     size_t zeros = 0;
     for (size_t r = 0; r < frame.rows; r++) {
         const T *row = pixels + r * frame.stride;
@@ -53,8 +53,8 @@ template <class T> Flaw first_flaw(const T *pixels, const Frame &frame, const Ge
             zeros = value == 0 ? zeros + 1 : 0;
             if (!(row[c] <= most) || !std::isfinite(value))
                 return {std::isfinite(value) ? Reason::over_range : Reason::not_finite, r, c, value};
-            if (zeros >= hole)
-                return {Reason::hole, r, c, value};
+            if (zeros >= zero_run)
+                return {Reason::zero_run, r, c, value};
         }
     }
     return {};

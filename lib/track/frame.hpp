@@ -31,7 +31,7 @@ double mean_shift_s(const Frame &frame) noexcept;
 struct Geometry {
     size_t rows, cols, crop_row, crop_col, out_rows, out_cols, bin;
     uint32_t bit_depth; // 0: any value
-    size_t hole;        // so many bytes of zeros in a row are a hole; 0: none are
+    size_t zero_run;    // bytes of consecutive zero pixels that reject a frame; 0: no limit
     void check() const; // Status::argument
 };
 

@@ -1,4 +1,4 @@
-// The ledger's file: its header, and its lines as they are read (lib/FORMATS.md "TLML").
+// The ledger's file: its header, and its lines as they are read (tools/docs/formats.md "TLML").
 #pragma once
 #include <cstdint>
 #include <functional>

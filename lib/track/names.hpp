@@ -1,5 +1,5 @@
-// Names of sessions and regions by their digests, a line each beside the ledger (lib/FORMATS.md "streams.txt"): for
-// people. What is lost of them costs no frame.
+// Names of sessions and regions by their digests, a line each beside the ledger (tools/docs/formats.md "streams.txt"):
+// for people. What is lost of them costs no frame.
 #pragma once
 #include <cstdint>
 #include <functional>

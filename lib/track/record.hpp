@@ -1,4 +1,4 @@
-// A line of the ledger: 64 bytes, and 8 of each column, lib/FORMATS.md "TLML".
+// A line of the ledger: 64 bytes, and 8 of each column, tools/docs/formats.md "TLML".
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,15 @@ enum class Kind : uint8_t {
 };
 
 // Why a frame was rejected.
-enum class Reason : uint8_t { none = 0, shape = 1, over_range = 2, hole = 3, not_finite = 4, clock = 5, estimate = 6 };
+enum class Reason : uint8_t {
+    none = 0,
+    shape = 1,
+    over_range = 2,
+    zero_run = 3,
+    not_finite = 4,
+    clock = 5,
+    estimate = 6
+};
 constexpr size_t kKinds = 5, kReasons = 7;
 
 struct Record {

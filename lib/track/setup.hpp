@@ -1,4 +1,4 @@
-// What the sums depend on beside the ledger: the grid of frequencies and the clock (lib/FORMATS.md "TLMS").
+// What the sums depend on beside the ledger: the grid of frequencies and the clock (tools/docs/formats.md "TLMS").
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -51,8 +51,8 @@ std::string difference(const Terms &there, const Terms &here) {
         return number("bin", static_cast<double>(a.bin), static_cast<double>(b.bin));
     if (a.bit_depth != b.bit_depth)
         return number("bit depth", a.bit_depth, b.bit_depth);
-    if (a.hole != b.hole)
-        return number("hole bytes", static_cast<double>(a.hole), static_cast<double>(b.hole));
+    if (a.zero_run != b.zero_run)
+        return number("zero run bytes", static_cast<double>(a.zero_run), static_cast<double>(b.zero_run));
     if (there.sigma != here.sigma)
         return number("sigma", there.sigma, here.sigma);
     if (there.value_limit != here.value_limit)
@@ -69,7 +69,7 @@ TermsBytes to_bytes(const Terms &terms) noexcept {
     for (const size_t part : {g.rows, g.cols, g.crop_row, g.crop_col, g.out_rows, g.out_cols, g.bin})
         at = put_number(at, part, 8);
     at = put_number(at, g.bit_depth, 8);
-    at = put_number(at, g.hole, 8);
+    at = put_number(at, g.zero_run, 8);
     at = put_number(at, with_bits<uint64_t>(terms.sigma), 8);
     at = put_number(at, with_bits<uint64_t>(terms.value_limit), 8);
     put_number(at, terms.estimator, 8);
@@ -82,7 +82,7 @@ Terms terms_of(const uint8_t *bytes) noexcept {
     for (size_t *part : {&g.rows, &g.cols, &g.crop_row, &g.crop_col, &g.out_rows, &g.out_cols, &g.bin})
         *part = take_number(bytes, 8);
     g.bit_depth = static_cast<uint32_t>(take_number(bytes, 8));
-    g.hole = take_number(bytes, 8);
+    g.zero_run = take_number(bytes, 8);
     terms.sigma = with_bits<double>(take_number(bytes, 8));
     terms.value_limit = with_bits<double>(take_number(bytes, 8));
     terms.estimator = take_number(bytes, 8);

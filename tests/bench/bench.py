@@ -1,7 +1,7 @@
 """Measures everything and sets the error and a peer beside each time: make bench.
 
 Usage: bench.py BIN OUT [NAME ...]; BIN holds the programs, NAME is sim, cae, period, weights, run or size: all of them
-without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of lib/MEASURED.md."""
+without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of tools/docs/benchmarks.md."""
 import datetime
 import importlib
 import json

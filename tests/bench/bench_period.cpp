@@ -14,14 +14,14 @@
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 
-#include "base/wide.hpp"
+#include "base/quad.hpp"
 #include "chosen_isa.hpp"
 #include "kernels/push.hpp"
 #include "timing.hpp"
 
 namespace {
 
-using toliman::Wide;
+using toliman::Quad;
 using toliman::kernels::Isa;
 
 struct Series {
@@ -66,12 +66,12 @@ Series read(char **arguments) {
 
 // Floating mean, by the normal equations of 1, cosine and sine.
 double exact_power(const Series &series, int64_t k) {
-    const Wide f = static_cast<Wide>(series.f0) + static_cast<Wide>(k) * static_cast<Wide>(series.df);
+    const Quad f = static_cast<Quad>(series.f0) + static_cast<Quad>(k) * static_cast<Quad>(series.df);
     long double w = 0, wy = 0, c = 0, s = 0, cc = 0, cs = 0, ss = 0, yc = 0, ys = 0, yy = 0;
     const long double y0 = series.y[0];
     for (size_t i = 0; i < series.n(); i++) {
-        const Wide cycles = f * static_cast<Wide>(series.t[i]);
-        const auto part = static_cast<long double>(cycles - static_cast<Wide>(static_cast<int64_t>(cycles)));
+        const Quad cycles = f * static_cast<Quad>(series.t[i]);
+        const auto part = static_cast<long double>(cycles - static_cast<Quad>(static_cast<int64_t>(cycles)));
         const long double angle = 6.283185307179586476925286766559L * part, cosine = std::cos(angle);
         const long double sine = std::sin(angle), sigma = series.sigma[i], weight = 1 / (sigma * sigma);
         const long double y = series.y[i] - y0;
@@ -191,7 +191,7 @@ double pass_s(const Series &series, bool wide) {
         {Isa::avx512, pass_avx512},
 #endif
     };
-    const size_t sums = wide ? size_t{toliman::kernels::kSums} : toliman::kernels::kNarrowSums;
+    const size_t sums = wide ? size_t{toliman::kernels::kSums} : toliman::kernels::kSingleLimbSums;
     const size_t count = static_cast<size_t>(series.nf) * sums;
     std::vector<uint64_t> lower(count), upper(count, 1);
     double least = INFINITY;
@@ -206,7 +206,7 @@ void measure_frame(const Series &series, bool wide) {
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
     options.sigma_floor = 0.1;
-    options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
+    options.flags = wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
     constexpr int kPushes = 1000;

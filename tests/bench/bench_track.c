@@ -70,7 +70,7 @@ static void soak(const char *name, toliman_track_options options, const source *
     make_folder(folder, sizeof folder);
     options.folder = folder;
     options.capacity = frames;
-    options.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     options.f0 = 1;
     options.df = 1;
     options.nf = FREQUENCIES;

@@ -72,7 +72,7 @@ def row(bench, series, what, seconds, spread=None, error=None, of=None, beside=N
     """Seconds are processor seconds of one core unless `what` says otherwise, spread half of what the middle half of the
     runs spans, error the largest (relative to `of`, looked for `at` those only, else everywhere). beside is the peer,
     measured in the same run; roofline the seconds that the machine needs at the very least. The headlines are for the
-    table of lib/MEASURED.md. What is not known is not in the row."""
+    table of tools/docs/benchmarks.md. What is not known is not in the row."""
     all_of_it = {
         "bench": bench, "series": series, "what": what, "seconds": seconds, "spread": spread, "error": error,
         "error_of": of if error is not None else None, "error_at": at if error is not None else None,

@@ -1,5 +1,5 @@
 """Bytes of the weights blob against what they are worth, for every encoding of weights and planes; the table is that of
-lib/FORMATS.md."""
+tools/docs/formats.md."""
 import os
 import sys
 import tempfile

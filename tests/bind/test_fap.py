@@ -47,7 +47,7 @@ class Fap(unittest.TestCase):
             for fap in (0.1, 0.01, 1e-3):
                 last = LAST * math.sqrt(DAYS**2 - 1) / (DAYS - 1) if method == "naive" else LAST
                 expected = LombScargle(t, y).false_alarm_level(fap, method=method, maximum_frequency=last)
-                level = self.made().level(math.log10(fap), method)
+                level = self.made().threshold(math.log10(fap), method)
                 self.assertAlmostEqual(1 - 10**level, float(expected), delta=1e-5, msg=(method, fap))
 
     def test_sequential_formula(self):
@@ -80,7 +80,7 @@ class Fap(unittest.TestCase):
             theirs.append(LombScargle(t, rng.choice(y, DAYS)).power(frequency, method="fast").max())
         self.assertGreater(stats.ks_2samp(ours, theirs).pvalue, 0.01)
         # And on Gaussian noise both are what Baluev says.
-        baluev = 1 - 10 ** self.made().level(-1)
+        baluev = 1 - 10 ** self.made().threshold(-1)
         self.assertAlmostEqual(ours[count // 10 - 1], baluev, delta=0.008)
 
     def test_bootstrap_takes_sigmas_along(self):
@@ -97,18 +97,18 @@ class Fap(unittest.TestCase):
         periodogram = self.made()
         for sampling in (periodogram.sampling(), periodogram.sampling(t)):
             self.assertAlmostEqual(sampling.baseline, DAYS, delta=0.01)
-            self.assertAlmostEqual(sampling.ceiling, 0.5, delta=1e-4)
-            self.assertFalse(sampling.coarse or sampling.past_ceiling)
+            self.assertAlmostEqual(sampling.nyquist, 0.5, delta=1e-4)
+            self.assertFalse(sampling.coarse or sampling.above_nyquist)
         with Periodogram(0.1, 0.01, 60) as coarse:
             coarse.push_many(t, y)
-            self.assertTrue(coarse.sampling().coarse and coarse.sampling(t).past_ceiling)
+            self.assertTrue(coarse.sampling().coarse and coarse.sampling(t).above_nyquist)
 
     def test_refusals(self):
         periodogram = self.made()
         with self.assertRaises(ValueError):
             periodogram.log10_fap(-1, "davies")
         with self.assertRaisesRegex(Error, "log10_fap = 0.5: must be in "):
-            periodogram.level(0.5)
+            periodogram.threshold(0.5)
 
 
 if __name__ == "__main__":

@@ -63,7 +63,7 @@ class Arguments(unittest.TestCase):
         night = 2460000.3 + 0.35 * t / t.size
         grid = {"f0": 1e-4, "df": 1e-4, "nf": 30, "time_offset": night[0]}
         values = numpy.sin(5 * t / t.size) + 0.1 * numpy.cos(31 * t)
-        with Periodogram(**grid) as narrow, Periodogram(**grid, wide=True) as wide, \
+        with Periodogram(**grid) as narrow, Periodogram(**grid, double_limb=True) as wide, \
              Periodogram(*suited_grid(t)) as even, warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
             for periodogram, times in ((narrow, night), (wide, night), (even, t)):
@@ -75,7 +75,7 @@ class Arguments(unittest.TestCase):
                     query()
                     if periodogram is narrow:
                         self.assertEqual([(one.category, one.filename) for one in found], [(AccuracyWarning, __file__)])
-                        self.assertIn("wide=True", str(found[0].message))
+                        self.assertIn("double_limb=True", str(found[0].message))
                     else:
                         self.assertEqual(found, [])
             self.assertTrue(narrow.peak().inaccurate and narrow.sampling().inaccurate and narrow.model(0).inaccurate)
@@ -85,14 +85,14 @@ class Arguments(unittest.TestCase):
         """A hundredth of a cycle in all, against a parabola: beyond it the sinusoid has nothing to tell."""
         small = {"f0": 1e-6, "df": 1e-6, "nf": 2}
         values = numpy.cos(0.3 * t)
-        with Periodogram(**small, wide=True) as wide, Periodogram(**small) as narrow:
+        with Periodogram(**small, double_limb=True) as wide, Periodogram(**small) as narrow:
             for periodogram in (wide, narrow):
                 periodogram.push_many(t, values)
             x = numpy.polynomial.Legendre.fit(t, values, 2)
             expected = 1 - ((values - x(t)) ** 2).sum() / ((values - values.mean()) ** 2).sum()
             self.assertAlmostEqual(wide.power()[0] / expected, 1, delta=1e-4)
-            self.assertTrue(narrow.sampling().narrow)
-            self.assertFalse(wide.sampling().narrow)
+            self.assertTrue(narrow.sampling().needs_double_limb)
+            self.assertFalse(wide.sampling().needs_double_limb)
 
 
     def test_numbers_of_other_kinds(self):

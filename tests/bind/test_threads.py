@@ -71,7 +71,7 @@ class Threads(unittest.TestCase):
                 seen.append(str(caught.exception))
             return float(image[0, 0])
 
-        tracker = Tracker(estimate, 0.1, 0.1, 5, sigma=1, rows=4, cols=4, allow_holes=True, estimator_id=1, threads=2)
+        tracker = Tracker(estimate, 0.1, 0.1, 5, sigma=1, rows=4, cols=4, allow_zero_runs=True, estimator_id=1, threads=2)
         frames = [Frame(numpy.full((4, 4), k + 1, numpy.uint16), k, k * 10**9) for k in range(4)]
         outcomes = tracker.push_many(frames)
         self.assertEqual([outcome.verdict for outcome in outcomes], ["accepted"] * 4)

@@ -17,7 +17,7 @@ GRID = (0.01, 0.001, 400)
 N = 60
 values = numpy.sin(2 * numpy.pi * numpy.arange(N) / 17) + 2
 OWN = {"estimator_id": 7, "sigma": 1.0, "value_limit": 1e6, "rows": 8, "cols": 6, "image_shape": (8, 6),
-       "allow_holes": True}
+       "allow_zero_runs": True}
 
 
 def corner(image):
@@ -56,7 +56,7 @@ class Pushing(unittest.TestCase):
             info = ours.info
             self.assertEqual((info.received, info.accepted, info.quarantined, info.repeated, info.rejected), (5, 1, 1, 2, 1))
             self.assertEqual(ours.rejected["not_finite"], 1)
-            lines = ours.lines()
+            lines = ours.records()
             self.assertEqual([VERDICTS[verdict] for verdict in lines["verdict"]], ["quarantined", "accepted"])
             self.assertEqual(lines["frame_id"].tolist(), [3, 4])
 
@@ -104,7 +104,7 @@ class Pushing(unittest.TestCase):
             outcome = ours.push(frame_of(3, exposure_s=8.0, intervals=[(0, 1), (2, 4)], window=(-5, 700)))
             self.assertEqual((outcome.value, outcome.chi_square), (values[3], 1.25))
             ours.push(frame_of(4))
-            lines = ours.lines()
+            lines = ours.records()
             first = {name: lines[name][0] for name in lines.dtype.names}
             told = {"value": values[3], "sigma": 2, "chi_square": 1.25, "exposure_s": 8, "shift_s": 6.5 / 3 - 4, "window_row": -5,
                     "window_col": 700, "flags": 2**31, "dx": 1.5, "flux": -2, "cov_value_dx": 1, "cov_value_flux": 2,
@@ -112,7 +112,7 @@ class Pushing(unittest.TestCase):
             self.assertEqual({name: first[name] for name in told}, told)
             self.assertEqual(lines["window_row"].dtype, numpy.int64)
             self.assertEqual(lines["exposure_s"].tolist(), [8, 0])
-            self.assertEqual(ours.lines(1)["frame_id"].tolist(), [4])
+            self.assertEqual(ours.records(1)["frame_id"].tolist(), [4])
             for bad in ([1, 2], [(0, 1, 2)], [(0, 9)]):
                 with self.assertRaisesRegex((ValueError, InputError), "intervals"):
                     ours.push(frame_of(5, exposure_s=8.0, intervals=bad))
@@ -128,12 +128,12 @@ class Pushing(unittest.TestCase):
             told = ours.options
             self.assertEqual((told["folder"], told["sync"], told["values"]), (folder, "frame", ("dx",)))
             self.assertEqual((told["f0"], told["df"], told["nf"], told["unit_ns"]), (*GRID, 86400e9))
-            self.assertEqual((told["rows"], told["hole_bytes"], told["threads"], told["group"]), (8, 0, 1, 64))
+            self.assertEqual((told["rows"], told["zero_run_bytes"], told["threads"], told["group"]), (8, 0, 1, 64))
             ours.push(frame_of(1))
             ours.commit()
             with Tracker.open(folder) as there:
                 self.assertEqual(there.options["values"], ("dx",))
-                self.assertTrue(numpy.isnan(there.lines()["dx"][0]))
+                self.assertTrue(numpy.isnan(there.records()["dx"][0]))
 
     def test_outcomes_up_to_an_error(self):
         with tracker(capacity=2) as ours:
@@ -177,7 +177,7 @@ class Pushing(unittest.TestCase):
         large = numpy.arange(12.0 * 11).reshape(12, 11)
         with tracker(rows=12, cols=11, crop=(3, 1)) as ours:
             self.assertEqual(ours.push(Frame(large, 0, 0, sigma=2.0)).value, large[3, 1])
-            self.assertEqual(ours.lines()["sigma"].tolist(), [2.0])
+            self.assertEqual(ours.records()["sigma"].tolist(), [2.0])
 
     def test_rows_that_overlap(self):
         overlapping = numpy.lib.stride_tricks.as_strided(numpy.arange(30.0), (8, 6), (8, 8))
@@ -280,8 +280,8 @@ class Folders(unittest.TestCase):
         code = "import sys, test_tracker as t\nours = t.tracker(folder=sys.argv[1])\nours.push(t.frame_of(3))"
         subprocess.run([sys.executable, "-c", code, self.folder / "a"], cwd=pathlib.Path(__file__).parent, check=True)
         with Tracker.open(self.folder / "a") as reader:
-            self.assertEqual(reader.lines()["frame_id"].tolist(), [0, 1, 2, 3])
-            self.assertEqual(len(reader.lines(2, 2**40)), 2)
+            self.assertEqual(reader.records()["frame_id"].tolist(), [0, 1, 2, 3])
+            self.assertEqual(len(reader.records(2, 2**40)), 2)
 
     def test_period_follows_and_ends_with_its_tracker(self):
         ours = tracker()

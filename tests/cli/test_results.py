@@ -8,7 +8,7 @@ import jsonschema
 import schemas
 from program import ROOT, SCENES, ProgramTest
 
-FORMATS = (ROOT / "lib/FORMATS.md").read_text()
+FORMATS = (ROOT / "tools/docs/formats.md").read_text()
 DATA = ROOT / "examples/data/nu_oph_rv.csv"
 NAMES = ("doctor", "experiment", "period", "run", "track")
 
@@ -52,7 +52,7 @@ class Results(ProgramTest):
         yield from self.run_program("track", "--template", "s.json", "--state", "m", "--dtype", "u32le", "--mission-days",
                                     100, "in").stdout.splitlines()[-4:]
         yield self.succeed("status", "m", "--json")
-        yield self.succeed("status", "m", "--lines").splitlines()[0]
+        yield self.succeed("status", "m", "--records").splitlines()[0]
 
     def test_mutilated_ones_are_refused(self):
         kinds = set()
@@ -65,8 +65,8 @@ class Results(ProgramTest):
                 change(bad)
                 with self.subTest(good["schema"]), self.assertRaises(jsonschema.ValidationError):
                     schemas.check(json.dumps(bad))
-        self.assertEqual(kinds, {"toliman-doctor/1", "toliman-period/2", "toliman-frame/2", "toliman-track-remark/1",
-                                 "toliman-track-update/2", "toliman-track-status/2", "toliman-line/1"})
+        self.assertEqual(kinds, {"toliman-doctor/1", "toliman-period/2", "toliman-frame/2", "toliman-track-warning/1",
+                                 "toliman-track-update/2", "toliman-track-status/2", "toliman-record/1"})
 
     def test_everything_is_closed_and_in_the_formats(self):
         for name in NAMES:

@@ -195,7 +195,7 @@ class Damage(Track):
                 "missing": 5, "bad_lines": 1, "short_frames": 1, "long_files": 1, "unreadable_inputs": 1, "clock_jumps": 0,
             }
             self.assertEqual({key: last[key] for key in expected}, expected)
-            reasons = {"shape": 1, "over range": 1, "hole": 1, "not finite": 0, "clock": 0, "estimate": 0}
+            reasons = {"shape": 1, "over range": 1, "zero run": 1, "not finite": 0, "clock": 0, "estimate": 0}
             self.assertEqual(last["rejected_by"], reasons)
             told = sorted(
                 (l["reason"], l["input"]) for l in out if l["schema"] == "toliman-frame/2" and l["verdict"] == "rejected"
@@ -204,10 +204,10 @@ class Damage(Track):
                 told,
                 sorted(
                     (reason, f"in/{k}_meta.jsonl:1")
-                    for reason, k in zip(("over range", "hole", "short file", "shape", "bad line"), gone)
+                    for reason, k in zip(("over range", "zero run", "short file", "shape", "bad line"), gone)
                 ),
             )
-            for text in ("over range, pixel 5, 6 is 2147483648, more than --bit-depth", "hole", "ends before", "32x64", "timestamp_ns is missing", "quarantined",
+            for text in ("over range, pixel 5, 6 is 2147483648, more than --bit-depth", "zero run", "ends before", "32x64", "timestamp_ns is missing", "quarantined",
                          "3 bytes more", "none_meta.jsonl: No such file"):
                 self.assertEqual(self.errors.count(text), 1, self.errors)
         self.track("s1", "all", "--strict", "--bit-depth", "31", code=4)  # the quarantined one stays so
@@ -234,7 +234,7 @@ class Damage(Track):
         out = self.track("s", "in")
         self.assertEqual(self.counts(out)["clock_jumps"], 3)  # back, far on, and back from there
         self.assertEqual(self.counts(out)["accepted"], FRAMES)
-        self.assertEqual([l["input"][-3:] for l in out if "remark" in l], [":11", ":21", ":22"])
+        self.assertEqual([l["input"][-3:] for l in out if "warning" in l], [":11", ":21", ":22"])
 
     def test_lines_that_may_shift_frames(self):
         """A line lost in the middle: what is behind it has no place, rather than the pixels of another frame."""
@@ -466,12 +466,12 @@ class Folders(Track):
         self.assertEqual(self.succeed("status", "s", "--missing").splitlines(),
                          ["session,roi,first,last", "day,single_roi,5,7", "day,single_roi,20,20",
                           "night.2,single_roi,32,32"])
-        lines = [json.loads(line) for line in self.succeed("status", "s", "--lines").splitlines()]
+        lines = [json.loads(line) for line in self.succeed("status", "s", "--records").splitlines()]
         printed = [line for line in out if line["schema"] == "toliman-frame/2"]
         keys = ("session", "roi", "frame_id", "camera_ns", "verdict")
         self.assertEqual([[line[k] for k in keys] for line in lines], [[line[k] for k in keys] for line in printed])
         self.assertEqual([l.get("value") for l in lines], [l.get("value") for l in printed])
-        self.assertEqual(lines[-1]["reason"], "hole")
+        self.assertEqual(lines[-1]["reason"], "zero run")
         rows = [row.split(",") for row in self.succeed("status", "s", "--series").splitlines()]
         self.assertEqual(rows[0], ["t", "y", "sigma"])
         good = [l for l in printed if l["verdict"] == "accepted"]
@@ -480,7 +480,7 @@ class Folders(Track):
         text = self.succeed("status", "s")
         for part in ("day single_roi", "ids 0 to 29, 26 frames, 4 missing", "230 frequencies", "64x64 of 32 bits"):
             self.assertIn(part, text)
-        self.refuse(2, "excludes", arguments=("status", "s", "--json", "--lines"))
+        self.refuse(2, "excludes", arguments=("status", "s", "--json", "--records"))
 
     def test_salvage(self):
         self.track("s", "all")

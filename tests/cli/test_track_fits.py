@@ -44,7 +44,7 @@ class Fits(Track):
         """Frame lines by session, the first remark by file: every file has one."""
         self.out = self.track(state, *more, "-", code=code, stdin="\n".join(names))
         frames = {line["session"]: line for line in self.out if line["schema"] == "toliman-frame/2"}
-        remarks = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-remark/1"}
+        remarks = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-warning/1"}
         self.assertEqual(sorted(remarks), sorted(names))
         return frames, remarks
 
@@ -146,7 +146,7 @@ class Times(Fits):
             value = chosen[text].strip("'")
             at = tai_ns(value if text[0] == "M" else value[:10] + "T00:00:00", "tt", "mjd" if text[0] == "M" else "isot")
             self.assertEqual(found[f"p{k}"]["tai_ns"], at + half * 10**9)
-            self.assertEqual(remarks[f"p{k}.fits"], {"schema": "toliman-track-remark/1", "remark": "time",
+            self.assertEqual(remarks[f"p{k}.fits"], {"schema": "toliman-track-warning/1", "warning": "time",
                                                      "input": f"p{k}.fits", "text": f"time by {rule} in TT"})
             self.assertIn(f"toliman: p{k}.fits: time by {rule} in TT\n", self.errors)
             del chosen[text]
@@ -209,7 +209,7 @@ class Times(Fits):
         frames, remarks = self.read(names)
         self.assertEqual(frames, {})
         for name, (cards, text) in zip(names, cases):
-            self.assertEqual(remarks[name]["remark"], "unreadable input", cards)
+            self.assertEqual(remarks[name]["warning"], "unreadable input", cards)
             self.assertIn(text, remarks[name]["text"])
             self.assertEqual(self.errors.count(name + ":"), 1, self.errors)
         self.assertEqual(self.errors.count("\n"), len(cases) + 1)  # and that no folder is left
@@ -312,7 +312,7 @@ class Files(Fits):
         for kind, names in (("a", ["a0.npy", "a1.npy", "a2.npy", "a0.npy"]), ("b", [f"b{k}.fits" for k in range(3)]),
                             ("t", [f"t{k}.fits" for k in range(3)])):
             out = self.track(kind, *names, "--cadence", "86400", "--strict")
-            told = {line["input"]: line["text"] for line in out if line.get("remark") == "same times"}
+            told = {line["input"]: line["text"] for line in out if line.get("warning") == "same times"}
             self.assertEqual(list(told), names[1:3])
             self.assertIn(f"its times by --cadence overlap those of {names[0]}: FRAME1 or a time", told[names[1]])
             self.assertEqual(self.errors.count("warning: "), 2, self.errors)

@@ -80,7 +80,7 @@ class Ledger(Mistakes):
         session = json.loads(self.run_program("status", state, "--json").stdout)["streams"][0]["session"]
         self.assertRegex(session, "^#[0-9a-f]{16}$")
         self.assertIn(f"  {session} ", self.run_program("status", state).stdout)
-        lines = [json.loads(line) for line in self.run_program("status", state, "--lines").stdout.splitlines()]
+        lines = [json.loads(line) for line in self.run_program("status", state, "--records").stdout.splitlines()]
         self.assertEqual({line["session"] for line in lines}, {session})
 
     def test_counts_are_of_arrivals(self):
@@ -134,7 +134,7 @@ class Ledger(Mistakes):
                 read(second, 14)
                 self.stop(second)
             self.stop(first)
-            lines = [json.loads(line) for line in self.succeed("status", state, "--lines").splitlines()]
+            lines = [json.loads(line) for line in self.succeed("status", state, "--records").splitlines()]
             self.assertEqual(set(accepted) - {line["frame_id"] for line in lines}, set())
             self.assertEqual(set(accepted), set(range(15)))
 

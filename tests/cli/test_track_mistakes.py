@@ -91,7 +91,7 @@ class Options(Mistakes):
         numpy.save(self.folder / "in/x.npy", self.frames)
         out = self.track("s", "in/", "all", "--strict")
         text = "holds neither X_frames.bin nor X_meta.jsonl; .npy and FITS files are given by their names"
-        self.assertEqual([(line["remark"], line["input"], line["text"]) for line in out if "remark" in line],
+        self.assertEqual([(line["warning"], line["input"], line["text"]) for line in out if "warning" in line],
                          [("empty folder", "in/", text)])
         self.assertEqual(self.errors, f"toliman: warning: in/: {text}\n")
 
@@ -165,7 +165,7 @@ class Pixels(Mistakes):
             self.assertEqual([line for line in out if "verdict" in line], [])
             self.assertEqual((out[-1]["unreadable_inputs"], out[-1]["received"], out[-1]["long_files"]), (1, 0, 0))
         run = self.start("grown", "narrow", "--follow")  # half of its frames are there, or all of them: not known yet
-        self.assertIn(text, self.read(run, 1, "remark")[0]["text"])
+        self.assertIn(text, self.read(run, 1, "warning")[0]["text"])
         self.pair("narrow/x", self.lines[:3], self.frames[:3])
         self.assertEqual([line["frame_id"] for line in self.read(run, 3)], [0, 1, 2])
         self.stop(run)
@@ -287,8 +287,8 @@ class Clocks(Mistakes):
             lines = [json.dumps({**json.loads(line), "host_time": host(i * day)}) for i, line in enumerate(self.lines)]
             self.pair(f"in{k}/x", lines, self.frames)
             out = self.track(f"s{k}", f"in{k}", "--strict")
-            remarks = [line for line in out if "remark" in line]
-            self.assertEqual([(line["remark"], line["input"]) for line in remarks],
+            remarks = [line for line in out if "warning" in line]
+            self.assertEqual([(line["warning"], line["input"]) for line in remarks],
                              [("clocks differ", f"in{k}/x_meta.jsonl:{told}")] if told else [])
             self.assertEqual(self.errors.count("warning"), len(remarks))
         self.assertIn("since line 1 timestamp_ns goes on by 86400.000000 s, host_time by 0.000000 s", self.errors)
@@ -304,7 +304,7 @@ class Clocks(Mistakes):
         lines.append(self.side(17))  # two days on, where one is usual
         self.pair("in/x", lines, [*self.frames[:16], *self.frames[15:18]])
         out = self.track("s", "in")
-        jumps = {line["input"].split(":")[1]: line["text"] for line in out if line.get("remark") == "clock jump"}
+        jumps = {line["input"].split(":")[1]: line["text"] for line in out if line.get("warning") == "clock jump"}
         self.assertEqual(sorted(jumps), ["10", "5"])
         self.assertIn("goes back by 86400.0", jumps["5"])
         self.assertEqual(jumps["10"], f"the clock stands still: {times[8]} ns, as of the frame before")
@@ -335,7 +335,7 @@ class Followed(Mistakes):
         self.read(run, 2)
         time.sleep(1)
         left = self.stop(run)
-        halves = {(line["remark"], line["input"]) for line in left if "remark" in line}
+        halves = {(line["warning"], line["input"]) for line in left if "warning" in line}
         self.assertEqual(halves, {("unreadable input", f"in/{name}_meta.jsonl") for name in "xy"})
         self.assertIn("in/x_meta.jsonl: No such file or directory, wanted beside in/x_frames.bin\n", self.errors)
         self.assertIn("in/y_frames.bin: No such file or directory, wanted beside in/y_meta.jsonl\n", self.errors)
@@ -348,13 +348,13 @@ class Followed(Mistakes):
         self.read(run, 4)
         folder.rename(self.folder / "away")
         (self.folder / "b/b_meta.jsonl").unlink()
-        self.assertEqual({(line["remark"], line["input"]) for line in self.read(run, 2, "remark")},
+        self.assertEqual({(line["warning"], line["input"]) for line in self.read(run, 2, "warning")},
                          {("unreadable input", "in/"), ("unreadable input", "b/b_frames.bin")})
         time.sleep(2)
         (self.folder / "away").rename(folder)
         self.pair("in/c", self.lines[4:6], self.frames[4:6])
         self.pair("b/b", self.lines[2:5], self.frames[2:5])
-        remarks = {(line["remark"], line["input"]) for line in self.read(run, 2, "remark")}
+        remarks = {(line["warning"], line["input"]) for line in self.read(run, 2, "warning")}
         self.assertEqual(remarks, {("back", "in/"), ("back", "b/b_frames.bin")})
         while json.loads(run.stdout.readline()).get("frame_id") != 4:
             pass

@@ -38,7 +38,7 @@ class Stopped(Mistakes):
                 self.assertEqual({line["verdict"] for line in out if "verdict" in line}, {"accepted"})
                 self.assertEqual(accepted, list(range(len(accepted))))
                 self.assertLess(len(accepted), FRAMES)
-                self.assertEqual([line for line in out if "remark" in line], [])
+                self.assertEqual([line for line in out if "warning" in line], [])
                 self.assertRegex(self.errors, r"^toliman: state saved: \d+ frames\ntoliman: stopped by a signal\n$")
                 again = self.track(state, "all", "--strict")
                 known = [line["frame_id"] for line in again if line.get("verdict") == "duplicate"]

@@ -39,7 +39,7 @@ static void *make(void) {
     return made_with(0, 0);
 }
 static void *make_wide(void) {
-    return made_with(TOLIMAN_PERIOD_WIDE, 0);
+    return made_with(TOLIMAN_PERIOD_DOUBLE_LIMB, 0);
 }
 
 #define SHARED(name, flags, value_offset)                                                                              \
@@ -49,7 +49,7 @@ static void *make_wide(void) {
     }
 SHARED(samples, 0, 0)
 SHARED(shifted, 0, 3)
-SHARED(wide, TOLIMAN_PERIOD_WIDE, 3)
+SHARED(wide, TOLIMAN_PERIOD_DOUBLE_LIMB, 3)
 
 static void end(void *period) {
     toliman_period_destroy(period);
@@ -116,7 +116,7 @@ static void check_saved(attempt *a, toliman_status status) {
 }
 
 static toliman_status create(attempt *a) {
-    return create_with(TOLIMAN_PERIOD_WIDE, 0, &a->made);
+    return create_with(TOLIMAN_PERIOD_DOUBLE_LIMB, 0, &a->made);
 }
 static toliman_status destroy(attempt *a) {
     toliman_period_destroy(a->object);
@@ -223,8 +223,8 @@ static toliman_status query_fit(attempt *a) {
 static toliman_status query_fap(attempt *a) {
     return toliman_period_query_fap(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
 }
-static toliman_status query_level(attempt *a) {
-    return toliman_period_query_level(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
+static toliman_status query_threshold(attempt *a) {
+    return toliman_period_query_threshold(samples(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, -3, (double *)a->out);
 }
 static toliman_status query_bootstrap(attempt *a) {
     toliman_period_bootstrap_options options;
@@ -308,7 +308,7 @@ static const scenario all[] = {
     LOOKS(query_peaks, PEAK),
     LOOKS(query_fit, PEAK),
     LOOKS(query_fap, 0),
-    LOOKS(query_level, 0),
+    LOOKS(query_threshold, 0),
     LOOKS(query_bootstrap, 0),
     LOOKS(query_sampling, sizeof(toliman_period_sampling)),
     {.function = "toliman_period_batch", "direct", batch_direct, .stage = put_states},

@@ -98,14 +98,14 @@ static void end(void *track) {
 
 static uint64_t digest(const void *track) {
     static unsigned char bytes[STATE_ROOM];
-    static toliman_track_line lines[2 * LAST];
+    static toliman_track_record lines[2 * LAST];
     const toliman_track_info info = info_of(track);
     size_t size = 0;
     memset(lines, 0, sizeof lines);
     lines->struct_size = sizeof *lines;
     assert_ok(toliman_period_save(period_of(track), bytes, sizeof bytes, &size));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), bytes, size);
-    assert_ok(toliman_track_get_lines(track, 0, 2 * LAST, lines, &size));
+    assert_ok(toliman_track_get_records(track, 0, 2 * LAST, lines, &size));
     return fnv1a(hash, lines, size * sizeof *lines);
 }
 
@@ -144,7 +144,7 @@ static void check_on(attempt *a, toliman_status status, int in_memory, int merge
         toliman_track_destroy(track);
         track = open_mission();
     }
-    must(info_of(track).lines >= committed && committed >= HELD, "acknowledged lines are lost");
+    must(info_of(track).records >= committed && committed >= HELD, "acknowledged lines are lost");
     if (merged)
         assert_ok(toliman_track_merge(track, in_folder(kOther), 0, NULL));
     else
@@ -288,7 +288,7 @@ static toliman_status options_init(attempt *a) {
 }
 static toliman_status reason_name(attempt *a) {
     (void)a;
-    must(strcmp(toliman_track_reason_name(TOLIMAN_TRACK_REASON_HOLE), "hole") == 0, "reason_name");
+    must(strcmp(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ZERO_RUN), "zero run") == 0, "reason_name");
     must(strcmp(toliman_track_verdict_name(TOLIMAN_TRACK_VERDICT_OUTLIER), "outlier") == 0, "verdict_name");
     return TOLIMAN_OK;
 }
@@ -296,13 +296,13 @@ static toliman_status get_clock(attempt *a) {
     return toliman_track_get_clock(a->object, (int64_t *)a->out, 8, (size_t *)(a->out + 8192));
 }
 static toliman_status get_rejected(attempt *a) {
-    return toliman_track_get_rejected(a->object, TOLIMAN_TRACK_REASON_HOLE, (int64_t *)a->out);
+    return toliman_track_get_rejected(a->object, TOLIMAN_TRACK_REASON_ZERO_RUN, (int64_t *)a->out);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_track_get_info(a->object, (void *)a->out);
 }
-static toliman_status get_lines(attempt *a) {
-    return toliman_track_get_lines(a->object, 0, LAST, (void *)a->out, (size_t *)(a->out + 65536));
+static toliman_status get_records(attempt *a) {
+    return toliman_track_get_records(a->object, 0, LAST, (void *)a->out, (size_t *)(a->out + 65536));
 }
 static toliman_status get_columns(attempt *a) {
     return toliman_track_get_columns(a->object, (void *)a->out, 8, (size_t *)(a->out + 8192));
@@ -411,7 +411,7 @@ static const scenario all[] = {
     LOOKS(get_clock, 0),
     LOOKS(get_info, sizeof(toliman_track_info)),
     LOOKS(get_rejected, 0),
-    LOOKS(get_lines, sizeof(toliman_track_line)),
+    LOOKS(get_records, sizeof(toliman_track_record)),
     LOOKS(get_columns, sizeof(toliman_track_column)),
     LOOKS(get_column, 0),
     LOOKS(get_options, sizeof(toliman_track_options)),

@@ -34,7 +34,7 @@ toliman_track *make_track() {
     options.bin = 2;
     options.image_rows = options.image_cols = 3;
     options.bit_depth = 12;
-    options.hole_bytes = 64;
+    options.zero_run_bytes = 64;
     options.f0 = 0.01;
     options.df = 0.01;
     options.nf = kFrequencies;
@@ -54,7 +54,7 @@ toliman_track_info info_of(const toliman_track *track) {
 // Made anew when it is full.
 toliman_track *the_track() {
     static toliman_track *track = nullptr;
-    if (track != nullptr && info_of(track).lines < kCapacity)
+    if (track != nullptr && info_of(track).records < kCapacity)
         return track;
     toliman_track_destroy(track);
     return track = make_track();

@@ -78,7 +78,7 @@ void repair(Bytes &bytes) {
     const uint32_t flags = in.u32();
     in.u32();
     grid.fixed_mean = (flags & 1) != 0;
-    grid.wide_sums = (flags & 2) != 0;
+    grid.double_limb_sums = (flags & 2) != 0;
     grid.nf = in.i64();
     for (double *value : {&grid.f0, &grid.df, &grid.time_offset, &grid.value_offset, &grid.value_bound,
                           &grid.sigma_floor, &grid.sigma_ceiling})
@@ -99,7 +99,7 @@ void repair(Bytes &bytes) {
 
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
-    for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE}) {
+    for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB}) {
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
         options.flags = flags;

@@ -11,7 +11,7 @@ import unittest
 BUILD = pathlib.Path(os.environ["TOLIMAN_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VERSION = (BUILD / "toliman.pc").read_text().split("Version: ")[1].split()[0]
-FORMATS = "share/doc/libtoliman-dev/FORMATS.md"  # which headers speak of
+FORMATS = "share/doc/toliman/formats.md"  # cited by the headers
 C = r"""
 #include <math.h>
 #include <stdio.h>
@@ -192,7 +192,10 @@ class Installed(unittest.TestCase):
         headers = {f"include/toliman/{path.name}" for path in (ROOT / "include/toliman").glob("*.h*")}
         headers = {name.replace("version.h.in", "version.h") for name in headers}
         self.assertEqual({name for name in names if name.startswith("include/")}, headers)
-        unasked = [name for name in names - {FORMATS} if re.search(r"__pycache__|\.md$|\.in$|share/doc", name)]
+        documents = {f"share/doc/toliman/{path.name}" for path in (ROOT / "tools/docs").glob("*.md")}
+        documents.remove("share/doc/toliman/README.md")
+        self.assertLessEqual(documents, names)
+        unasked = [name for name in names - documents if re.search(r"__pycache__|\.md$|\.in$|share/doc", name)]
         self.assertEqual(unasked, [])
 
     def test_nothing_names_the_tree(self):

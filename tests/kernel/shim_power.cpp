@@ -16,6 +16,6 @@ extern "C" size_t shim_power(int isa, int wide, const int64_t *const *lo, const 
 #else
     const PowerKernels *tables[] = {&toliman::kernels::power_baseline};
 #endif
-    return (wide ? tables[isa]->power_wide : tables[isa]->power)(
+    return (wide ? tables[isa]->power_double_limb : tables[isa]->power)(
         lo, hi, n, {weight, samples, mean_high, mean_low, spread, fixed_mean != 0}, power);
 }

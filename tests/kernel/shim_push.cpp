@@ -23,9 +23,9 @@ int shim_push_isas(void) {
 void shim_push(int isa, int wide, double f0, double df, size_t blocks, const double *sample, double *anchors,
                int64_t *lo) {
     int64_t *rows[kSums] = {};
-    for (size_t i = 0; i < (wide ? size_t{kSums} : kNarrowSums); i++)
+    for (size_t i = 0; i < (wide ? size_t{kSums} : kSingleLimbSums); i++)
         rows[i] = lo + i * blocks * kBlock;
-    (wide ? tables[isa]->push_wide
+    (wide ? tables[isa]->push_double_limb
           : tables[isa]->push)(f0, df, blocks, {sample[0], sample[1], sample[2], sample[3], sample[4]}, anchors, rows);
 }
 

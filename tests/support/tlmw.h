@@ -1,4 +1,4 @@
-/* Weights blobs put together from the format's page (lib/FORMATS.md), without the library. */
+/* Weights blobs put together from the format's page (tools/docs/formats.md), without the library. */
 #ifndef TOLIMAN_TESTS_TLMW_H
 #define TOLIMAN_TESTS_TLMW_H
 

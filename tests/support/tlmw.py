@@ -1,4 +1,4 @@
-"""Reads weights blobs as lib/FORMATS.md describes them, with numpy and zlib alone."""
+"""Reads weights blobs as tools/docs/formats.md describes them, with numpy and zlib alone."""
 import pathlib
 import struct
 import zlib

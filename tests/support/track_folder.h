@@ -7,7 +7,7 @@
 
 #include "track_frames.h"
 
-/* Six columns: lib/FORMATS.md "TLML". */
+/* Six columns: tools/docs/formats.md "TLML". */
 enum { COLUMNS = 6, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
 
 static char folder[256], ledger[300], checkpoint[300], setup[300];
@@ -92,7 +92,7 @@ static inline void assert_filled(const toliman_track *track, const toliman_track
     assert_int_equal(info.quarantined, 3);
     assert_int_equal(info.repeated, FILLED_REPEATS);
     assert_int_equal(info.received, 60 + FILLED_REPEATS);
-    assert_int_equal(info.lines, FILLED_LINES);
+    assert_int_equal(info.records, FILLED_LINES);
     assert_true(info.committed == FILLED_LINES || (info.flags & TOLIMAN_TRACK_READ_ONLY) != 0);
 }
 

@@ -84,7 +84,7 @@ static inline toliman_track_options small_options(const char *folder) {
     options.value_limit = VALUE_LIMIT;
     options.rows = options.cols = SIDE;
     options.bit_depth = 12;
-    options.hole_bytes = PIXELS;
+    options.zero_run_bytes = PIXELS;
     options.f0 = 0.001;
     options.df = 0.0007;
     options.nf = FREQUENCIES;

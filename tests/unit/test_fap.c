@@ -110,11 +110,11 @@ static void levels_are_the_inverse(void **unused) {
             for (size_t i = 0; i < sizeof faps / sizeof *faps; i++) {
                 double level = NAN;
                 if (faps[i] < fap_of(period, m, -4900)) {
-                    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level),
+                    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level),
                                  TOLIMAN_E_ARGUMENT, "must be in [");
                     continue;
                 }
-                assert_ok(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level));
+                assert_ok(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level));
                 assert_close(fap_of(period, m, level), faps[i], 1e-10, 1e-10);
                 assert_true(level <= before);
                 before = faps[i] < -0.5 ? level : 0; /* near 1 Baluev's bound is not monotone */
@@ -220,11 +220,11 @@ static void grids_are_judged_by_the_times(void **unused) {
         const double span = given ? MOST : sqrt(12.0) * 114.61; /* weights make the variance another */
         assert_close(even.baseline, span, given ? 1e-15 : 0.02, 0);
         assert_close(even.coarsest_df, 0.2 / even.baseline, 1e-15, 0);
-        assert_close(even.ceiling, 0.5, given ? 1e-15 : 0.02, 0);
+        assert_close(even.nyquist, 0.5, given ? 1e-15 : 0.02, 0);
         assert_close(even.independent, 0.5 * even.baseline, 1e-12, 0);
         assert_true((even.flags & TOLIMAN_PERIOD_COARSE) == 0);
         /* the grid ends at the ceiling, where cosine and sine coincide */
-        assert_true(!given || even.flags == TOLIMAN_PERIOD_NARROW);
+        assert_true(!given || even.flags == TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB);
     }
     toliman_period_destroy(period);
 
@@ -235,22 +235,22 @@ static void grids_are_judged_by_the_times(void **unused) {
         assert_ok(toliman_period_push(period, times[i], i % 4, 1));
     }
     toliman_period_sampling gap = sampling_of(period, times, 40);
-    assert_true(gap.baseline == 140 && gap.ceiling == 0.5 && gap.flags == TOLIMAN_PERIOD_COARSE);
+    assert_true(gap.baseline == 140 && gap.nyquist == 0.5 && gap.flags == TOLIMAN_PERIOD_COARSE);
     gap = sampling_of(period, NULL, 0);
-    assert_true(gap.ceiling < 0.1 && gap.flags == (TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_PAST_CEILING));
+    assert_true(gap.nyquist < 0.1 && gap.flags == (TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_ABOVE_NYQUIST));
     toliman_period_destroy(period);
 
     assert_ok(toliman_period_create(0.01, 0.01, 60, NULL, &period));
     toliman_period_sampling none = sampling_of(period, NULL, 0);
-    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.ceiling) && isinf(none.coarsest_df));
+    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.nyquist) && isinf(none.coarsest_df));
     assert_true(none.independent == 1);
     const double same[2] = {3, 3};
     assert_ok(toliman_period_push_many(period, same, same, NULL, 2));
     none = sampling_of(period, same, 2);
-    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.ceiling));
+    assert_true(none.flags == 0 && none.baseline == 0 && isinf(none.nyquist));
     assert_ok(toliman_period_push(period, 4, 0, 1));
     const double late[3] = {4, 3, 3};
-    assert_true(sampling_of(period, late, 3).flags == TOLIMAN_PERIOD_PAST_CEILING);
+    assert_true(sampling_of(period, late, 3).flags == TOLIMAN_PERIOD_ABOVE_NYQUIST);
     const double broken[3] = {4, NAN, 3};
     assert_fails(toliman_period_query_sampling(period, broken, 3, &none), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
     assert_fails(toliman_period_query_sampling(period, late, 2, &none), TOLIMAN_E_ARGUMENT,
@@ -270,14 +270,14 @@ static void nonsense_is_refused(void **unused) {
                  "[-4900, 0]");
     assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV, -1, NULL), TOLIMAN_E_ARGUMENT,
                  "log10_fap is NULL");
-    assert_fails(toliman_period_query_level(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
-    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_threshold(period, 110, -1, &out), TOLIMAN_E_ARGUMENT, "method = 110");
+    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, 1, &out), TOLIMAN_E_ARGUMENT,
                  "log10_fap = 1: must be in [-");
-    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, NAN, &out), TOLIMAN_E_ARGUMENT,
                  "log10_fap = nan");
-    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -INFINITY, &out), TOLIMAN_E_ARGUMENT,
                  "log10_fap = -inf");
-    assert_fails(toliman_period_query_level(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_period_query_threshold(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), TOLIMAN_E_ARGUMENT,
                  "period is NULL");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), TOLIMAN_E_ARGUMENT,
                  "n = 99 samples, but 100 were pushed");
@@ -287,7 +287,7 @@ static void nonsense_is_refused(void **unused) {
     assert_ok(toliman_period_reset(period));
     assert_fails(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
                  "five samples");
-    assert_fails(toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
+    assert_fails(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, -1, &out), TOLIMAN_E_STATE,
                  "five samples");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 0, NULL, 3, peaks), TOLIMAN_E_STATE,
                  "five samples");

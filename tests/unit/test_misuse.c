@@ -192,7 +192,7 @@ static void tracker_cannot_be_read_while_it_changes(void **state) {
     options.estimate_data = &e;
     options.sigma = 1;
     options.rows = options.cols = 4;
-    options.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     options.f0 = options.df = 0.1;
     options.nf = 5;
     assert_ok(toliman_track_create(&options, &e.track));

@@ -84,7 +84,7 @@ static void periodograms(void **unused) {
         toliman_period *period = NULL;
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
-        options.flags = draw(&draws, 2) ? TOLIMAN_PERIOD_WIDE : 0;
+        options.flags = draw(&draws, 2) ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
         make_samples(t, y, sigma);
         assert_ok(toliman_period_create(0.01, 0.02, GRID, &options, &period));
         assert_ok(toliman_period_push_many(period, t, y, sigma, SAMPLES / 2));

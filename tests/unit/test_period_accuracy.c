@@ -71,7 +71,7 @@ static double wide_power(double f, size_t n, double *bound, double *expected) {
     const quad_facts facts = facts_of(&samples, f, 0);
     *bound = bound_of(&facts, 1);
     *expected = (double)(1 - quad_residual(&samples, f, 0));
-    toliman_period *period = filled(f, 1e-3, 1, TOLIMAN_PERIOD_WIDE, times[0], n);
+    toliman_period *period = filled(f, 1e-3, 1, TOLIMAN_PERIOD_DOUBLE_LIMB, times[0], n);
     toliman_period_model model = {.struct_size = sizeof model};
     double power;
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power));
@@ -148,7 +148,7 @@ static void wide_sums_are_flagged_later(void **unused) {
     (void)unused;
     two_clusters(200, 0.1);
     for (int wide = 0; wide < 2; wide++) {
-        toliman_period *period = filled(1e-3, 1e-3, 50, wide ? TOLIMAN_PERIOD_WIDE : 0, 0, 200);
+        toliman_period *period = filled(1e-3, 1e-3, 50, wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0, 0, 200);
         toliman_period_sampling sampling = {.struct_size = sizeof sampling};
         assert_ok(toliman_period_query_sampling(period, times, 200, &sampling));
         assert_int_equal((sampling.flags & TOLIMAN_PERIOD_INACCURATE) != 0, !wide);
@@ -156,7 +156,7 @@ static void wide_sums_are_flagged_later(void **unused) {
     }
     for (int i = 0; i < 20; i++)
         times[i] = 3;
-    toliman_period *once = filled(1e-3, 1e-3, 50, TOLIMAN_PERIOD_WIDE, 0, 20);
+    toliman_period *once = filled(1e-3, 1e-3, 50, TOLIMAN_PERIOD_DOUBLE_LIMB, 0, 20);
     toliman_period_sampling sampling = {.struct_size = sizeof sampling};
     assert_ok(toliman_period_query_sampling(once, NULL, 0, &sampling));
     assert_true((sampling.flags & TOLIMAN_PERIOD_INACCURATE) != 0);

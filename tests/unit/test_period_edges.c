@@ -292,7 +292,7 @@ static uint32_t crc32(const unsigned char *bytes, size_t size) {
     return ~crc;
 }
 
-/* Bytes with a right checksum and impossible content: offsets of lib/FORMATS.md. */
+/* Bytes with a right checksum and impossible content: offsets of tools/docs/formats.md. */
 static void crafted_state_is_refused(void **unused) {
     (void)unused;
     enum { COUNT = 104, PAIRS = 112, DIGITS = 148, SUMS = 2948, EXACT = 560 };

@@ -31,8 +31,8 @@ static const hard_case cases[] = {
     {"julian dates", 300, 2451853.6, 4200, -20, 300, 8, 1e-4, 2e-5, 2000, 30, SPREAD, 0, 0, 0},
     {"unix seconds", 500, 1.7e9, 3e6, 0, 1e-6, 41, 1e-7, 1e-8, 3000, 1, SPREAD, 0, 0, 0},
     {"mean 1e9, amplitude 1e-3", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 1000, 1, SPREAD, 1e9, 0, 0},
-    {"mean 1e9, amplitude 1e-3, wide", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 300, 1, SPREAD, 0, TOLIMAN_PERIOD_WIDE,
-     0},
+    {"mean 1e9, amplitude 1e-3, wide", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 300, 1, SPREAD, 0,
+     TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
     {"two clusters", 400, 0, 10000, 3, 1, 100, 1e-3, 1e-5, 3000, 1, CLUSTERS, 0, 0, 0},
     {"three samples", 3, 0, 10, 3, 1, 1.3, 0.03, 0.011, 100, 4, SPREAD, 0, 0, 0},
     {"duplicate times", 200, 0, 100, 0, 1, 7, 0.01, 0.002, 800, 1, TWICE, 0, 0, 0},
@@ -41,8 +41,8 @@ static const hard_case cases[] = {
     {"1e7 cycles", 300, 0, 1e7, 0, 1, 1e7 - 0.5, 0.9999, 1e-7, 2000, 1, SPREAD, 0, 0, 0},
     {"f T = 0.3", 300, 0, 300, 0, 1, 0.5, 0.001, 0.0001, 50, 1, SPREAD, 0, 0, 0},
     {"f T = 0.005", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, 0, 1.6e-8},
-    {"f T = 0.005, wide", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_WIDE, 0},
-    {"f T = 3e-5, wide", 300, 0, 300, 0, 1, 0.5, 1e-7, 1e-9, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_WIDE, 0},
+    {"f T = 0.005, wide", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
+    {"f T = 3e-5, wide", 300, 0, 300, 0, 1, 0.5, 1e-7, 1e-9, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
     {"mean 1e5 sigmas from the offset", 300, 0, 300, 1e5, 1, 11, 0.004, 0.0004, 1000, 1, SPREAD, 0, 0, 4e-12},
 };
 enum { kCases = sizeof cases / sizeof cases[0] };
@@ -220,7 +220,7 @@ static void power_is_as_exact_as_promised(void **unused) {
         for (uint32_t wide = 0; wide < 2; wide++) {
             toliman_period_options options;
             toliman_period_options_init(&options, sizeof options);
-            options.flags = wide ? TOLIMAN_PERIOD_WIDE : 0;
+            options.flags = wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
             toliman_period *period = NULL;
             toliman_period_sampling sampling = {.struct_size = sizeof sampling};
             double power;
@@ -232,9 +232,9 @@ static void power_is_as_exact_as_promised(void **unused) {
                          promised = (wide ? 1e-13 : 2e-15) + (wide ? 1e-28 : 4e-15) * loss;
             if (!(error <= promised))
                 fail_msg("draw %d, wide %u: wrong by %.2e, promised %.2e", draw, wide, error, promised);
-            if (error > 1e-9 && (sampling.flags & TOLIMAN_PERIOD_NARROW) == 0)
+            if (error > 1e-9 && (sampling.flags & TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB) == 0)
                 fail_msg("draw %d: wrong by %.2e, and not flagged", draw, error);
-            assert_true(!wide || (sampling.flags & TOLIMAN_PERIOD_NARROW) == 0);
+            assert_true(!wide || (sampling.flags & TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB) == 0);
             toliman_period_destroy(period);
         }
     }

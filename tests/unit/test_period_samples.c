@@ -159,7 +159,7 @@ static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
     int impossible = 0;
     fill(1.5);
     for (int trial = 0; trial < 400; trial++) {
-        toliman_period *period = make(trial % 2 ? TOLIMAN_PERIOD_WIDE : 0), *loaded = NULL;
+        toliman_period *period = make(trial % 2 ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0), *loaded = NULL;
         assert_ok(toliman_period_push_many(period, t, y, NULL, 12));
         const double other = 3 * (2 * uniform(&state) - 1), when = 12 * uniform(&state);
         if (toliman_period_retract(period, when, other, 1) == TOLIMAN_OK) {
@@ -194,7 +194,8 @@ static void perfect_fits_are_accepted(void **unused) {
     (void)unused;
     for (int way = 0; way < 48; way++) {
         const int wide = way & 1, heavy = way & 2, fixed = way & 4, few = 5 + (way >> 3) * 7;
-        toliman_period *period = make((wide ? TOLIMAN_PERIOD_WIDE : 0) | (fixed ? TOLIMAN_PERIOD_FIXED_MEAN : 0));
+        toliman_period *period =
+            make((wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0) | (fixed ? TOLIMAN_PERIOD_FIXED_MEAN : 0));
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power[180];
         fill(0);
@@ -291,7 +292,7 @@ static void turned_sums_are_kept(void **unused) {
     (void)unused;
     static unsigned char bytes[kRoom];
     double power[2][180];
-    for (uint32_t flags = 0; flags <= TOLIMAN_PERIOD_WIDE; flags += TOLIMAN_PERIOD_WIDE) {
+    for (uint32_t flags = 0; flags <= TOLIMAN_PERIOD_DOUBLE_LIMB; flags += TOLIMAN_PERIOD_DOUBLE_LIMB) {
         toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
         options.flags = flags;
         options.value_bound = 8192;
@@ -320,7 +321,7 @@ static void turned_sums_are_kept(void **unused) {
 static void a_sample_far_off_is_saved(void **unused) {
     (void)unused;
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
-    options.flags = TOLIMAN_PERIOD_WIDE;
+    options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(18.808776142838681, 1e-3, 1, &options, &period));
     assert_ok(toliman_period_push(period, 18039215772513.445, 1.5, 1));
@@ -333,7 +334,7 @@ static void a_sample_far_off_is_saved(void **unused) {
 /* A grid in 1/day: with times in seconds the fit and the peaks say so, with times in days they do not. */
 static void a_grid_in_another_unit_is_flagged(void **unused) {
     (void)unused;
-    const uint32_t both = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_PAST_CEILING;
+    const uint32_t both = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_ABOVE_NYQUIST;
     fill(1);
     for (int way = 0; way < 3; way++) { /* days; seconds; nanoseconds by the default unit_ns */
         toliman_period *period = make(0);
@@ -375,9 +376,9 @@ static void ordinary_grids_have_no_flag(void **unused) {
             assert_ok(toliman_period_push_many(period, times, values, NULL, kCount));
             assert_ok(toliman_period_query_peak(period, &peak));
             assert_ok(toliman_period_query_fit(period, times, values, NULL, kCount, &fit));
-            const uint32_t both = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_PAST_CEILING;
+            const uint32_t both = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_ABOVE_NYQUIST;
             assert_int_equal(peak.flags & both, 0);
-            assert_int_equal(fit.flags & both, further == 1 ? 0 : TOLIMAN_PERIOD_PAST_CEILING);
+            assert_int_equal(fit.flags & both, further == 1 ? 0 : TOLIMAN_PERIOD_ABOVE_NYQUIST);
             toliman_period_destroy(period);
         }
     }

@@ -35,7 +35,7 @@ static void daily_samples(void **state) {
     assert_int_equal(s.nf, 5 * N - 14); /* to exactly one cycle in two days */
     assert_true(s.options.time_offset == 100 && s.options.value_offset == 42 && s.options.value_bound == 2);
     assert_true(s.options.sigma_floor == 0.5 && s.options.sigma_ceiling == 4);
-    assert_int_equal(s.options.flags, TOLIMAN_PERIOD_WIDE);
+    assert_int_equal(s.options.flags, TOLIMAN_PERIOD_DOUBLE_LIMB);
     assert_int_equal(s.options.struct_size, sizeof s.options);
 
     assert_ok(suggest(t, y, sigma, N, 2 * N, &s)); /* as many days are to come */

@@ -251,7 +251,7 @@ static void test_merge_refuses(void **unused) {
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "sigma_floor = 0.1");
     toliman_period_destroy(odd);
     other = options;
-    other.flags = TOLIMAN_PERIOD_WIDE;
+    other.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
     odd = make(&other);
     assert_ok(toliman_period_push(period, 2451000.5, 1, 1));
     assert_fails(toliman_period_merge(odd, period), TOLIMAN_E_MISMATCH, "are narrow, these are wide");

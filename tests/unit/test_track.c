@@ -55,7 +55,7 @@ static void every_verdict_is_counted(void **unused) {
     int64_t rejected = 0;
     assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_OVER_RANGE, &rejected));
     assert_int_equal(rejected, 1);
-    assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_HOLE, &rejected));
+    assert_ok(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_ZERO_RUN, &rejected));
     assert_int_equal(rejected, 0);
     assert_fails(toliman_track_get_rejected(track, TOLIMAN_TRACK_REASON_ESTIMATE + 1, &rejected), TOLIMAN_E_ARGUMENT,
                  "reason = 518: must be one of TOLIMAN_TRACK_REASON_..., 511 to 517");
@@ -81,14 +81,14 @@ static void every_reason_names_its_pixel(void **unused) {
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     make_frame(&frame, 2);
     memset(frame.pixels + 11, 0, PIXELS);
-    assert_int_equal(reason_of(track, &frame.frame, (11 + 31) / 8, (11 + 31) % 8, 0), TOLIMAN_TRACK_REASON_HOLE);
+    assert_int_equal(reason_of(track, &frame.frame, (11 + 31) / 8, (11 + 31) % 8, 0), TOLIMAN_TRACK_REASON_ZERO_RUN);
     make_frame(&frame, 3);
     frame.frame.camera_ns = INT64_MAX; /* 10^5 days are not too far, 2^50 cycles are */
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     toliman_track_destroy(track);
 
     options.bit_depth = 0;
-    options.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     options.f0 = 1e15;
     options.nf = 1;
     track = make_track(&options);
@@ -108,7 +108,7 @@ static void every_reason_names_its_pixel(void **unused) {
     image[60] = 1e308;
     assert_int_equal(reason_of(track, &wide, 0, 0, INFINITY), TOLIMAN_TRACK_REASON_ESTIMATE);
     toliman_track_destroy(track);
-    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_HOLE), "hole");
+    assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ZERO_RUN), "zero run");
     assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ESTIMATE), "estimate");
     assert_string_equal(toliman_track_reason_name(TOLIMAN_TRACK_REASON_ESTIMATE + 1), "?");
     assert_string_equal(toliman_track_reason_name(-1), "?");

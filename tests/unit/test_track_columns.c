@@ -131,7 +131,7 @@ static void columns_have_what_was_told(void **unused) {
     assert_ok(toliman_track_load_options(folder, &options));
     assert_string_equal(options.values, "dx,flux_2");
     toliman_track *track = make_track(&options);
-    const int64_t lines = info_of(track).lines;
+    const int64_t lines = info_of(track).records;
     toliman_track_destroy(track);
     options = rich_options(folder);
     track = make_track(&options);
@@ -164,14 +164,14 @@ static void estimators_get_what_is_known(void **unused) {
     assert_memory_equal(seen_intervals, kIntervals, sizeof kIntervals);
     assert_int_equal(seen.window_row, -28 + 2);
     assert_int_equal(seen.window_col, 1004 + 3);
-    toliman_track_line line = {.struct_size = sizeof line};
+    toliman_track_record line = {.struct_size = sizeof line};
     size_t done;
-    assert_ok(toliman_track_get_lines(track, 0, 1, &line, &done));
+    assert_ok(toliman_track_get_records(track, 0, 1, &line, &done));
     assert_true(line.sigma == 3 * SIGMA && line.tai_ns == frame.frame.camera_ns + 500);
     /* Its own sigma comes before the frame's; one that is out of range, or no number, rejects the frame. */
     own_sigma = 2 * SIGMA;
     push_exposed(track, 5, 5);
-    assert_ok(toliman_track_get_lines(track, 1, 1, &line, &done));
+    assert_ok(toliman_track_get_records(track, 1, 1, &line, &done));
     assert_true(line.sigma == 2 * SIGMA);
     const double wrong[] = {nextafter(SIGMA, 0), 33 * SIGMA, NAN, -SIGMA};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
@@ -377,14 +377,14 @@ static void options_in_force(void **unused) {
     assert_ok(toliman_track_get_options(track, &told));
     assert_null(told.folder);
     assert_null(told.clock);
-    assert_true(told.flags == 0 && told.capacity == 1 << 20 && told.hole_bytes == 4096 && told.unit_ns == DAY_NS);
+    assert_true(told.flags == 0 && told.capacity == 1 << 20 && told.zero_run_bytes == 4096 && told.unit_ns == DAY_NS);
     assert_true(told.threads == 1 && told.group == 64 && told.sync == TOLIMAN_TRACK_SYNC_GROUP && told.bin == 1);
     assert_true(told.value_limit == 1e4 * SIGMA && told.image_rows == SIDE && told.estimate == NULL);
     toliman_track_destroy(track);
 
     toliman_track_options rich = small;
     const int64_t clock[] = {0, 500, 1000, 1501};
-    rich.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    rich.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     rich.clock = clock;
     rich.clock_points = 2;
     rich.group = 7;
@@ -401,13 +401,13 @@ static void options_in_force(void **unused) {
     assert_int_equal(told.clock_points, 2);
     assert_memory_equal(told.clock, clock, sizeof clock);
     assert_string_equal(told.values, "dx,flux_2");
-    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_HOLES && told.hole_bytes == 0 && told.group == 7);
+    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && told.zero_run_bytes == 0 && told.group == 7);
     assert_true(told.sync == TOLIMAN_TRACK_SYNC_NONE && told.capacity == rich.capacity && told.nf == FREQUENCIES);
     assert_true(told.f0 == rich.f0 && told.df == rich.df && told.time_offset_ns == 5 && told.estimator_id == 77);
     assert_true(told.period_flags == TOLIMAN_PERIOD_FIXED_MEAN && told.bit_depth == 12);
     toliman_track_destroy(track);
     assert_ok(toliman_track_load_options(folder, &told)); /* and it can be made again of that */
-    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_HOLES && told.hole_bytes == 0);
+    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && told.zero_run_bytes == 0);
     toliman_track_destroy(make_track(&told));
 }
 

@@ -1,5 +1,5 @@
 /* A tracker's files with right checksums and impossible content, options that a folder was not made with, and what
- * asks for nothing. Offsets of lib/FORMATS.md. */
+ * asks for nothing. Offsets of tools/docs/formats.md. */
 #include "track_folder.h"
 
 static void seal(const char *path, off_t at) {
@@ -45,7 +45,7 @@ static void other_options_are_told(void **unused) {
     TOLD(image_cols, 3, "images of 4x4, here 4x3");
     TOLD(bin, 2, "bin 1, here 2");
     TOLD(bit_depth, 13, "bit depth 12, here 13");
-    TOLD(hole_bytes, 7, "hole bytes 64, here 7");
+    TOLD(zero_run_bytes, 7, "hole bytes 64, here 7");
     TOLD(sigma, 0.5, "sigma 0.25, here 0.5");
     TOLD(value_limit, 4, "value limit 3, here 4");
     TOLD(estimator_id, 78, "estimator 000000000000004d, here 000000000000004e");
@@ -148,10 +148,10 @@ static void damage_while_open(void **unused) {
     push_range(track, 1, 6);
     assert_ok(toliman_track_commit(track));
     flip_byte(ledger, HEADER + 3 * LINE + 20);
-    toliman_track_line lines[6] = {{.struct_size = sizeof *lines}};
+    toliman_track_record lines[6] = {{.struct_size = sizeof *lines}};
     size_t done = 9;
-    assert_fails(toliman_track_get_lines(track, 0, 6, lines, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
-    assert_ok(toliman_track_get_lines(track, 0, 3, lines, &done));
+    assert_fails(toliman_track_get_records(track, 0, 6, lines, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    assert_ok(toliman_track_get_records(track, 0, 3, lines, &done));
     assert_int_equal(done, 3);
     small_frame frame;
     make_frame(&frame, 4);
@@ -266,7 +266,7 @@ static void nothing_is_asked_for(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
-    toliman_track_line lines[2] = {{.struct_size = sizeof *lines}};
+    toliman_track_record lines[2] = {{.struct_size = sizeof *lines}};
     size_t done = 9;
     assert_ok(toliman_track_push(track, NULL, 0, NULL, &done));
     assert_int_equal(done, 0);
@@ -274,15 +274,15 @@ static void nothing_is_asked_for(void **unused) {
     assert_ok(toliman_track_commit(track));
     assert_ok(toliman_track_save(track));
     done = 9;
-    assert_ok(toliman_track_get_lines(track, 0, 0, NULL, &done));
+    assert_ok(toliman_track_get_records(track, 0, 0, NULL, &done));
     assert_int_equal(done, 0);
-    assert_ok(toliman_track_get_lines(track, 1, 1, lines, &done));
+    assert_ok(toliman_track_get_records(track, 1, 1, lines, &done));
     assert_int_equal(done, 1);
     assert_int_equal(lines[0].frame_id, 2);
-    assert_ok(toliman_track_get_lines(track, 2, 2, lines, &done));
+    assert_ok(toliman_track_get_records(track, 2, 2, lines, &done));
     assert_int_equal(done, 1);
     assert_int_equal(lines[0].frame_id, 3);
-    assert_ok(toliman_track_get_lines(track, 3, 2, lines, &done));
+    assert_ok(toliman_track_get_records(track, 3, 2, lines, &done));
     assert_int_equal(done, 0);
     assert_int_equal(info_of(track).received, 3);
     toliman_track_destroy(track);

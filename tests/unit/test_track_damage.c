@@ -261,7 +261,7 @@ static void full_disk_is_told(void **unused) {
     assert_int_equal(info_of(track).received, 11);
     toliman_track_destroy(track);
     track = make_track(&options);
-    const int64_t there = info_of(track).lines;
+    const int64_t there = info_of(track).records;
     assert_true(there >= 8 && there <= 11);
     assert_holds(track, &options, 1, there);
     push_range(track, 1, 20);

@@ -61,7 +61,7 @@ static void values_are_the_estimators_own(void **unused) {
         options.cols = COLS;
         options.crop_row = 3;
         options.crop_col = 5;
-        options.flags = TOLIMAN_TRACK_ALLOW_HOLES;
+        options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
         toliman_track *track = NULL;
         assert_ok(toliman_track_create(&options, &track));
         for (int64_t id = 1; id <= 4; id++) {

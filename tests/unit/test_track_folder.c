@@ -18,7 +18,7 @@ static void what_is_committed_is_taken_up(void **unused) {
     assert_int_equal(push_number(track, 10), TOLIMAN_TRACK_VERDICT_QUARANTINED);
     push_range(track, 61, 70);
     toliman_track_info info = info_of(track);
-    assert_int_equal(info.lines, FILLED_LINES + 10);
+    assert_int_equal(info.records, FILLED_LINES + 10);
     assert_int_equal(info.committed, FILLED_LINES);
     toliman_track_destroy(track);
     track = make_track(&options);
@@ -81,7 +81,7 @@ static void another_grid_and_clock_without_frames(void **unused) {
     other.nf = 30;
     other.df = 0.001;
     other.unit_ns = 3600e9;
-    other.period_flags = TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_WIDE;
+    other.period_flags = TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB;
     assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "another grid");
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track *rebuilt = make_track(&other);
@@ -118,7 +118,7 @@ static void lines_can_be_read(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     toliman_track *track = make_track(&options);
-    static toliman_track_line lines[100];
+    static toliman_track_record lines[100];
     small_frame frame;
     size_t done = 0;
     make_frame(&frame, 70);
@@ -127,7 +127,7 @@ static void lines_can_be_read(void **unused) {
     push_one(track, &frame.frame);
     push_number(track, 71); /* these wait in the group */
     lines[0].struct_size = sizeof *lines;
-    assert_ok(toliman_track_get_lines(track, 0, 100, lines, &done));
+    assert_ok(toliman_track_get_records(track, 0, 100, lines, &done));
     assert_int_equal(done, FILLED_LINES + 2);
     int64_t accepted = 0, outlier = 0, quarantined = 0, counts = 0;
     for (size_t i = 0; i < done; i++) {
@@ -151,20 +151,20 @@ static void lines_can_be_read(void **unused) {
     assert_int_equal(lines[FILLED_LINES].reason, TOLIMAN_TRACK_REASON_OVER_RANGE);
     assert_int_equal(lines[FILLED_LINES].dropped, 3);
     assert_int_equal(lines[FILLED_LINES + 1].frame_id, 71);
-    toliman_track_line last[3] = {{.struct_size = sizeof *last}};
-    assert_ok(toliman_track_get_lines(track, info.lines - 3, 3, last, &done));
+    toliman_track_record last[3] = {{.struct_size = sizeof *last}};
+    assert_ok(toliman_track_get_records(track, info.records - 3, 3, last, &done));
     assert_int_equal(done, 3);
     assert_memory_equal(last, lines + FILLED_LINES - 1, sizeof last);
-    for (int64_t beyond = info.lines; beyond < INT64_MAX / 4; beyond *= 3) {
-        assert_ok(toliman_track_get_lines(track, beyond, 3, last, &done));
+    for (int64_t beyond = info.records; beyond < INT64_MAX / 4; beyond *= 3) {
+        assert_ok(toliman_track_get_records(track, beyond, 3, last, &done));
         assert_int_equal(done, 0);
     }
-    assert_fails(toliman_track_get_lines(track, -1, 3, last, &done), TOLIMAN_E_ARGUMENT, "first = -1");
+    assert_fails(toliman_track_get_records(track, -1, 3, last, &done), TOLIMAN_E_ARGUMENT, "first = -1");
     toliman_track_destroy(track);
     toliman_track_options elsewhere = small_options(NULL);
     track = make_track(&elsewhere);
     push_range(track, 1, 9);
-    assert_ok(toliman_track_get_lines(track, 2, 100, lines, &done));
+    assert_ok(toliman_track_get_records(track, 2, 100, lines, &done));
     assert_int_equal(done, 7);
     assert_int_equal(lines[0].frame_id, 3);
     toliman_track_destroy(track);
@@ -197,7 +197,7 @@ static uint64_t fnv1a(const char *text, size_t size) {
     return hash;
 }
 
-/* Offsets of lib/FORMATS.md; by another clock, too, after merging. */
+/* Offsets of tools/docs/formats.md; by another clock, too, after merging. */
 static void ledger_is_as_its_format_says(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
@@ -323,7 +323,7 @@ static void look_beside_the_writer(const toliman_track_options *options, int64_t
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
     for (int look = 0; look < 5; look++) {
         toliman_track *reader = make_track(&looking);
-        const int64_t lines = info_of(reader).lines;
+        const int64_t lines = info_of(reader).records;
         assert_true(lines >= committed && lines <= RUN);
         assert_holds(reader, options, 1, lines);
         committed = lines;
@@ -359,7 +359,7 @@ static void readers_bear_recovery(void **unused) {
     int status, looks = 0;
     for (int64_t before = 0; waitpid(child, &status, WNOHANG) == 0; looks++) {
         toliman_track *reader = make_track(&looking);
-        const int64_t lines = info_of(reader).lines;
+        const int64_t lines = info_of(reader).records;
         assert_true(lines >= before);
         before = lines;
         toliman_track_destroy(reader);
@@ -399,7 +399,7 @@ static void killed_runs_are_taken_up(void **unused) {
         assert_true(WIFSIGNALED(status) || WEXITSTATUS(status) == 0);
 
         toliman_track *track = make_track(&options);
-        const int64_t there = info_of(track).lines;
+        const int64_t there = info_of(track).records;
         assert_true(there >= committed && there <= RUN);
         assert_holds(track, &options, 1, there);
         push_range(track, 1, RUN); /* resumes by replaying all */
@@ -513,9 +513,9 @@ static void checkpoint_of_others_is_not_taken(void **unused) {
     toliman_track *expected = make_track(&fresh);
     push_range(expected, 1, 20);
     assert_same_periods(period_of(track), period_of(expected));
-    toliman_track_line line = {.struct_size = sizeof line};
+    toliman_track_record line = {.struct_size = sizeof line};
     size_t done;
-    assert_ok(toliman_track_get_lines(track, 3, 1, &line, &done));
+    assert_ok(toliman_track_get_records(track, 3, 1, &line, &done));
     assert_int_equal(line.tai_ns - line.camera_ns, 5000);
     toliman_track_destroy(expected);
     toliman_track_destroy(track);

@@ -185,7 +185,7 @@ static void a_race_to_begin(void **unused) {
         }
         assert_true(acknowledged > 0);
         toliman_track *track = make_track(&options);
-        assert_int_equal(info_of(track).lines, acknowledged);
+        assert_int_equal(info_of(track).records, acknowledged);
         toliman_track_destroy(track);
         remove_folder(folder);
         assert_int_equal(mkdir(folder, 0777), 0);
@@ -264,7 +264,7 @@ static void repeats_are_kept_by_a_commit(void **unused) {
     toliman_track *track = make_track(&options);
     const toliman_track_info info = info_of(track);
     assert_int_equal(info.received, 90);
-    assert_int_equal(info.lines, 10 + 4);
+    assert_int_equal(info.records, 10 + 4);
     push_number(track, 1); /* not committed: lost, as it was never acknowledged */
     toliman_track_destroy(track);
     track = make_track(&options);

@@ -29,7 +29,7 @@ static void arrive_damaged(struct pass *pass, int64_t id, uint64_t *random) {
         break;
     case 1:
         memset(frame->pixels + at, 0, PIXELS);
-        reason = TOLIMAN_TRACK_REASON_HOLE;
+        reason = TOLIMAN_TRACK_REASON_ZERO_RUN;
         break;
     default:
         frame->frame.rows = 1 + (int64_t)draw(random, SIDE - 1);
@@ -303,7 +303,7 @@ static void unlike_shards_are_refused(void **unused) {
     others[2].value_limit *= 2;
     others[3].bit_depth = 0;
     others[4].rows++;
-    others[5].flags = TOLIMAN_TRACK_ALLOW_HOLES;
+    others[5].flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     for (int i = 0; i < 6; i++) {
         track = make_track(&others[i]);
         assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_MISMATCH, "ledger.tlml");

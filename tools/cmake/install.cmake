@@ -9,7 +9,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/toliman DESTINATION include COMP
 install(FILES ${PROJECT_BINARY_DIR}/include/toliman/version.h DESTINATION include/toliman COMPONENT development)
 install(FILES ${PROJECT_SOURCE_DIR}/bindings/fortran/toliman.f90 DESTINATION share/toliman/fortran COMPONENT development)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man3 DESTINATION share/man COMPONENT development)
-install(FILES ${PROJECT_SOURCE_DIR}/lib/FORMATS.md DESTINATION share/doc/libtoliman-dev COMPONENT development)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/docs/ DESTINATION share/doc/toliman COMPONENT development
+        FILES_MATCHING PATTERN *.md PATTERN README.md EXCLUDE)
 
 # pkg-config and find_package, both by paths relative to their own.
 configure_file(${PROJECT_SOURCE_DIR}/tools/cmake/toliman.pc.in ${PROJECT_BINARY_DIR}/toliman.pc @ONLY)

@@ -27,7 +27,7 @@ RESULTS = {
     "toliman_period_peak": "Peak",
     "toliman_period_sampling": "Sampling",
     "toliman_track_outcome": "Outcome",
-    "toliman_track_line": None,
+    "toliman_track_record": None,
     "toliman_track_column": None,
     "toliman_track_info": "TrackInfo",
     "toliman_track_stream": "Stream",
@@ -52,11 +52,11 @@ NAMES = {"stages": "names of those that are modelled"}
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
-                            "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING"),
+                            "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),
     "toliman_period_model": ("TOLIMAN_PERIOD_INACCURATE",),
-    "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_PAST_CEILING", "TOLIMAN_PERIOD_NARROW",
+    "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB",
                                 "TOLIMAN_PERIOD_INACCURATE"),
-    "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_WIDE"),
+    "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
 }
 
 

@@ -512,7 +512,7 @@ class toliman_cae_info(Sized):
 
 
 # How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-# bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. lib/FORMATS.md
+# bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
 # has the bytes and what each costs in accuracy. Since 0.1.
 TOLIMAN_CAE_ENCODING_FLOAT32 = 231
 TOLIMAN_CAE_ENCODING_BF16 = 232
@@ -654,12 +654,12 @@ class toliman_period(Structure):
 
 # Flags of toliman_period_options.
 TOLIMAN_PERIOD_FIXED_MEAN = 1  # subtract the weighted mean once instead of fitting it at each f
-TOLIMAN_PERIOD_WIDE = 2  # wide sums, 50 bits more for every term
+TOLIMAN_PERIOD_DOUBLE_LIMB = 2  # wide sums, 50 bits more for every term
 
 
 class toliman_period_options(Sized):
     """Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
-    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
     time_offset: Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have
         their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
     value_offset: subtracted from every y, exactly. Give a typical value if the mean is large
@@ -668,8 +668,8 @@ class toliman_period_options(Sized):
     sigma_floor: smallest sigma to come; 0 = 1
     sigma_ceiling: Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
         32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-        TOLIMAN_PERIOD_WIDE, they are wide, 50 bits more for every term: a push takes three times as long, a query half
-        as long again.
+        TOLIMAN_PERIOD_DOUBLE_LIMB, they are wide, 50 bits more for every term: a push takes three times as long, a query
+        half as long again.
     time_offset_ns: For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
         [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
     allocator: of the object's large arrays; NULL: the system's memory"""
@@ -748,7 +748,7 @@ TOLIMAN_PERIOD_POWER_PSD = 104  # (R0 - R)/2 with weights 1/sigma^2: of the unit
 
 # Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
 # its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
-# where an even series has one phase. TOLIMAN_PERIOD_WIDE lowers the bound by 1e13.
+# where an even series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB lowers the bound by 1e13.
 TOLIMAN_PERIOD_INACCURATE = 16
 
 
@@ -792,17 +792,17 @@ TOLIMAN_PERIOD_ALIAS = 8
 
 # Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
 # the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
-# unit than the times. query_peak and query_peaks take T from the variance of the times, and never have PAST_CEILING,
+# unit than the times. query_peak and query_peaks take T from the variance of the times, and never have ABOVE_NYQUIST,
 # as sums do not tell the step; query_fit takes both from the times.
 TOLIMAN_PERIOD_COARSE = 32
-TOLIMAN_PERIOD_PAST_CEILING = 64
+TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 
 class toliman_period_peak(Sized):
     """A peak and what it means. Since 0.1.
     struct_size: in: sizeof(toliman_period_peak)
     flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE,
-        _PAST_CEILING (of query_fit only)
+        _ABOVE_NYQUIST (of query_fit only)
     frequency: between grid points, where the power is greatest; never outside the grid
     period: 1/frequency
     power: in [0, 1]
@@ -843,16 +843,16 @@ class toliman_period_peak(Sized):
 
 # Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
 # cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
-TOLIMAN_PERIOD_NARROW = 128
+TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
 
 
 class toliman_period_sampling(Sized):
     """What the samples' times are worth, and whether the grid suits them. Since 0.1.
     struct_size: in: sizeof(toliman_period_sampling)
-    flags: TOLIMAN_PERIOD_COARSE, _PAST_CEILING, _NARROW, _INACCURATE
+    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
     baseline: T: time span and one step
     coarsest_df: 1/(5 T); +infinity while all times are one
-    ceiling: 1/(2 step); the same
+    nyquist: 1/(2 step); the same
     independent: frequencies of the grid that are independent of each other: its last one times T, or 1"""
 
     _fields_ = [
@@ -860,7 +860,7 @@ class toliman_period_sampling(Sized):
         ("flags", c_uint32),
         ("baseline", c_double),
         ("coarsest_df", c_double),
-        ("ceiling", c_double),
+        ("nyquist", c_double),
         ("independent", c_double),
     ]
 
@@ -932,7 +932,7 @@ TOLIMAN_TRACK_VERDICT_MERGED = 506  # of lines alone: counts of another ledger, 
 TOLIMAN_TRACK_REASON_NONE = 511
 TOLIMAN_TRACK_REASON_SHAPE = 512  # other rows or columns than the tracker's
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # a pixel above the bit depth
-TOLIMAN_TRACK_REASON_HOLE = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
+TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
 TOLIMAN_TRACK_REASON_CLOCK = 516  # a time without TAI, or too far off for the periodogram
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed, or gave no finite value or a sigma out of range
@@ -1061,11 +1061,11 @@ toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTE
 
 # Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
 # sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-# again. SALVAGE is for toliman_track_merge alone. ALLOW_HOLES rejects no frame for a run of zero pixels.
+# again. SALVAGE is for toliman_track_merge alone. ALLOW_ZERO_RUNS rejects no frame for a run of zero pixels.
 TOLIMAN_TRACK_READ_ONLY = 1
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4
-TOLIMAN_TRACK_ALLOW_HOLES = 8
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
 # When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
 # commit and save, and by the next push if it waits for a second.
@@ -1110,14 +1110,14 @@ class toliman_track_options(Sized):
         image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
         of the frame; frames as large as the image asks for.
     bit_depth: up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
-    hole_bytes: pixels of 0 in a row that have so many bytes reject it; 0: 4096
+    zero_run_bytes: pixels of 0 in a row that have so many bytes reject it; 0: 4096
     f0: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
         with time_offset_ns, unit_ns and period_flags.
     df: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
         with time_offset_ns, unit_ns and period_flags.
     time_offset_ns: TAI that is time 0
     unit_ns: 0: 86400e9, days
-    period_flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_WIDE
+    period_flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
     threads: that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe
         for threads. Never changes a bit
     clock: Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
@@ -1152,7 +1152,7 @@ class toliman_track_options(Sized):
         ("image_rows", c_int64),
         ("image_cols", c_int64),
         ("bit_depth", c_uint32),
-        ("hole_bytes", c_uint32),
+        ("zero_run_bytes", c_uint32),
         ("f0", c_double),
         ("df", c_double),
         ("nf", c_int64),
@@ -1170,10 +1170,10 @@ class toliman_track_options(Sized):
     ]
 
 
-class toliman_track_line(Sized):
+class toliman_track_record(Sized):
     """A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
     TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
-    struct_size: sizeof(toliman_track_line), of the first at least
+    struct_size: sizeof(toliman_track_record), of the first at least
     verdict: TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
     reason: of rejected ones, TOLIMAN_TRACK_REASON_...
     content: CRC32 of the frame
@@ -1204,7 +1204,7 @@ TOLIMAN_TRACK_COLUMN_I64 = 532
 
 
 class toliman_track_column(Sized):
-    """A column of the ledger, which lines have beside the members of toliman_track_line. Every ledger of this version has
+    """A column of the ledger, which lines have beside the members of toliman_track_record. Every ledger of this version has
     chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
     mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
     toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
@@ -1235,7 +1235,7 @@ class toliman_track_info(Sized):
     missing: of these, ids that are neither accepted nor outlier nor quarantined
     dropped: by the camera, as accepted frames and outliers tell
     sessions: and regions
-    lines: of the ledger; in memory, frames that came as good ones
+    records: of the ledger; in memory, frames that came as good ones
     committed: lines that are acknowledged; of READ_ONLY those that the files tell to be
     sigma: of a value"""
 
@@ -1252,7 +1252,7 @@ class toliman_track_info(Sized):
         ("missing", c_int64),
         ("dropped", c_int64),
         ("sessions", c_int64),
-        ("lines", c_int64),
+        ("records", c_int64),
         ("committed", c_int64),
         ("capacity", c_int64),
         ("estimator_id", c_uint64),
@@ -1265,7 +1265,7 @@ class toliman_track_stream(Sized):
     """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
     streams.txt was lost and no frame of it came since. Since 0.1.
     struct_size: sizeof(toliman_track_stream), of the first at least
-    stream: FNV-1a of both, as in toliman_track_line
+    stream: FNV-1a of both, as in toliman_track_record
     first_id: frame ids
     last_id: frame ids
     frames: keys: those of accepted frames, outliers and quarantined ones
@@ -1346,14 +1346,14 @@ OF_OBJECTS = {
     "toliman_period_save": False,
     "toliman_period_save_file": False,
     "toliman_period_query_fap": False,
-    "toliman_period_query_level": False,
+    "toliman_period_query_threshold": False,
     "toliman_period_query_bootstrap": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
     "toliman_track_save": True,
     "toliman_track_merge": True,
-    "toliman_track_get_lines": False,
+    "toliman_track_get_records": False,
     "toliman_track_get_columns": False,
     "toliman_track_get_column": False,
     "toliman_track_get_info": False,
@@ -2066,13 +2066,13 @@ So they never claim more than the peak has, and up to 1 % less power where df is
     "toliman_period_query_peaks": (
         c_int32, (
             ("period", POINTER(toliman_period)),
-            ("most", c_size_t),
+            ("capacity", c_size_t),
             ("peaks", POINTER(toliman_period_peak)),
             ("count", POINTER(c_size_t)),
         ),
-        """The highest peaks of the grid, local maxima refined likewise, highest first: at most `most`, 1 to 64, into
-peaks[most], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the only
-one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1.""",
+        """The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64, into
+peaks[capacity], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the
+only one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (
@@ -2109,7 +2109,7 @@ does. Since 0.1.""",
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """State bytes ("TLMP", lib/FORMATS.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
+        """State bytes ("TLMP", formats.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
 least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. TOLIMAN_E_STATE for sums
 that no samples have, which could not be loaded again: samples were taken back that never came, or that came by a
 merge of other references, which is not exact. Since 0.1.""",
@@ -2177,7 +2177,7 @@ a whole or not at all. Since 0.1.""",
 P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
 for P > 0 with fewer than five samples or constant values. Since 0.1.""",
     ),
-    "toliman_period_query_level": (
+    "toliman_period_query_threshold": (
         c_int32, (
             ("period", POINTER(toliman_period)),
             ("method", c_int32),
@@ -2216,7 +2216,7 @@ Since 0.1.""",
     ),
     "toliman_track_reason_name": (
         c_char_p, (("reason", c_int32),),
-        """A few words for a reason ("hole"), "?" for an unknown one. Static text. Since 0.1.""",
+        """A few words for a reason ("zero run"), "?" for an unknown one. Static text. Since 0.1.""",
     ),
     "toliman_track_options_init": (
         None, (("options", POINTER(toliman_track_options)), ("size", c_size_t)),
@@ -2287,12 +2287,12 @@ TOLIMAN_E_MISMATCH for another estimator, other frames or limits, or a column th
 TOLIMAN_E_ARGUMENT for the tracker's own folder;
 errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.""",
     ),
-    "toliman_track_get_lines": (
+    "toliman_track_get_records": (
         c_int32, (
             ("track", POINTER(toliman_track)),
             ("first", c_int64),
             ("count", c_size_t),
-            ("lines", POINTER(toliman_track_line)),
+            ("records", POINTER(toliman_track_record)),
             ("done", POINTER(c_size_t)),
         ),
         """Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
@@ -2304,11 +2304,11 @@ may then be written. Since 0.1.""",
         c_int32, (
             ("track", POINTER(toliman_track)),
             ("columns", POINTER(toliman_track_column)),
-            ("room", c_size_t),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Columns to columns[room], in the order of the ledger; *count is how many there are. columns may be NULL where room is
-0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.2.""",
+        """Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL where
+capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.2.""",
     ),
     "toliman_track_get_column": (
         c_int32, (
@@ -2319,9 +2319,9 @@ may then be written. Since 0.1.""",
             ("values", POINTER(c_double)),
             ("done", POINTER(c_size_t)),
         ),
-        """Numbers of a column, of the lines that toliman_track_get_lines gives for the same `first` and count; NaN where a line
-has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no column
-has; other errors as of get_lines. Since 0.2.""",
+        """Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN where a
+line has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no
+column has; other errors as of get_records. Since 0.2.""",
     ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
@@ -2342,22 +2342,22 @@ TOLIMAN_E_ARGUMENT for a reason that toliman_track_reason_name does not know. Si
         c_int32, (
             ("track", POINTER(toliman_track)),
             ("streams", POINTER(toliman_track_stream)),
-            ("room", c_size_t),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Sessions and regions, sorted by name, to streams[room]; *count is how many there are. streams may be NULL where room
-is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little room. Since 0.1.""",
+        """Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be NULL where
+capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.1.""",
     ),
     "toliman_track_get_clock": (
         c_int32, (
             ("track", POINTER(toliman_track)),
             ("clock", POINTER(c_int64)),
-            ("room", c_size_t),
+            ("capacity", c_size_t),
             ("points", POINTER(c_size_t)),
         ),
-        """The clock: its pairs to clock[room][2], as toliman_track_options has them, none where the camera's time is TAI;
-*points is how many there are. clock may be NULL where room is 0: to ask for the number. TOLIMAN_E_CAPACITY for too
-little room. Since 0.1.""",
+        """The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time is TAI;
+*points is how many there are. clock may be NULL where capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for
+too little capacity. Since 0.1.""",
     ),
     "toliman_track_get_period": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(POINTER(toliman_period)))),

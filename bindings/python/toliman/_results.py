@@ -162,7 +162,7 @@ class PeriodogramInfo(Result):
     unit_ns: float
     weighted: bool = told("some sample's sigma is not sigma_floor")
     fixed_mean: bool = told("subtract the weighted mean once instead of fitting it at each f", flag=1)
-    wide: bool = told("wide sums, 50 bits more for every term", flag=2)
+    double_limb: bool = told("wide sums, 50 bits more for every term", flag=2)
 
 
 @result
@@ -178,7 +178,7 @@ class Model(Result):
     amplitude_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     phase_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
     offset_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
 
 
 @result
@@ -201,9 +201,9 @@ class Peak(Result):
     period_error: float = told("frequency_error/frequency^2: the standard error of the period; NaN as above")
     at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=4)
     alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=8)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
-    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have PAST_CEILING, as sums do not tell the step; fit takes both from the times.", flag=32)
-    past_ceiling: bool = told("", flag=64)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
+    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have ABOVE_NYQUIST, as sums do not tell the step; fit takes both from the times.", flag=32)
+    above_nyquist: bool = told("", flag=64)
 
 
 @result
@@ -212,12 +212,12 @@ class Sampling(Result):
 
     baseline: float = told("T: time span and one step")
     coarsest_df: float = told("1/(5 T); +infinity while all times are one")
-    ceiling: float = told("1/(2 step); the same")
+    nyquist: float = told("1/(2 step); the same")
     independent: float = told("frequencies of the grid that are independent of each other: its last one times T, or 1")
-    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have PAST_CEILING, as sums do not tell the step; fit takes both from the times.", flag=32)
-    past_ceiling: bool = told("", flag=64)
-    narrow: bool = told("toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. wide lowers the bound by 1e13.", flag=16)
+    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have ABOVE_NYQUIST, as sums do not tell the step; fit takes both from the times.", flag=32)
+    above_nyquist: bool = told("", flag=64)
+    needs_double_limb: bool = told("toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
+    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
 
 
 @result
@@ -250,7 +250,7 @@ class TrackInfo(Result):
     missing: int = told("of these, ids that are neither accepted nor outlier nor quarantined")
     dropped: int = told("by the camera, as accepted frames and outliers tell")
     sessions: int = told("and regions")
-    lines: int = told("of the ledger; in memory, frames that came as good ones")
+    records: int = told("of the ledger; in memory, frames that came as good ones")
     committed: int = told("lines that are acknowledged; of READ_ONLY those that the files tell to be")
     capacity: int
     estimator_id: int
@@ -263,7 +263,7 @@ class Stream(Result):
     """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
     streams.txt was lost and no frame of it came since."""
 
-    stream: int = told("FNV-1a of both, as in toliman_track_line")
+    stream: int = told("FNV-1a of both, as in toliman_track_record")
     first_id: int = told("frame ids")
     last_id: int = told("frame ids")
     frames: int = told("keys: those of accepted frames, outliers and quarantined ones")

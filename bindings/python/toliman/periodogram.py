@@ -68,7 +68,7 @@ def warn_if_inaccurate(inaccurate: bool) -> None:
     """Of a result that the caller's caller asked for."""
     if inaccurate:
         warnings.warn("the power may be wrong by more than 1e-3 where the samples cover too small a part of a cycle: "
-                      "wide=True keeps more digits; frequencies far below 1/T are best left out", AccuracyWarning,
+                      "double_limb=True keeps more digits; frequencies far below 1/T are best left out", AccuracyWarning,
                       stacklevel=3)
 
 
@@ -110,7 +110,7 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
     grid, options = _suggested(times, values, sigmas, 0.0)
     with Periodogram(*grid, time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
-                     sigma_ceiling=options.sigma_ceiling, wide=True) as periodogram:
+                     sigma_ceiling=options.sigma_ceiling, double_limb=True) as periodogram:
         periodogram.push_many(times, values, sigmas)
         return periodogram.fit(times, values, sigmas)
 
@@ -199,10 +199,10 @@ class View(Handle):
                                                real("log10_residual", log10_residual), ctypes.byref(fap)))
         return fap.value
 
-    def level(self, log10_fap: float, method: str = "baluev") -> float:
+    def threshold(self, log10_fap: float, method: str = "baluev") -> float:
         """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
         residual = ctypes.c_double()
-        check(library.toliman_period_query_level(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
+        check(library.toliman_period_query_threshold(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
                                                  real("log10_fap", log10_fap), ctypes.byref(residual)))
         return residual.value
 
@@ -252,7 +252,7 @@ class Periodogram(View):
     time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
     between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
     order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
-    wide=True keeps all digits where sampling().narrow says that they are lost, as over small parts of a cycle.
+    double_limb=True keeps all digits where sampling().needs_double_limb says that they are lost, as over small parts of a cycle.
     Whole nanoseconds, push(..., ns=True), count from time_offset_ns and have unit_ns in a unit of t.
     suited_grid(t) gives a grid that suits times.
     """
@@ -261,13 +261,13 @@ class Periodogram(View):
 
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: float = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
-                 sigma_ceiling: float = 0.0, wide: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
+                 sigma_ceiling: float = 0.0, double_limb: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
         options = options_of(
             _raw.toliman_period_options, library.toliman_period_options_init, time_offset=real("time_offset", time_offset),
             value_offset=real("value_offset", value_offset), value_bound=real("value_bound", value_bound),
             sigma_floor=real("sigma_floor", sigma_floor), sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
             time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
-            flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0))
+            flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         super().__init__(self._made(library.toliman_period_create, real("f0", f0), real("df", df), whole_float("nf", nf),
                                     ctypes.byref(options)))
 

@@ -87,7 +87,7 @@ class Tracker(Handle):
     ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
     of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
     lines), frame or none. threads work on the frames of one push_many; 0: one per processor, but one of a function.
-    hole_bytes: so many bytes of zero pixels in a row reject a frame, unless allow_holes is set.
+    zero_run_bytes: so many bytes of zero pixels in a row reject a frame, unless allow_zero_runs is set.
     Damage to the folder that can be done without is told to Python's logging as "toliman".
     """
 
@@ -98,8 +98,8 @@ class Tracker(Handle):
                  folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
                  estimator_id: int = 0, values: typing.Sequence[str] = (), value_limit: float = 0.0, rows: int = 0, cols: int = 0,
                  crop: tuple[int, int] = (0, 0), bin: int = 1, image_shape: tuple[int, int] = (0, 0),
-                 bit_depth: int = 0, hole_bytes: int = 4096, allow_holes: bool = False, time_offset_ns: int = 0, unit_ns: float = 86400e9,
-                 fit_mean: bool = True, wide: bool = False, threads: int = 0, clock: ArrayLike | None = None,
+                 bit_depth: int = 0, zero_run_bytes: int = 4096, allow_zero_runs: bool = False, time_offset_ns: int = 0, unit_ns: float = 86400e9,
+                 fit_mean: bool = True, double_limb: bool = False, threads: int = 0, clock: ArrayLike | None = None,
                  sync: str = "group", group: int = 64, read_only: bool = False, rebuild: bool = False):
         options = options_of(
             _raw.toliman_track_options, library.toliman_track_options_init,
@@ -109,12 +109,12 @@ class Tracker(Handle):
             rows=whole("rows", rows), cols=whole("cols", cols), crop_row=whole("crop", crop[0]),
             crop_col=whole("crop", crop[1]), bin=whole("bin", bin), image_rows=whole("image_shape", image_shape[0]),
             image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
-            hole_bytes=whole("hole_bytes", hole_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
+            zero_run_bytes=whole("zero_run_bytes", zero_run_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
             unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
             sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log,
-            period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_WIDE if wide else 0),
+            period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
-            | (_raw.TOLIMAN_TRACK_ALLOW_HOLES if allow_holes else 0))
+            | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
         if folder is not None:
             options.folder = file_name(folder)
         if clock is not None:
@@ -231,26 +231,26 @@ class Tracker(Handle):
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
-    def lines(self, first: int = 0, count: int | None = None) -> NDArray:
-        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_line and
+    def records(self, first: int = 0, count: int | None = None) -> NDArray:
+        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_record and
         for each of the ledger's columns; verdict and reason are numbers, VERDICTS and REASONS their words."""
         first = whole("first", first)
-        there = max(self.info.lines - first, 0)
+        there = max(self.info.records - first, 0)
         count = there if count is None else min(whole("count", count), there)
-        found, done = array_of(_raw.toliman_track_line, count), ctypes.c_size_t()
-        check(library.toliman_track_get_lines(self._c, first, count, found, ctypes.byref(done)))
+        found, done = array_of(_raw.toliman_track_record, count), ctypes.c_size_t()
+        check(library.toliman_track_get_records(self._c, first, count, found, ctypes.byref(done)))
         fixed = numpy.ctypeslib.as_array(found)[:done.value]
         names = [name for name in fixed.dtype.names or () if name != "struct_size"]
         columns = self._columns()
-        lines = numpy.empty(len(fixed), [(name, fixed.dtype[name]) for name in names] + columns)
+        records = numpy.empty(len(fixed), [(name, fixed.dtype[name]) for name in names] + columns)
         for name in names:
-            lines[name] = fixed[name]
-        numbers = numpy.empty(len(lines))
+            records[name] = fixed[name]
+        numbers = numpy.empty(len(records))
         for name, _ in columns:
-            check(library.toliman_track_get_column(self._c, name.encode(), first, len(lines), pointer(numbers),
+            check(library.toliman_track_get_column(self._c, name.encode(), first, len(records), pointer(numbers),
                                                    ctypes.byref(done)))
-            lines[name] = numbers
-        return lines
+            records[name] = numbers
+        return records
 
     def _columns(self) -> list[tuple[str, type]]:
         """Names and types of the ledger's columns."""

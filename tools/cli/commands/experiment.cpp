@@ -36,7 +36,7 @@ a minute a series: it has seed 1 and amplitudes from 1e-4 px alone. All but pca-
 memory, 4 bytes a pixel each.
 
 Writes experiment.json (schema toliman-experiment/1), experiment.csv (a row for each method and series) and
-experiment.md; see lib/FORMATS.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the
+experiment.md; see formats.md. What is found goes into journal.jsonl at once: stopped by Ctrl-C or otherwise, the
 same command goes on where it was. Other arguments need another folder.)";
 
 constexpr const char *kTables[] = {"real", "equal", "robust"};

@@ -33,7 +33,7 @@ Examples:
   toliman run mission.json --seed 7 --out mission7 --json
 
 Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/2),
-series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see lib/FORMATS.md), of which
+series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see formats.md), of which
 `toliman report` makes a page with figures. Beside the network stand the template estimator, the
 untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.
 

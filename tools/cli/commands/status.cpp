@@ -41,7 +41,7 @@ that time is TAI. What is not said stays as it is. Frames that were rejected for
 
 struct Options {
     std::string folder;
-    bool as_json = false, lines = false, series = false, missing = false;
+    bool as_json = false, records = false, series = false, missing = false;
 };
 
 struct RebuildOptions : Options {
@@ -110,7 +110,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     json.set("schema", std::string("toliman-track-status/2")).set("folder", folder);
     period.add_to(json);
     add_counts(tracker, json);
-    json.set_count("lines", info.lines).set("sigma", info.sigma);
+    json.set_count("records", info.records).set("sigma", info.sigma);
     Json grid;
     grid.set("f0", how.f0).set("df", how.df).set_count("nf", how.nf).set_count("time_offset_ns", how.time_offset_ns);
     json.set("grid", std::move(grid))
@@ -136,8 +136,8 @@ void status(Options &options, Progress &progress) {
     options.folder = plain(options.folder);
     const toliman_track_options how = state_to_read(options.folder);
     const toliman::tracker tracker = open_tracker(how, progress);
-    if (options.lines)
-        return print_lines(tracker);
+    if (options.records)
+        return print_records(tracker);
     if (options.series)
         return print_series(tracker, how.time_offset_ns, how.unit_ns);
     if (options.missing)
@@ -165,13 +165,14 @@ void add_status(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     command->add_option("DIR", options->folder, "a state folder")->required();
     CLI::Option *json = command->add_flag("--json", options->as_json, "as JSON on stdout");
-    CLI::Option *lines = command->add_flag("--lines", options->lines, "every line of the ledger as a line of JSON");
+    CLI::Option *records =
+        command->add_flag("--records", options->records, "every record of the ledger as a line of JSON");
     CLI::Option *series = command->add_flag("--series", options->series, "CSV t,y,sigma of what is in the periodogram");
     CLI::Option *missing =
         command->add_flag("--missing", options->missing, "CSV session,roi,first,last of missing frame ids");
-    lines->excludes(json);
-    series->excludes(json)->excludes(lines);
-    missing->excludes(json)->excludes(lines)->excludes(series);
+    records->excludes(json);
+    series->excludes(json)->excludes(records);
+    missing->excludes(json)->excludes(records)->excludes(series);
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());

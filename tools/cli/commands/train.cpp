@@ -40,7 +40,7 @@ held, and goes on with --resume to the same result; so does a finished unsupervi
 and seed are then those of the file. Unsupervised training takes 7 ms of processor time a frame and epoch (`paper`; `flight`
 2.5 ms) and 256 KiB of memory a frame; the noise of its frames is of another seed than `simulate` would take.
 
---payload bf16 or fp16 stores all but the reference in half the bytes, rounded to 8 or 11 bits; lib/FORMATS.md has what
+--payload bf16 or fp16 stores all but the reference in half the bytes, rounded to 8 or 11 bits; formats.md has what
 that costs. A training can only be taken up from float32, in which a stopped one is always written.)";
 
 using Names = std::map<std::string, int32_t>;

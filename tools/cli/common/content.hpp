@@ -26,7 +26,7 @@ void need_series(const std::string &path); // or sums, of which its reader says 
 // share/toliman/scenes beside the folder of the program, wherever both were moved.
 std::string shipped_scenes();
 
-// Whether the content shows that this program wrote it: a mark of its format, see lib/FORMATS.md. Of scenes nothing
+// Whether the content shows that this program wrote it: a mark of its format, see formats.md. Of scenes nothing
 // does.
 bool is_own(const Identity &file);
 

@@ -38,7 +38,7 @@ class Receiver {
     virtual void reject(const std::string &where, const FrameFacts *facts, const char *reason,
                         const std::string &why) = 0;
     virtual void remark(Remark kind, const std::string &where, const std::string &text) = 0;
-    // What is no damage but should be known of an input. remark: as lib/FORMATS.md calls it.
+    // What is no damage but should be known of an input. remark: as formats.md calls it.
     virtual void tell(const char *remark, const std::string &where, const std::string &text, bool warning) = 0;
     // Whether a frame is asked for; one that is not needs no reading, is counted, and nothing is said of it.
     virtual bool wants(const FrameFacts &facts) = 0;

@@ -15,17 +15,17 @@ namespace {
 constexpr size_t kChunk = 4096; // lines read and printed at once
 
 template <class Chunk> void for_chunks(const toliman::tracker &tracker, Chunk work) {
-    std::vector<toliman_track_line> lines(kChunk);
+    std::vector<toliman_track_record> lines(kChunk);
     lines[0].struct_size = sizeof lines[0];
     size_t done = kChunk;
     for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
-        toliman::check(toliman_track_get_lines(tracker.get(), first, kChunk, lines.data(), &done));
+        toliman::check(toliman_track_get_records(tracker.get(), first, kChunk, lines.data(), &done));
         work(lines.data(), done);
     }
 }
 
 template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
-    for_chunks(tracker, [&](const toliman_track_line *lines, size_t count) {
+    for_chunks(tracker, [&](const toliman_track_record *lines, size_t count) {
         std::string text;
         for (size_t i = 0; i < count; i++)
             each(lines[i], text);
@@ -33,19 +33,19 @@ template <class Each> void each_line(const toliman::tracker &tracker, Each each)
     });
 }
 
-bool is_known(const toliman_track_line &line) noexcept {
+bool is_known(const toliman_track_record &line) noexcept {
     return line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER ||
            line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
 }
 
 } // namespace
 
-void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_line &line)> &work) {
+void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_record &line)> &work) {
     for_chunks(tracker,
-               [&](const toliman_track_line *lines, size_t count) { std::for_each(lines, lines + count, work); });
+               [&](const toliman_track_record *lines, size_t count) { std::for_each(lines, lines + count, work); });
 }
 
-double time_of(const toliman_track_line &line, int64_t offset_ns, double unit_ns) {
+double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_ns) {
     const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
     return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
 }
@@ -65,17 +65,17 @@ std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
     return streams;
 }
 
-void print_lines(const toliman::tracker &tracker) {
+void print_records(const toliman::tracker &tracker) {
     std::map<uint64_t, toliman_track_stream> names;
     for (const toliman_track_stream &stream : streams_of(tracker))
         names[stream.stream] = stream;
-    each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
+    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
         if (line.verdict == TOLIMAN_TRACK_VERDICT_MERGED)
             return;
         const auto found = names.find(line.stream);
         const bool is_named = found != names.end();
         Json json;
-        json.set("schema", std::string("toliman-line/1"));
+        json.set("schema", std::string("toliman-record/1"));
         is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");
         is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
         json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
@@ -90,7 +90,7 @@ void print_lines(const toliman::tracker &tracker) {
 
 void print_series(const toliman::tracker &tracker, int64_t offset_ns, double unit_ns) {
     print_stdout("t,y,sigma\n");
-    each_line(tracker, [&](const toliman_track_line &line, std::string &text) {
+    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
         if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
             return;
         char row[120];
@@ -102,7 +102,7 @@ void print_series(const toliman::tracker &tracker, int64_t offset_ns, double uni
 
 void print_missing(const toliman::tracker &tracker) {
     std::map<uint64_t, std::vector<int64_t>> ids;
-    each_line(tracker, [&](const toliman_track_line &line, std::string &) {
+    each_line(tracker, [&](const toliman_track_record &line, std::string &) {
         if (is_known(line))
             ids[line.stream].push_back(line.frame_id);
     });

@@ -17,7 +17,7 @@ namespace cli {
 namespace {
 
 constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms";
-constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // lib/FORMATS.md, TLML
+constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // formats.md, TLML
 
 std::string salt_of(const std::string &folder) {
     InputFile ledger(folder + kLedger);

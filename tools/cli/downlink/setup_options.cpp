@@ -55,7 +55,7 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.f0 = grid.f0;
         how.df = grid.df;
         how.nf = grid.nf;
-        how.period_flags = TOLIMAN_PERIOD_WIDE; // as `run` and `period`
+        how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
     how.time_offset_ns = epoch_.value_or(how.time_offset_ns);
     pairs_ = read_clock(clock_, progress);

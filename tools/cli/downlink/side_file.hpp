@@ -17,7 +17,7 @@ struct SideLine {
 // Of sessions and regions of interest; a Failure that begins with `where`.
 void check_name(const std::string &name, const std::string &where);
 
-// Exactly the eight keys of lib/FORMATS.md; whole numbers to their last digit.
+// Exactly the eight keys of formats.md; whole numbers to their last digit.
 SideLine read_side_line(const std::string &line);
 
 // All lines of a file; one that may go on being written has its last line left out while that has no newline.

@@ -26,7 +26,7 @@ namespace {
     throw toliman::error(status);
 }
 
-// Bytes of a ledger's header by its number of columns (lib/FORMATS.md, TLML).
+// Bytes of a ledger's header by its number of columns (formats.md, TLML).
 off_t header_size(const std::string &ledger) {
     unsigned char columns[4] = {};
     std::ifstream(ledger, std::ios::binary).seekg(112).read(reinterpret_cast<char *>(columns), sizeof columns);

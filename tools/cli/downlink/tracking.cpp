@@ -43,7 +43,7 @@ Json frame_line(const std::string &where, const FrameFacts *facts, const char *v
 
 std::string remark_line(const char *remark, const std::string &where, const std::string &text) {
     Json line;
-    line.set("schema", std::string("toliman-track-remark/1")).set("remark", std::string(remark));
+    line.set("schema", std::string("toliman-track-warning/1")).set("warning", std::string(remark));
     return line.set("input", where).set("text", text).line();
 }
 
@@ -82,7 +82,7 @@ const char *advice_after(const std::exception &error) {
 
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
     : tracker_(std::move(tracker)), options_(options), progress_(progress),
-      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).lines), saved_(lines_),
+      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).records), saved_(lines_),
       sigma_(info_of(tracker_).sigma), clock_(clock_of(tracker_)) {}
 
 void Tracking::take() {
@@ -109,7 +109,7 @@ void Tracking::flush() {
     const toliman_status status =
         toliman_track_push(tracker_.get(), frames.data(), frames.size(), outcomes.data(), &done);
     const toliman::error error(status);
-    lines_ = info_of(tracker_).lines;
+    lines_ = info_of(tracker_).records;
     for (size_t i = 0; i < done; i++)
         settled(batch_[i], outcomes[i]);
     if (status != TOLIMAN_OK)
@@ -173,7 +173,7 @@ std::string Tracking::why(const FrameFacts &facts, const toliman_track_outcome &
     case TOLIMAN_TRACK_REASON_OVER_RANGE:
         return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
                ", more than --bit-depth allows";
-    case TOLIMAN_TRACK_REASON_HOLE:
+    case TOLIMAN_TRACK_REASON_ZERO_RUN:
         return "rejected: " + reason + ", nothing but zeros up to pixel " + place;
     case TOLIMAN_TRACK_REASON_NOT_FINITE:
         return "rejected: " + reason + " at pixel " + place;
@@ -305,7 +305,7 @@ void Tracking::end() {
 // A folder without a frame would only bind the next command to options that may have been wrong. It is still locked,
 // and the library has just looked that the ledger is its own.
 bool Tracking::remove_unused() {
-    if (options_.made.empty() || info_of(tracker_).lines > 0)
+    if (options_.made.empty() || info_of(tracker_).records > 0)
         return false;
     remove_state(options_.made);
     progress_.tell(options_.made + ": removed again, as no frame was read");

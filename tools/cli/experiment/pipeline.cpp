@@ -29,7 +29,7 @@ std::vector<unsigned char> bytes_of(const toliman::autoencoder &cae) {
 // Power of the grid's highest peak that noise alone exceeds with the probability kFalseAlarm.
 double false_alarm_power(const toliman::periodogram &periodogram) {
     double log10_residual = 0;
-    check(toliman_period_query_level(periodogram.get(), TOLIMAN_PERIOD_FAP_BALUEV, kFalseAlarm, &log10_residual));
+    check(toliman_period_query_threshold(periodogram.get(), TOLIMAN_PERIOD_FAP_BALUEV, kFalseAlarm, &log10_residual));
     return 1 - std::pow(10, log10_residual);
 }
 

@@ -45,7 +45,7 @@ std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vec
 std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames);
 // Cube with a full header and a table of times.
 std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames);
-// <session>_frames.bin and <session>_meta.jsonl in a folder, as lib/FORMATS.md says.
+// <session>_frames.bin and <session>_meta.jsonl in a folder, as formats.md says.
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames);
 

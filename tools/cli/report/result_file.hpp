@@ -1,4 +1,4 @@
-// Results that other commands left: JSON of a known schema, and CSV of known columns. What is not as lib/FORMATS.md has
+// Results that other commands left: JSON of a known schema, and CSV of known columns. What is not as formats.md has
 // it is a Failure that names file and key.
 #pragma once
 #include <functional>

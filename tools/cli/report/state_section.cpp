@@ -39,7 +39,7 @@ struct Samples {
 
 Samples samples_of(const toliman::tracker &tracker, const toliman_track_options &how) {
     Samples samples;
-    for_lines(tracker, [&](const toliman_track_line &line) {
+    for_lines(tracker, [&](const toliman_track_record &line) {
         if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
             return;
         samples.t.push_back(time_of(line, how.time_offset_ns, how.unit_ns));
@@ -90,7 +90,8 @@ void add_series(const Samples &samples, const toliman_period_peak &fit, const st
 // Power of FAP 1e-3; NaN where there are too few samples.
 double level_of(const toliman_period *period) {
     double log10_residual = 0;
-    const bool known = toliman_period_query_level(period, TOLIMAN_PERIOD_FAP_BALUEV, -3, &log10_residual) == TOLIMAN_OK;
+    const bool known =
+        toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -3, &log10_residual) == TOLIMAN_OK;
     return known ? 1 - std::pow(10, log10_residual) : NAN;
 }
 

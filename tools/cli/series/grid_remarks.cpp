@@ -23,10 +23,10 @@ void remark_coarse(const toliman::periodogram &periodogram, const toliman_period
 }
 
 void remark_inaccurate(const toliman::periodogram &periodogram, Progress &progress) {
-    const bool wide = (info_of(periodogram).flags & TOLIMAN_PERIOD_WIDE) != 0;
+    const bool wide = (info_of(periodogram).flags & TOLIMAN_PERIOD_DOUBLE_LIMB) != 0;
     progress.warn(std::string("at some frequencies, where the samples cover too small a part of a cycle, the power may "
                               "be wrong by more than 0.001: ") +
-                  (wide ? "--f0 gives another first frequency" : "the state's sums lack TOLIMAN_PERIOD_WIDE"));
+                  (wide ? "--f0 gives another first frequency" : "the state's sums lack TOLIMAN_PERIOD_DOUBLE_LIMB"));
 }
 
 } // namespace
@@ -52,11 +52,11 @@ void remark(const Periodogram &periodogram, const Series *series, Progress &prog
         remark_coarse(periodogram.handle, sampling, progress);
     if (((sampling.flags | periodogram.peak.flags) & TOLIMAN_PERIOD_INACCURATE) != 0)
         remark_inaccurate(periodogram.handle, progress);
-    if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_PAST_CEILING) != 0) {
+    if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_ABOVE_NYQUIST) != 0) {
         char text[200];
         std::snprintf(text, sizeof text,
                       "the grid goes beyond 1/(2 median dt) = %g, where even samples repeat what is below",
-                      sampling.ceiling);
+                      sampling.nyquist);
         progress.warn(text);
     }
 }

@@ -58,7 +58,7 @@ FrequencyGrid default_grid(const Series &series) {
 }
 
 uint32_t flags_of(const SumOptions &sums) {
-    return TOLIMAN_PERIOD_WIDE | (sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0);
+    return TOLIMAN_PERIOD_DOUBLE_LIMB | (sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0);
 }
 
 void set_unweighted(const SumOptions &sums, toliman_period_options &options) {

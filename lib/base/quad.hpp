@@ -4,9 +4,9 @@
 namespace toliman {
 
 #if defined(__x86_64__)
-__extension__ using Wide = __float128;
+__extension__ using Quad = __float128;
 #else
-using Wide = long double;
+using Quad = long double;
 #endif
 
 } // namespace toliman
