@@ -15,7 +15,7 @@ using namespace toliman::api;
 extern "C" {
 
 toliman_status toliman_track_get_records(const toliman_track *track, int64_t first, size_t count,
-                                         toliman_track_record *lines, size_t *done) noexcept {
+                                         toliman_track_record *records, size_t *done) noexcept {
     return guard([&] {
         const Use use(track, "track");
         const track::Tracker &tracker = *use->tracker;
@@ -27,7 +27,7 @@ toliman_status toliman_track_get_records(const toliman_track *track, int64_t fir
             *done = 0;
             return;
         }
-        const StructArray<toliman_track_record> found(lines, "lines");
+        const StructArray<toliman_track_record> found(records, "records");
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
                           found.put(told++, public_line(record, outcome));

@@ -45,7 +45,7 @@ static void other_options_are_told(void **unused) {
     TOLD(image_cols, 3, "images of 4x4, here 4x3");
     TOLD(bin, 2, "bin 1, here 2");
     TOLD(bit_depth, 13, "bit depth 12, here 13");
-    TOLD(zero_run_bytes, 7, "hole bytes 64, here 7");
+    TOLD(zero_run_bytes, 7, "zero run bytes 64, here 7");
     TOLD(sigma, 0.5, "sigma 0.25, here 0.5");
     TOLD(value_limit, 4, "value limit 3, here 4");
     TOLD(estimator_id, 78, "estimator 000000000000004d, here 000000000000004e");
