@@ -32,32 +32,34 @@ module toliman
     character(len=*), parameter, public :: TOLIMAN_HEADER_VERSION = '0.2.0'
     integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_VERSION_NUMBER = 200
     integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_ABI_VERSION = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0 ! done
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! a bug in the library
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! NULL, NaN or otherwise impossible argument
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_MEMORY = 3 ! out of memory or another resource of the system
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_NOT_FOUND = 4 ! an input file is missing or cannot be read
-    ! an input file or blob is malformed, truncated or corrupt
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_FORMAT = 5
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_SCENE = 6 ! a scene says something impossible
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_UNSUPPORTED = 7 ! valid, but this version cannot do it
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_WRITE = 8 ! an output file cannot be written
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_CANCELLED = 9 ! the progress callback asked to stop
-    ! an argument is outside the range fixed at creation or by the format
+    integer(c_int32_t), parameter, public :: TOLIMAN_OK = 0 ! success
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! bug in the library
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! invalid argument, such as NULL or NaN
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_MEMORY = 3 ! out of memory or of another system resource
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_NOT_FOUND = 4 ! input file missing or not readable
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_FORMAT = 5 ! input file or blob malformed, truncated or corrupt
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_SCENE = 6 ! scene physically impossible or inconsistent
+    ! valid request that this version does not support
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_UNSUPPORTED = 7
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_WRITE = 8 ! output file cannot be written
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_CANCELLED = 9 ! stopped by the progress callback
+    ! argument outside the range fixed at creation or by the format
     integer(c_int32_t), parameter, public :: TOLIMAN_E_RANGE = 10
     integer(c_int32_t), parameter, public :: TOLIMAN_E_MISMATCH = 11 ! two objects or files do not belong together
-    ! a buffer given by the caller is too small, or a capacity is used up
+    ! caller's buffer too small, or capacity exhausted
     integer(c_int32_t), parameter, public :: TOLIMAN_E_CAPACITY = 12
-    ! the object is not ready for this call (too few samples, nothing trained yet)
+    ! object not ready for this call, such as too few samples or an untrained network
     integer(c_int32_t), parameter, public :: TOLIMAN_E_STATE = 13
-    ! a file no longer has what it had: another program or the disk has changed it
+    ! data lost from a file: another program or the disk has changed it
     integer(c_int32_t), parameter, public :: TOLIMAN_E_LOST = 14
 
     abstract interface
-        ! Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
-        ! 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the
-        ! running call then returns TOLIMAN_E_CANCELLED and its object stays usable. Called on the thread that made the call,
-        ! with no lock held. Since 0.1.
+        ! Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.
+        !   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
+        !             loss 0.9"); valid during the callback
+        !   fraction  completed fraction, from 0 to 1
+        ! Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED; its object stays
+        ! usable.
         function toliman_progress_fn(stage, fraction, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: stage, user_data
@@ -67,12 +69,13 @@ module toliman
     end interface
     public :: toliman_progress_fn
 
-    ! Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
+    ! Levels of diagnostic messages.
     integer(c_int32_t), parameter, public :: TOLIMAN_LOG_INFO = 21
     integer(c_int32_t), parameter, public :: TOLIMAN_LOG_WARNING = 22
 
     abstract interface
-        ! Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
+        ! Callback that receives diagnostic messages, which are not errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING.
+        ! text is valid during the callback.
         subroutine toliman_log_fn(level, text, user_data) bind(C)
             import
             integer(c_int32_t), value :: level
@@ -82,7 +85,7 @@ module toliman
     public :: toliman_log_fn
 
     abstract interface
-        ! Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1.
+        ! Allocates `size` bytes, aligned to `alignment`. Returns NULL if no memory is available. Must not throw.
         function toliman_allocate_fn(size, alignment, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: size, alignment
@@ -93,7 +96,7 @@ module toliman
     public :: toliman_allocate_fn
 
     abstract interface
-        ! Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1.
+        ! Releases memory that was allocated with this size. Must not throw.
         subroutine toliman_release_fn(memory, size, user_data) bind(C)
             import
             type(c_ptr), value :: memory, user_data
@@ -102,43 +105,43 @@ module toliman
     end interface
     public :: toliman_release_fn
 
-    ! Memory of the caller for the large arrays that an object makes when it is created, loaded or copied, each on a
-    ! multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back,
-    ! with their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called
-    ! from any thread that uses the object. allocate returns NULL if there is none left: TOLIMAN_E_MEMORY then. What
-    ! allocates by itself, as small things, OpenBLAS, FFTW, cJSON, zlib and the C++ library do, still takes from the
-    ! system. The struct is read during the call; user_data must outlive the object. Since 0.1.
+    ! Optional allocator for the large arrays of an object, such as a memory pool of the host program. The library uses
+    ! it when it creates, loads or copies the object, and releases the memory at the latest when the object is destroyed.
+    ! Both functions may be called from any thread that uses the object. user_data must outlive the object; the struct
+    ! itself is only read during the call. If allocate returns NULL, the call fails with TOLIMAN_E_MEMORY. Small
+    ! allocations, and those inside OpenBLAS, FFTW, cJSON, zlib and the C++ library, still use malloc.
     type, bind(C), public :: toliman_allocator
         integer(c_int32_t) :: struct_size = 32 ! sizeof(toliman_allocator)
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_funptr) :: allocate = c_null_funptr
         type(c_funptr) :: release = c_null_funptr
-        type(c_ptr) :: user_data = c_null_ptr
+        type(c_ptr) :: user_data = c_null_ptr ! passed to both functions; may be NULL
     end type
 
-    ! How the toliman_X_load functions make an object. Since 0.2.
+    ! Options of the toliman_X_load functions. Since 0.2.
     type, bind(C), public :: toliman_load_options
         integer(c_int32_t) :: struct_size = 16
         integer(c_int32_t) :: reserved = 0 ! 0
-        type(c_ptr) :: allocator = c_null_ptr ! for the object's large arrays; NULL: the system's memory
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
+    ! Properties of the machine, as the library detects them. All texts are static.
     type, bind(C), public :: toliman_machine
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_machine)
-        integer(c_int32_t) :: processors = 0
-        type(c_ptr) :: isa = c_null_ptr ! kernels in use: "baseline", "avx2" or "avx512"
-        type(c_ptr) :: blas_core = c_null_ptr ! OpenBLAS kernels in use, e.g. "SkylakeX"
+        integer(c_int32_t) :: processors = 0 ! number of online processors
+        type(c_ptr) :: isa = c_null_ptr ! instruction set of the kernels in use: "baseline", "avx2" or "avx512"
+        type(c_ptr) :: blas_core = c_null_ptr ! OpenBLAS kernels in use, such as "SkylakeX"
         type(c_ptr) :: blas_config = c_null_ptr ! OpenBLAS version and build options
-        integer(c_int32_t) :: blas_threads = 0 ! threads OpenBLAS would use in a call
-        ! 1: the kernels are older than the CPU (set OPENBLAS_CORETYPE before start)
+        integer(c_int32_t) :: blas_threads = 0 ! threads that OpenBLAS uses in a call
+        ! 1 if the OpenBLAS kernels are older than the CPU (set OPENBLAS_CORETYPE before start)
         integer(c_int32_t) :: blas_is_slow = 0
-        type(c_ptr) :: blas_better = c_null_ptr ! OPENBLAS_CORETYPE that fits this CPU, "" when the kernels already do
+        ! value of OPENBLAS_CORETYPE that fits this CPU; "" if the kernels in use fit
+        type(c_ptr) :: blas_better = c_null_ptr
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
-    ! Kinds of pixels: unsigned, signed and floating-point numbers. Those without a suffix have the byte order of the
-    ! machine, which is little-endian; those ending in BE are big-endian (most significant byte first, as telemetry is).
+    ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+    ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
@@ -151,143 +154,154 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
 
-    ! One frame or several in memory, which functions read and never write: pixel (r, c) of frame k is the element k
-    ! frame_stride + r stride + c of pixels. Since 0.2.
+    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
+    ! k frame_stride + row stride + column of pixels. Since 0.2.
     type, bind(C), public :: toliman_image
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
         type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
-        integer(c_int64_t) :: rows = 0 ! of a frame; must be those that the object takes, 0 = those
+        ! shape of a frame, which must be the shape that the object expects; 0 = that shape
+        integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
         integer(c_int64_t) :: frame_stride = 0 ! pixels from frame to frame, at least 1; 0 = rows times stride
     end type
 
-    ! How a simulator is made. Since 0.1.
+    ! Engines: how light is propagated from the pupil to the detector. See Engines above.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
+    ! baseline of the book chapter; no mask, amplitude or OPD files
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_PADDED_FFT = 332
+
+    ! Options of a simulator.
     type, bind(C), public :: toliman_sim_options
         integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
+        ! worker threads, 0 = one per processor; the results do not depend on the number
+        integer(c_int32_t) :: threads = 0
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
-        type(c_funptr) :: log = c_null_funptr ! may be NULL
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about the scene; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
-        type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Ways to propagate light: Engines, in the conventions of toliman/sim.h.
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_PADDED_FFT = 332 ! no mask, amplitude or OPD files
-
-    ! Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
+    ! Units of frames and expected images. See Unit above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_PHOTON = 301
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_ELECTRON = 302
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_DN = 303
 
-    ! Facts of a ready scene. Since 0.1.
+    ! Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
+    ! unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation.
     type, bind(C), public :: toliman_sim_info
         integer(c_int32_t) :: struct_size = 208 ! in: sizeof(toliman_sim_info)
-        integer(c_int32_t) :: wavelengths = 0 ! samples of the spectrum
-        integer(c_int64_t) :: rows = 0 ! of a frame
+        integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
+        integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
-        integer(c_int64_t) :: frames = 0 ! of the cadence
-        integer(c_int64_t) :: pupil_samples = 0 ! N of the N x N pupil
+        integer(c_int64_t) :: frames = 0 ! number of frames of the cadence
+        integer(c_int64_t) :: pupil_samples = 0 ! N: the pupil has N x N samples
         integer(c_int64_t) :: seed = 0 ! noise.seed of the scene
-        ! of the signal; 0 without one. A planet's: semi-major axis of its star's orbit
+        ! amplitude of the signal, 0 without one; for a planet, semi-major axis of its star
         real(c_double) :: amplitude_px = 0.0_c_double
-        real(c_double) :: period_days = 0.0_c_double ! of the signal; 0 without one
-        real(c_double) :: separation_px = 0.0_c_double ! 0 for a single star
-        real(c_double) :: flux_ratio = 0.0_c_double ! photons of A over photons of B; 0 for a single star
+        real(c_double) :: period_days = 0.0_c_double ! period of the signal; 0 without one
+        real(c_double) :: separation_px = 0.0_c_double ! separation of the stars; 0 for a single star
+        real(c_double) :: flux_ratio = 0.0_c_double ! photons of A / photons of B; 0 for a single star
         real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the mean frame, before the detector
-        real(c_double) :: total_photons = 0.0_c_double ! in the frame, before the detector
-        ! Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it: all else known;
-        ! finite where the scene has a signal
-        real(c_double) :: crb_px = 0.0_c_double
-        real(c_double) :: crb_flux_shift_px = 0.0_c_double ! the same with both fluxes and the common shift unknown
-        ! the same with exactly preprocess.project unknown; the yardstick of efficiency
+        real(c_double) :: total_photons = 0.0_c_double ! sum over the frame, before the detector
+        real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with all else known
+        ! Cramer-Rao bound with both fluxes and the common shift unknown
+        real(c_double) :: crb_flux_shift_px = 0.0_c_double
+        ! Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an
+        ! estimator
         real(c_double) :: crb_projected_px = 0.0_c_double
-        ! error of the series in the displacement, largest pixel over that of the signal, at the signal's largest
-        ! displacement; above the scene's accuracy it is logged as a warning
+        ! error of the Taylor expansion at the largest displacement of the signal: largest error of a pixel / largest
+        ! change of a pixel by the signal. A warning is logged if it exceeds the accuracy of the scene
         real(c_double) :: truncation = 0.0_c_double
-        real(c_double) :: min_displacement_px = 0.0_c_double ! of the signal over the cadence
+        real(c_double) :: min_displacement_px = 0.0_c_double ! range of the signal over the cadence
         real(c_double) :: max_displacement_px = 0.0_c_double
-        real(c_double) :: amplitude_uas = 0.0_c_double ! amplitude_px on the sky, microarcsec
-        real(c_double) :: aperture_m = 0.0_c_double ! diameter
-        real(c_double) :: pixel_scale_arcsec = 0.0_c_double ! of a detector pixel
-        integer(c_int64_t) :: scene_digest = 0 ! FNV-1a of the scene's text, as in the weights trained for it
-        ! 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0
-        integer(c_int64_t) :: whole_counts = 0
+        real(c_double) :: amplitude_uas = 0.0_c_double ! amplitude of the signal on the sky, microarcseconds
+        real(c_double) :: aperture_m = 0.0_c_double ! diameter of the aperture
+        real(c_double) :: pixel_scale_arcsec = 0.0_c_double ! size of a detector pixel on the sky
+        ! FNV-1a hash of the scene text, also stored in weights trained on the scene
+        integer(c_int64_t) :: scene_digest = 0
+        integer(c_int64_t) :: whole_counts = 0 ! 1 if counts are integers (photon noise only, or a bit depth), else 0
         ! Cramer-Rao bound with all eight nuisances unknown; may be infinite
         real(c_double) :: crb_marginal_px = 0.0_c_double
-        real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the mean frame, in the frame's unit
-        integer(c_int32_t) :: unit = 0 ! of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN
-        integer(c_int32_t) :: bit_depth = 0 ! of the scene's detector; 0 = counts are not rounded
+        real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the mean frame, in the unit of the frame
+        integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
+        integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
     end type
 
-    ! What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
-    ! expected image against the scene without that choice; a test holds them against the true ones. Since 0.1.
+    ! Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
+    ! cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
+    ! peak.
     type, bind(C), public :: toliman_sim_plan_info
         integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_plan_info)
-        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT
-        integer(c_int32_t) :: scene_wavelengths = 0 ! of the spectrum as the scene has it
-        integer(c_int32_t) :: wavelengths = 0 ! propagated: as many, or fewer Chebyshev nodes in 1/lambda
-        integer(c_int32_t) :: order = 0 ! of the series in the displacement
-        integer(c_int32_t) :: exact_frames = 0 ! 1: no series pays, every frame is propagated anew
+        integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_...
+        integer(c_int32_t) :: scene_wavelengths = 0 ! wavelengths of the spectrum of the scene
+        integer(c_int32_t) :: wavelengths = 0 ! wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
+        integer(c_int32_t) :: order = 0 ! order of the Taylor expansion in the displacement
+        ! 1: the Taylor expansion is not worthwhile; every frame is re-propagated
+        integer(c_int32_t) :: exact_frames = 0
         integer(c_int32_t) :: oversampling = 0 ! point samples per pixel and axis
-        integer(c_int32_t) :: filter_taps = 0 ! of the filter that integrates over pixels; 0 = none
-        integer(c_int64_t) :: pupil_samples = 0 ! N of N x N
-        integer(c_int64_t) :: stages = 0 ! those that are modelled, for toliman_sim_get_stage alone
-        real(c_double) :: accuracy = 0.0_c_double ! what the scene asks for
-        ! of N samples against a pupil without any; not held to the accuracy, N is the scene's
+        integer(c_int32_t) :: filter_taps = 0 ! taps of the filter that integrates over pixels; 0 = no filter
+        integer(c_int64_t) :: pupil_samples = 0 ! N: the pupil has N x N samples
+        integer(c_int64_t) :: stages = 0 ! modelled stages; read with toliman_sim_get_stage
+        real(c_double) :: accuracy = 0.0_c_double ! accuracy that the scene requests
+        ! error of N samples; not limited by the accuracy, as the scene sets N
         real(c_double) :: pupil_error = 0.0_c_double
-        real(c_double) :: spectrum_error = 0.0_c_double ! of the nodes; 0 when every wavelength is propagated
-        ! of the series, largest pixel over that of the signal, at its largest displacement
+        ! error of the Chebyshev nodes; 0 if every wavelength is propagated
+        real(c_double) :: spectrum_error = 0.0_c_double
+        ! error of the Taylor expansion, defined as toliman_sim_info.truncation
         real(c_double) :: series_error = 0.0_c_double
-        real(c_double) :: pixel_error = 0.0_c_double ! of the filter
-        ! relative, of the padded FFT at its worst wavelength; 0 for the matrix DFT
+        real(c_double) :: pixel_error = 0.0_c_double ! error of the pixel integration
+        ! largest relative plate-scale error of the padded FFT; 0 for the matrix DFT
         real(c_double) :: plate_scale_error = 0.0_c_double
-        real(c_double) :: rounding_error = 0.0_c_double ! of double precision
-        real(c_double) :: setup_flops = 0.0_c_double ! all images, once
-        real(c_double) :: frame_flops = 0.0_c_double ! each expected frame, before its noise
-        real(c_double) :: bytes = 0.0_c_double ! memory, with as many frames made at a time as there are workers
-        real(c_double) :: setup_s = 0.0_c_double ! on one core of this machine, noise included; a rough guide
+        real(c_double) :: rounding_error = 0.0_c_double ! error of double precision
+        real(c_double) :: setup_flops = 0.0_c_double ! floating-point operations of the setup (all images, once)
+        real(c_double) :: frame_flops = 0.0_c_double ! floating-point operations of each expected frame, without noise
+        real(c_double) :: bytes = 0.0_c_double ! memory, with one frame in work per worker thread
+        ! expected seconds on one core of this machine, with noise; a rough guide
+        real(c_double) :: setup_s = 0.0_c_double
         real(c_double) :: frame_s = 0.0_c_double
-        ! of the series in the places of both stars, for systematics and orbits; 0 = none
+        ! order of the expansion in the positions of both stars, for systematics and orbits; 0 = none
         integer(c_int64_t) :: place_order = 0
-        ! of that series, over the signal's largest pixel, for disturbances of 4 sigma
+        ! error of that expansion for systematics of 4 sigma / largest change by the signal
         real(c_double) :: place_error = 0.0_c_double
-        ! of scale to first and focus to second order, for disturbances of 4 sigma
+        ! error of first order in scale and second order in focus, for systematics of 4 sigma
         real(c_double) :: scale_focus_error = 0.0_c_double
-        ! points of the orbit about which that series is made anew; 0 = at time 0 only
-        integer(c_int64_t) :: anchors = 0
-        ! that a star moves along its orbit from time 0 to any frame, at most: speed times time
+        integer(c_int64_t) :: anchors = 0 ! expansion points (anchors) along the orbit; 0 = time 0 only
+        ! upper limit of the motion of a star along its orbit over the cadence
         real(c_double) :: orbit_px = 0.0_c_double
     end type
 
-    ! Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter.
-    ! the whole frame without displacement, with dark current and bias
+    ! Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no
+    ! other systematics.
+    ! expected frame without displacement, including dark current and bias
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BOTH = 311
-    ! also the derivative with respect to the relative flux of A
+    ! light of star A; also the derivative by its relative flux
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_STAR_A = 312
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_STAR_B = 313 ! TOLIMAN_E_ARGUMENT for a single star
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SEPARATION = 314 ! d/d separation, per px
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_CURVATURE = 315 ! second derivative, per px^2
-    ! d/d common shift towards higher columns, per px
+    ! light of star B; TOLIMAN_E_ARGUMENT for a single star
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_STAR_B = 313
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SEPARATION = 314 ! derivative by the separation, per px
+    ! second derivative by the separation, per px^2
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_CURVATURE = 315
+    ! derivative by a common shift towards higher columns, per px
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_X = 316
-    ! d/d common shift towards higher rows, per px
+    ! derivative by a common shift towards higher rows, per px
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_Y = 317
 
-    ! Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
-    ! no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel.
+    ! Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
+    ! photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_VARIANCE = 318
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! d/d roll, per rad
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! d/d relative plate scale
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_FOCUS = 321 ! d/d defocus, per nm rms
-    ! d/d light that falls on every pixel alike, per photon
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! derivative by the roll, per rad
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! derivative by the relative plate scale
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_FOCUS = 321 ! derivative by the defocus, per nm rms
+    ! derivative by light that falls equally on every pixel, per photon
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BACKGROUND = 322
 
-    ! Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2.
+    ! Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
+    ! 0.2.
     type, bind(C), public :: toliman_sim_offsets
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_sim_offsets)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -297,48 +311,48 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
-    ! Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
-    ! latent, and the same way back.
-    !   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
-    !   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
-    !           that there is toliman_cae_reconstruct but no toliman_cae_decode
+    ! Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
+    ! channels and a dense layer to the latent, and a decoder in reverse order.
+    ! 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_FLIGHT = 201
+
+    ! Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
+    ! belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_PAPER = 202
 
-    ! What the network sees of a frame's 256x256 crop.
-    !   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
-    !   RESIDUAL  (counts - reference)/mean sigma of the frame
-    !   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter
+    ! Inputs: how the 256x256 crop of a frame is scaled for the network.
+    ! (counts - reference)/sigma per pixel, nuisances projected out
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_WHITENED = 211
+    ! (counts - reference)/mean sigma of the frame
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RESIDUAL = 212
+    ! counts, scaled so that the reference image spans 0..1; as in the chapter
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RAW = 213
 
-    ! What a network is. Since 0.1.
+    ! Network options.
     type, bind(C), public :: toliman_cae_options
         integer(c_int32_t) :: struct_size = 24
-        integer(c_int32_t) :: layout = 0 ! 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER
-        ! 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
-        integer(c_int32_t) :: input = 0
+        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
+        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_..., 0 = WHITENED
         integer(c_int32_t) :: reserved = 0 ! 0
-        type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Ways to train.
-    !   TIED          layout FLIGHT and WHITENED input: the linear decoder, whose kernels are the encoder's transposed, is
-    !                 fitted to the whitened derivative image; then both halves are scaled so that the latent is the
-    !                 separation in px. A step turns each tensor along its momentum, made orthogonal from channel to
-    !                 channel (after Jordan et al. 2024, "Muon"); lengths stay, so that no learning rate diverges. The
-    !                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
-    !   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
-    !                 any prior. The latent then has no unit and may have either sign
+    ! Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
+    ! derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
+    ! tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
+    ! change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
+    ! scenes from any seed. Needs layout FLIGHT and input WHITENED.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_TIED = 221
+
+    ! Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+    ! caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
     abstract interface
-        ! Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
-        ! other status ends the running call with it. The same frame must be the same each time, also when a training is taken
-        ! up. Called on the caller's thread, with no lock held; may not train or destroy the network, nor may `progress`. Since
-        ! 0.1.
+        ! Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
+        ! returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
+        ! time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
+        ! train or destroy the network; neither must the progress callback.
         function toliman_frames_fn(first, count, counts, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: first, count
@@ -349,417 +363,181 @@ module toliman
     end interface
     public :: toliman_frames_fn
 
-    ! How to train; 0 is the default throughout. Since 0.1.
+    ! Training options.
     type, bind(C), public :: toliman_cae_train_options
         integer(c_int32_t) :: struct_size = 96
-        integer(c_int32_t) :: mode = 0 ! 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED
-        integer(c_int32_t) :: steps = 0 ! TIED: 0 = 300
-        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: passes over the training frames, in all; 0 = 300
-        ! in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0; UNSUPERVISED: 0 = 1e-3,
-        ! of Adam, constant
+        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_MODE_..., 0 = TIED
+        integer(c_int32_t) :: steps = 0 ! TIED: number of steps; 0 = 300
+        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: total number of passes over the training frames; 0 = 300
+        ! in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0; 0 = 0.08.
+        ! UNSUPERVISED: constant rate of Adam; 0 = 1e-3
         real(c_double) :: learning_rate = 0.0_c_double
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
-        ! UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each
+        ! UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
         type(c_funptr) :: frames = c_null_funptr
         type(c_ptr) :: frames_data = c_null_ptr
-        integer(c_int64_t) :: frame_count = 0
-        integer(c_int64_t) :: validation = 0 ! of them, drawn from the seed and kept back; 0 = a tenth, at least 1
-        integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16
-        integer(c_int32_t) :: threads = 0 ! UNSUPERVISED: workers, 0 = one a processor; the same bits for any number
-        ! [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1
+        integer(c_int64_t) :: frame_count = 0 ! UNSUPERVISED: number of frames, at least 2
+        ! UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1
+        integer(c_int64_t) :: validation = 0
+        integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
+        ! UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int32_t) :: threads = 0
+        ! [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
         type(c_ptr) :: losses = c_null_ptr
-        ! what is beyond them, or was done before a training is taken up, is not written
-        integer(c_int64_t) :: loss_count = 0
+        integer(c_int64_t) :: loss_count = 0 ! later steps, and steps before a training was resumed, are not written
     end type
 
-    ! What a training came to. Since 0.1.
+    ! Training result. Members that do not apply to the mode are 0.
     type, bind(C), public :: toliman_cae_training
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_cae_training)
-        integer(c_int32_t) :: steps = 0 ! in all
-        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: in all; else 0
+        integer(c_int32_t) :: steps = 0 ! total number of steps
+        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: total number of epochs
         integer(c_int32_t) :: reserved = 0 ! 0
-        ! TIED: squared distance of the unit target and its part along the painted image, 0.02 when well trained;
-        ! UNSUPERVISED: mean squared error of the last epoch, in units of the input
+        ! TIED: squared distance between the unit target and its projection on the decoder output, 0.02 when well
+        ! trained. UNSUPERVISED: mean squared error of the last epoch, in units of the input
         real(c_double) :: loss = 0.0_c_double
-        ! TIED: between d latent/d residual and the whitened derivative, the predicted efficiency; else 0
+        ! TIED: cosine between d latent/d residual and the whitened derivative image: the predicted efficiency,
+        ! Cramer-Rao bound / standard deviation of the latent
         real(c_double) :: cosine = 0.0_c_double
-        ! UNSUPERVISED: of the frames kept back; else 0, and so the next three
-        real(c_double) :: validation_loss = 0.0_c_double
-        real(c_double) :: mmse = 0.0_c_double ! means over those frames, as of toliman_cae_reconstruct
+        real(c_double) :: validation_loss = 0.0_c_double ! UNSUPERVISED: loss of the validation frames
+        ! UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct
+        real(c_double) :: mmse = 0.0_c_double
         real(c_double) :: mssim = 0.0_c_double
+        ! UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct
         real(c_double) :: photon_floor = 0.0_c_double
     end type
 
-    ! Facts of a network. Since 0.1.
+    ! Properties of a network.
     type, bind(C), public :: toliman_cae_info
         integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_cae_info)
         integer(c_int32_t) :: trained = 0 ! 0 or 1
         type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper"; static text
-        integer(c_int64_t) :: layout_hash = 0 ! FNV-1a of the layout's tensor table
-        integer(c_int64_t) :: scene_digest = 0 ! of the scene the preprocessing came from
+        integer(c_int64_t) :: layout_hash = 0 ! FNV-1a hash of the tensor table of the layout
+        integer(c_int64_t) :: scene_digest = 0 ! toliman_sim_info.scene_digest of the scene
         integer(c_int64_t) :: parameters = 0 ! number of weights
-        integer(c_int64_t) :: rows = 0 ! of the frames it takes
+        integer(c_int64_t) :: rows = 0 ! shape of the frames that the network takes
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: crop_row = 0 ! first row and column of the 256x256 crop
         integer(c_int64_t) :: crop_col = 0
-        integer(c_int32_t) :: projected = 0 ! nuisance images projected out
-        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_WHITENED, ...
-        real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with exactly those free
-        real(c_double) :: cosine = 0.0_c_double ! after training; 0 before
+        integer(c_int32_t) :: projected = 0 ! number of nuisance images projected out
+        integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_...
+        real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with these nuisances unknown
+        real(c_double) :: cosine = 0.0_c_double ! toliman_cae_training.cosine; 0 before training
         ! factor between the input and the first convolution: 1e-3 for TIED, else 1
         real(c_double) :: input_scale = 0.0_c_double
-        integer(c_int64_t) :: seed = 0 ! of the random weights
+        integer(c_int64_t) :: seed = 0 ! seed of the random weights
     end type
 
-    ! How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-    ! bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
-    ! has the bytes and what each costs in accuracy. Since 0.1.
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FLOAT32 = 231
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_BF16 = 232
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FP16 = 233
+    ! Number formats of a weights blob. formats.md lists the bytes and the loss of accuracy of each. The reference image
+    ! is always float32, because its errors enter every latent.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FLOAT32 = 231 ! exact
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_BF16 = 232 ! half the size, 8-bit significand
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_ENCODING_FP16 = 233 ! half the size, 11-bit significand
 
-    ! What a blob holds. Since 0.1.
+    ! Options of toliman_cae_save.
     type, bind(C), public :: toliman_cae_save_options
         integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: weights_encoding = 0 ! TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
-        integer(c_int32_t) :: planes_encoding = 0 ! of variance, target and nuisance images; 0 = FLOAT32
-        ! 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go on with
+        integer(c_int32_t) :: weights_encoding = 0 ! of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+        ! of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+        integer(c_int32_t) :: planes_encoding = 0
+        ! 1: also save the training state, so that toliman_cae_train can resume; 0: do not
         integer(c_int32_t) :: training = 0
     end type
 
-    ! What a collection takes. Since 0.1.
+    ! Options of a collection.
     type, bind(C), public :: toliman_components_options
         integer(c_int32_t) :: struct_size = 24
-        ! 0: residuals against the scene's reference over the scene's sigma, less the nuisances of preprocess.project;
-        ! 1: counts
+        ! 0: residuals (counts - reference)/sigma, with preprocess.project projected out; 1: counts
         integer(c_int32_t) :: raw = 0
-        ! pixels a side that are summed first, whitened as one pixel; divides rows and columns; 0 = 1
+        ! sums blocks of bin x bin pixels first and whitens the sums; divides rows and columns; 0 = 1
         integer(c_int32_t) :: bin = 0
-        integer(c_int32_t) :: capacity = 0 ! frames, 2 ... 16384; 0 = those of the scene's cadence
-        type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
+        ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
+        integer(c_int32_t) :: capacity = 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Ways to find components, see toliman_components_train.
-    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_PCA = 401
-    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_DICTIONARY = 402
+    ! Methods of toliman_components_train.
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_PCA = 401 ! principal component analysis
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_DICTIONARY = 402 ! sparse dictionary learning
 
-    ! How to train. Since 0.1.
+    ! Training options.
     type, bind(C), public :: toliman_components_train_options
         integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: method = 0 ! 0 = TOLIMAN_COMPONENTS_PCA, or TOLIMAN_COMPONENTS_DICTIONARY
-        integer(c_int32_t) :: components = 0 ! 1 ... 64, less than frames; 0 = 1
-        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
-        integer(c_int32_t) :: iterations = 0 ! of the dictionary, at most; 0 = 200
+        integer(c_int32_t) :: method = 0 ! TOLIMAN_COMPONENTS_..., 0 = PCA
+        integer(c_int32_t) :: components = 0 ! number of components: 1 ... 64, fewer than frames; 0 = 1
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int32_t) :: iterations = 0 ! dictionary: largest number of iterations; 0 = 200
         integer(c_int32_t) :: reserved = 0 ! 0
-        ! of the dictionary: weight of the codes' L1 norm, in rms pixels; in [0, 1e6], 0 = 1
+        ! dictionary: weight of the L1 norm of the codes / rms pixel; in [0, 1e6], 0 = 1
         real(c_double) :: lambda = 0.0_c_double
-        integer(c_int64_t) :: seed = 0 ! of the random atoms that the dictionary starts with
+        integer(c_int64_t) :: seed = 0 ! dictionary: seed of the random initial atoms
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
-    ! What a training came to. Since 0.1.
+    ! Training result.
     type, bind(C), public :: toliman_components_training
         integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_components_training)
-        integer(c_int32_t) :: iterations = 0 ! done; 0 for PCA
-        ! 1: the last iteration added less than 1e-5 of the gain; 0: their number ended it
+        integer(c_int32_t) :: iterations = 0 ! dictionary: number of iterations; 0 for PCA
+        ! 1: the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the
+        ! limit on iterations
         integer(c_int32_t) :: converged = 0
         integer(c_int32_t) :: reserved = 0
-        ! of the dictionary over that of no atoms, 0 ... 1; 0 for PCA and for frames that are equal
+        ! dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames
         real(c_double) :: objective = 0.0_c_double
     end type
 
-    ! Facts of a collection. Since 0.1.
+    ! Properties of a collection.
     type, bind(C), public :: toliman_components_info
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_components_info)
-        integer(c_int32_t) :: raw = 0
+        integer(c_int32_t) :: raw = 0 ! as in the options
         integer(c_int32_t) :: bin = 0
-        integer(c_int32_t) :: projected = 0 ! nuisance images projected out; 0 if raw
-        integer(c_int64_t) :: capacity = 0
-        integer(c_int64_t) :: frames = 0
-        integer(c_int64_t) :: pixels = 0 ! of a frame, after binning
-        integer(c_int64_t) :: components = 0 ! trained; 0 before
-        ! Cramer-Rao bound of a frame's binned pixels with the projected images free; NaN if raw
+        integer(c_int32_t) :: projected = 0 ! number of nuisance images projected out; 0 if raw
+        integer(c_int64_t) :: capacity = 0 ! largest number of frames
+        integer(c_int64_t) :: frames = 0 ! number of frames pushed
+        integer(c_int64_t) :: pixels = 0 ! pixels of a frame after binning
+        integer(c_int64_t) :: components = 0 ! number of trained components; 0 before training
+        ! Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
         real(c_double) :: crb_px = 0.0_c_double
-        ! Amplitude of a sinusoid of the separation below which the leading principal component knows nothing of it,
-        ! when frames and pixels are many: p = pixels - projected white ones and N frames have an eigenvalue A^2/(2
-        ! crb^2), which must exceed sqrt(p/N), hence A = crb sqrt(2 sqrt(p/N)). +infinity without frames, NaN if raw.
-        ! Source: Baik, Ben Arous, Peche (2005); above it, with the eigenvalue l, the principal image's squared cosine
-        ! with the signal's is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the series' squared correlation (1 - p/N/l^2)/(1
-        ! + 1/l) (Benaych-Georges and Nadakuditi 2012).
+        ! Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
+        ! separation that the leading principal component responds to. N frames and p = pixels - projected white
+        ! pixels have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2
+        ! sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image
+        ! and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
+        ! is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
-    ! How an estimator is made. Since 0.2.
-    type, bind(C), public :: toliman_linear_options
-        integer(c_int32_t) :: struct_size = 16
-        integer(c_int32_t) :: reserved = 0 ! 0
-        type(c_ptr) :: allocator = c_null_ptr ! for the object's large arrays; NULL: the system's memory
-    end type
-
-    ! Flags of toliman_period_options.
-    ! subtract the weighted mean once instead of fitting it at each f
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DOUBLE_LIMB = 2 ! wide sums, 50 bits more for every term
-
-    ! Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
-    type, bind(C), public :: toliman_period_options
-        integer(c_int32_t) :: struct_size = 72
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
-        ! Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have their
-        ! own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
-        real(c_double) :: time_offset = 0.0_c_double
-        ! subtracted from every y, exactly. Give a typical value if the mean is large
-        real(c_double) :: value_offset = 0.0_c_double
-        ! Largest |y - value_offset| to come; 0 = 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
-        ! enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150.
-        real(c_double) :: value_bound = 0.0_c_double
-        real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma to come; 0 = 1
-        ! Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
-        ! sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-        ! TOLIMAN_PERIOD_DOUBLE_LIMB, they are wide, 50 bits more for every term: a push takes three times as long, a
-        ! query half as long again.
-        real(c_double) :: sigma_ceiling = 0.0_c_double
-        ! For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has,
-        ! in [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
-        integer(c_int64_t) :: time_offset_ns = 0
-        real(c_double) :: unit_ns = 0.0_c_double
-        type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
-    end type
-
-    ! Flag of toliman_period_sample: t_ns is the time.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_TIME_NS = 256
-
-    ! A sample with all digits of its time. Since 0.2.
-    type, bind(C), public :: toliman_period_sample
-        ! sizeof(toliman_period_sample); an array has that of its first element throughout
-        integer(c_int32_t) :: struct_size = 48
-        integer(c_int32_t) :: flags = 0 ! 0: the time is t + t_low. TOLIMAN_PERIOD_TIME_NS: it is t_ns
-        real(c_double) :: t = 0.0_c_double ! two doubles, of which the second is small
-        real(c_double) :: t_low = 0.0_c_double
-        integer(c_int64_t) :: t_ns = 0 ! nanoseconds of a clock: (t_ns - time_offset_ns)/unit_ns units of t
-        real(c_double) :: y = 0.0_c_double
-        real(c_double) :: sigma = 0.0_c_double ! 0: unweighted
-    end type
-
-    ! Facts of a periodogram. Since 0.1.
-    type, bind(C), public :: toliman_period_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_period_info)
-        integer(c_int32_t) :: flags = 0
-        integer(c_int64_t) :: nf = 0
-        real(c_double) :: f0 = 0.0_c_double
-        real(c_double) :: df = 0.0_c_double
-        real(c_double) :: time_offset = 0.0_c_double
-        real(c_double) :: value_offset = 0.0_c_double
-        real(c_double) :: value_bound = 0.0_c_double
-        real(c_double) :: sigma_floor = 0.0_c_double
-        integer(c_int64_t) :: count = 0 ! samples
-        integer(c_int64_t) :: digest = 0 ! identity of grid and options; equal digests may be compared sum by sum
-        real(c_double) :: sigma_ceiling = 0.0_c_double
-        integer(c_int64_t) :: time_offset_ns = 0
-        real(c_double) :: unit_ns = 0.0_c_double
-        integer(c_int32_t) :: weighted = 0 ! 1: some sample's sigma is not sigma_floor
-        integer(c_int32_t) :: reserved = 0
-    end type
-
-    ! Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
-    ! mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_STANDARD = 101 ! P = 1 - R/R0, in [0, 1]
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_MODEL = 102 ! R0/R - 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_LOG = 103 ! -ln(R/R0)
-    ! (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_PSD = 104
-
-    ! Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
-    ! its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
-    ! where an even series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB lowers the bound by 1e13.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 16
-
-    ! The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
-    type, bind(C), public :: toliman_period_model
-        integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_period_model)
-        ! 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none
-        integer(c_int32_t) :: rank = 0
-        real(c_double) :: frequency = 0.0_c_double ! f0 + k df
-        real(c_double) :: power = 0.0_c_double ! P
-        real(c_double) :: amplitude = 0.0_c_double
-        real(c_double) :: phase = 0.0_c_double ! rad
-        real(c_double) :: offset = 0.0_c_double
-        ! standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset
-        real(c_double) :: amplitude_error = 0.0_c_double
-        real(c_double) :: phase_error = 0.0_c_double
-        real(c_double) :: offset_error = 0.0_c_double
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_INACCURATE
-        integer(c_int32_t) :: reserved = 0
-    end type
-
-    ! Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 4
-
-    ! Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
-    ! distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
-
-    ! Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
-    ! the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
-    ! unit than the times. query_peak and query_peaks take T from the variance of the times, and never have ABOVE_NYQUIST,
-    ! as sums do not tell the step; query_fit takes both from the times.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
-
-    ! A peak and what it means. Since 0.1.
-    type, bind(C), public :: toliman_period_peak
-        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
-        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (of query_fit
-        ! only)
-        integer(c_int32_t) :: flags = 0
-        ! between grid points, where the power is greatest; never outside the grid
-        real(c_double) :: frequency = 0.0_c_double
-        real(c_double) :: period = 0.0_c_double ! 1/frequency
-        real(c_double) :: power = 0.0_c_double ! in [0, 1]
-        real(c_double) :: log10_residual = 0.0_c_double ! log10(1 - power), formed from residual/total; -4900 at least
-        ! full width at half maximum of the peak, in frequency; +infinity if a side never falls so low
-        real(c_double) :: fwhm = 0.0_c_double
-        ! fwhm/f^2: error of the period as the chapter's formula prints it
-        real(c_double) :: fwhm_period = 0.0_c_double
-        real(c_double) :: half_width_period = 0.0_c_double ! half of it, as the chapter's table prints it
-        ! least-squares standard error, +infinity if the samples cannot tell; NaN from query_peak, which sees no
-        ! samples. As all errors scaled by the residuals: of the sigmas only the proportions count
-        real(c_double) :: frequency_error = 0.0_c_double
-        real(c_double) :: amplitude = 0.0_c_double ! of the sinusoid; NaN from query_peak
-        real(c_double) :: amplitude_error = 0.0_c_double ! the same; NaN from query_peak
-        ! rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above
-        real(c_double) :: phase = 0.0_c_double
-        real(c_double) :: offset = 0.0_c_double ! NaN as above
-        ! Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look. For a look
-        ! after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL
-        real(c_double) :: log10_fap = 0.0_c_double
-        ! frequency_error/frequency^2: the standard error of the period; NaN as above
-        real(c_double) :: period_error = 0.0_c_double
-    end type
-
-    ! Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
-    ! cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-    ! What the samples' times are worth, and whether the grid suits them. Since 0.1.
-    type, bind(C), public :: toliman_period_sampling
-        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-        real(c_double) :: baseline = 0.0_c_double ! T: time span and one step
-        real(c_double) :: coarsest_df = 0.0_c_double ! 1/(5 T); +infinity while all times are one
-        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); the same
-        ! frequencies of the grid that are independent of each other: its last one times T, or 1
-        real(c_double) :: independent = 0.0_c_double
-    end type
-
-    ! Flag: direct sums only, good to 1e-13 whatever the tolerance.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DIRECT = 512
-
-    ! How toliman_period_batch works. 0 is the default of every member. Since 0.1.
-    type, bind(C), public :: toliman_period_batch_options
-        integer(c_int32_t) :: struct_size = 40
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
-        ! of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
-        real(c_double) :: tolerance = 0.0_c_double
-        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
-        integer(c_int32_t) :: reserved = 0
-        type(c_funptr) :: progress = c_null_funptr ! may be NULL
-        type(c_ptr) :: progress_data = c_null_ptr
-    end type
-
-    ! False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
-    ! Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_PERIOD_FAP_SEQUENTIAL.
-    ! somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_BALUEV = 111
-    ! the same, were there just f T independent frequencies. Too small: at 0.01 by 3
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_NAIVE = 112
-    ! at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
-
-    ! Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
-    ! each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
-    ! whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
-    ! and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
-    ! Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
-    ! Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
-
-    ! How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1.
-    type, bind(C), public :: toliman_period_bootstrap_options
-        integer(c_int32_t) :: struct_size = 32
-        integer(c_int32_t) :: threads = 0 ! own workers; 0 = one a processor. Never changes a bit of any result
-        integer(c_int64_t) :: seed = 0
-        type(c_funptr) :: progress = c_null_funptr ! may be NULL
-        type(c_ptr) :: progress_data = c_null_ptr
-    end type
-
-    ! Verdicts, as above.
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
-    ! of lines alone: counts of another ledger, or of repeats
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
-
-    ! Why a frame is rejected.
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
-    ! other rows or columns than the tracker's
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_SHAPE = 512
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_OVER_RANGE = 513 ! a pixel above the bit depth
-    ! so many bytes of pixels of 0 in a row as a lost packet leaves
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! a pixel that is NaN or infinite
-    ! a time without TAI, or too far off for the periodogram
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
-    ! the estimator failed, or gave no finite value or a sigma out of range
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
-
-    ! A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
+    ! Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
+    ! together identify a frame; all other members must be identical if the frame is pushed again.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
-        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_... of image.h, big-endian ones too
-        type(c_ptr) :: session = c_null_ptr ! 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
-        type(c_ptr) :: roi = c_null_ptr
-        integer(c_int64_t) :: frame_id = 0 ! any number, below 0 too
-        integer(c_int64_t) :: camera_ns = 0 ! the camera's clock
-        ! frames that the camera dropped before this one, up to 65535; 0 where it does not say
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...
+        ! name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
+        type(c_ptr) :: session = c_null_ptr
+        type(c_ptr) :: roi = c_null_ptr ! name of the region of interest, likewise
+        integer(c_int64_t) :: frame_id = 0 ! any number, also negative
+        integer(c_int64_t) :: camera_ns = 0 ! camera clock, in nanoseconds
+        ! frames that the camera dropped before this one, at most 65535; 0 = none or unknown
         integer(c_int64_t) :: dropped = 0
-        type(c_ptr) :: pixels = c_null_ptr ! [rows][stride], aligned to a pixel
-        integer(c_int64_t) :: rows = 0
+        type(c_ptr) :: pixels = c_null_ptr ! [rows][stride], aligned to the size of a pixel
+        integer(c_int64_t) :: rows = 0 ! shape
         integer(c_int64_t) :: cols = 0
-        integer(c_int64_t) :: stride = 0 ! pixels from row to row; 0 means cols
-        ! of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's
+        integer(c_int64_t) :: stride = 0 ! pixels from row to row; 0 = cols
+        ! standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
         real(c_double) :: sigma = 0.0_c_double
-        ! For estimators and the ledger; a frame that comes again must have the same. Intervals on the target are
-        ! pairs of start and end in s from the start of the exposure, rising and within it. length of the exposure, up
-        ! to 1e9; 0: not known
-        real(c_double) :: exposure_s = 0.0_c_double
-        type(c_ptr) :: intervals = c_null_ptr ! [interval_count][2]; may be NULL where interval_count is 0
-        integer(c_size_t) :: interval_count = 0 ! up to 65536; 0: not known
-        integer(c_int64_t) :: window_row = 0 ! row and column on the detector of the frame's first pixel, up to 2^31
+        real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure, at most 1e9 s; 0 = unknown
+        ! [interval_count][2]: intervals on target, start and end in s from the start of the exposure, increasing and
+        ! within it; NULL if interval_count is 0
+        type(c_ptr) :: intervals = c_null_ptr
+        integer(c_size_t) :: interval_count = 0 ! at most 65536; 0 = unknown
+        integer(c_int64_t) :: window_row = 0 ! row and column of the first pixel on the detector, at most 2^31
         integer(c_int64_t) :: window_col = 0
     end type
 
-    ! What became of a frame. Since 0.1.
-    type, bind(C), public :: toliman_track_outcome
-        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_track_outcome), of the first at least
-        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
-        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
-        integer(c_int32_t) :: reserved = 0
-        ! of the pixel that is over range, not finite or completes a hole; of shape: the frame's
-        integer(c_int64_t) :: row = 0
-        integer(c_int64_t) :: col = 0
-        real(c_double) :: pixel = 0.0_c_double ! its value
-        real(c_double) :: value = 0.0_c_double ! of accepted ones and outliers: the estimate
-        integer(c_int64_t) :: tai_ns = 0 ! their time
-        ! of the same frames, per pixel, against the estimator's model; NaN where that has none
-        real(c_double) :: chi_square = 0.0_c_double
-    end type
-
-    ! What an estimator of the caller gets: an image, as crop and bin leave it, and what is known of it. Since 0.2.
+    ! Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame.
+    ! Since 0.2.
     type, bind(C), public :: toliman_estimate_input
         integer(c_int32_t) :: struct_size = 96 ! sizeof(toliman_estimate_input) of the library
         integer(c_int32_t) :: reserved = 0
@@ -767,35 +545,36 @@ module toliman
         integer(c_size_t) :: rows = 0
         integer(c_size_t) :: cols = 0
         integer(c_size_t) :: stride = 0
-        integer(c_int64_t) :: tai_ns = 0 ! the frame's time, by the tracker's clock
-        ! square of the frame's own sigma over the tracker's; 1 where the frame has none
+        integer(c_int64_t) :: tai_ns = 0 ! time of the frame in TAI, from the tracker's clock table
+        ! (sigma of the frame / sigma of the tracker)^2; 1 if the frame has no sigma of its own
         real(c_double) :: variance_scale = 0.0_c_double
-        real(c_double) :: exposure_s = 0.0_c_double ! as toliman_frame has it, like the intervals
-        type(c_ptr) :: intervals = c_null_ptr ! [interval_count][2]
+        real(c_double) :: exposure_s = 0.0_c_double ! as in toliman_frame
+        type(c_ptr) :: intervals = c_null_ptr ! [interval_count][2], as in toliman_frame
         integer(c_size_t) :: interval_count = 0
-        integer(c_int64_t) :: window_row = 0 ! row and column on the detector of the image's first pixel
+        integer(c_int64_t) :: window_row = 0 ! row and column of the image's first pixel on the detector
         integer(c_int64_t) :: window_col = 0
     end type
 
-    ! What it gives. The library's arrays hold NaN, other members what is said behind the colon. Since 0.2.
+    ! Output of a user-supplied estimator. The library presets the arrays to NaN, chi_square to NaN and other members to
+    ! 0. Since 0.2.
     type, bind(C), public :: toliman_estimate
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_estimate) of the library
-        integer(c_int32_t) :: flags = 0 ! bits of the estimator's own, kept in the column "flags"; none: 0
-        ! [value_count]: the first is the frame's value, the others are kept in their columns
+        integer(c_int32_t) :: flags = 0 ! bits defined by the estimator, stored in the ledger column "flags"
+        ! [value_count]: values[0] is the value of the frame, the others are stored in columns
         type(c_ptr) :: values = c_null_ptr
-        integer(c_size_t) :: value_count = 0 ! 1, and 1 for each name of toliman_track_options.values
-        ! [value_count][value_count], upper triangle; kept but for the first's variance, sigma^2
+        integer(c_size_t) :: value_count = 0 ! 1 + number of names in toliman_track_options.values
+        ! [value_count][value_count], upper triangle; stored in columns, except the variance of values[0], which is
+        ! sigma^2
         type(c_ptr) :: covariance = c_null_ptr
-        ! of the first value, 1 to 32 times the tracker's; 0: the frame's or the tracker's
+        ! standard deviation of values[0], 1 to 32 times the tracker's; 0 = the frame's, or the tracker's
         real(c_double) :: sigma = 0.0_c_double
-        ! of the image against the estimator's model, per pixel; NaN: not known
+        ! chi-square per pixel of the image against the estimator's model; NaN = unknown
         real(c_double) :: chi_square = 0.0_c_double
     end type
 
     abstract interface
-        ! Estimator of the caller: what *input says, and nothing else, decides what it gives. Nonzero, a first value that is
-        ! not finite or a sigma out of range rejects the frame. With several threads it is called from all of them at once.
-        ! Since 0.2.
+        ! User-supplied estimator. Its result must depend on *input only. A nonzero return value, a non-finite values[0] or a
+        ! sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since 0.2.
         function toliman_estimate_fn(input, estimate, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -806,47 +585,301 @@ module toliman
     end interface
     public :: toliman_estimate_fn
 
-    ! Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
-    ! sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-    ! again. SALVAGE is for toliman_track_merge alone. ALLOW_ZERO_RUNS rejects no frame for a run of zero pixels.
+    ! Options of an estimator. Since 0.2.
+    type, bind(C), public :: toliman_linear_options
+        integer(c_int32_t) :: struct_size = 16
+        integer(c_int32_t) :: reserved = 0 ! 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+    end type
+
+    ! Flags of toliman_period_options.
+    ! subtract the weighted mean once, instead of fitting it at each frequency
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
+    ! double-limb accumulators: 178 instead of 128 bits, 50 more per term
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DOUBLE_LIMB = 2
+
+    ! Options fixed at creation, because the bits of the accumulators depend on them.
+    type, bind(C), public :: toliman_period_options
+        integer(c_int32_t) :: struct_size = 72
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
+        ! subtracted exactly from every t; give the first time if time stamps have many digits
+        real(c_double) :: time_offset = 0.0_c_double
+        ! subtracted exactly from every y; give a typical value if the mean is large
+        real(c_double) :: value_offset = 0.0_c_double
+        ! largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it (double-limb: 2^-150),
+        ! enough for a standard deviation of 2.6e-17 of it if every sigma is sigma_floor
+        real(c_double) :: value_bound = 0.0_c_double
+        real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma accepted; 0 = 1
+        ! Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
+        ! sigma_floor the accumulators are single-limb, with weights (sigma_floor/sigma)^2 rounded to 2^-50. Above, or
+        ! with TOLIMAN_PERIOD_DOUBLE_LIMB, they are double-limb: a push takes 3 times as long, a query 1.5 times.
+        real(c_double) :: sigma_ceiling = 0.0_c_double
+        ! for times in whole nanoseconds: subtracted exactly from t_ns. The instant t_ns = time_offset_ns is the
+        ! instant t = time_offset
+        integer(c_int64_t) :: time_offset_ns = 0
+        ! nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
+        real(c_double) :: unit_ns = 0.0_c_double
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+    end type
+
+    ! Flag of toliman_period_sample: the time is t_ns.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_TIME_NS = 256
+
+    ! Sample whose time has more digits than a double. Since 0.2.
+    type, bind(C), public :: toliman_period_sample
+        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_period_sample)
+        integer(c_int32_t) :: flags = 0 ! 0: the time is t + t_low; TOLIMAN_PERIOD_TIME_NS: the time is t_ns
+        real(c_double) :: t = 0.0_c_double ! time as the sum of two doubles; t_low is the small one
+        real(c_double) :: t_low = 0.0_c_double
+        integer(c_int64_t) :: t_ns = 0 ! time in nanoseconds: (t_ns - time_offset_ns)/unit_ns units of t
+        real(c_double) :: y = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double ! 0 = unweighted
+    end type
+
+    ! Properties of a periodogram. Members with names of toliman_period_options hold the options in force.
+    type, bind(C), public :: toliman_period_info
+        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_period_info)
+        integer(c_int32_t) :: flags = 0
+        integer(c_int64_t) :: nf = 0
+        real(c_double) :: f0 = 0.0_c_double
+        real(c_double) :: df = 0.0_c_double
+        real(c_double) :: time_offset = 0.0_c_double
+        real(c_double) :: value_offset = 0.0_c_double
+        real(c_double) :: value_bound = 0.0_c_double
+        real(c_double) :: sigma_floor = 0.0_c_double
+        integer(c_int64_t) :: count = 0 ! number of samples
+        ! hash of grid and options. Accumulators with equal digests can be compared bit by bit
+        integer(c_int64_t) :: digest = 0
+        real(c_double) :: sigma_ceiling = 0.0_c_double
+        integer(c_int64_t) :: time_offset_ns = 0
+        real(c_double) :: unit_ns = 0.0_c_double
+        integer(c_int32_t) :: weighted = 0 ! 1: a sample has a sigma other than sigma_floor
+        integer(c_int32_t) :: reserved = 0
+    end type
+
+    ! Normalisations of the power, named as in astropy. R is the residual sum of squares of the model, R0 that of the
+    ! mean alone. 1 - P is resolved to 1e-14; MODEL and LOG use at least 1e-15 for it and are therefore finite.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_STANDARD = 101 ! P = 1 - R/R0, in [0, 1]
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_MODEL = 102 ! R0/R - 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_LOG = 103 ! -ln(R/R0)
+    ! (R0 - R)/2 with weights 1/sigma^2; in units of y^2 if every sigma is 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_POWER_PSD = 104
+
+    ! Flag of a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3.
+    ! For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of
+    ! 1/(2 step), where a regular series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB reduces the bound by a factor 1e13.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 16
+
+    ! Sinusoid fitted at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase).
+    type, bind(C), public :: toliman_period_model
+        integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_period_model)
+        ! 2; 1 if cosine and sine coincide at every sample and only one is fitted; 0 if none is
+        integer(c_int32_t) :: rank = 0
+        real(c_double) :: frequency = 0.0_c_double ! f0 + k df
+        real(c_double) :: power = 0.0_c_double ! P
+        real(c_double) :: amplitude = 0.0_c_double
+        real(c_double) :: phase = 0.0_c_double ! rad
+        real(c_double) :: offset = 0.0_c_double
+        ! standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed
+        ! offset
+        real(c_double) :: amplitude_error = 0.0_c_double
+        real(c_double) :: phase_error = 0.0_c_double
+        real(c_double) :: offset_error = 0.0_c_double
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_INACCURATE
+        integer(c_int32_t) :: reserved = 0
+    end type
+
+    ! Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 4
+
+    ! Flag of a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the
+    ! window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
+
+    ! Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
+    ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
+
+    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the
+    ! times are given, as in toliman_period_query_fit, because the accumulators do not contain the step.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
+
+    ! Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
+    ! give.
+    type, bind(C), public :: toliman_period_peak
+        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
+        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (query_fit only)
+        integer(c_int32_t) :: flags = 0
+        ! frequency of highest power, interpolated between grid points, within the grid
+        real(c_double) :: frequency = 0.0_c_double
+        real(c_double) :: period = 0.0_c_double ! 1/frequency
+        real(c_double) :: power = 0.0_c_double ! P, in [0, 1]
+        ! log10(1 - power), computed from residual/total; at least -4900
+        real(c_double) :: log10_residual = 0.0_c_double
+        ! full width at half maximum in frequency; +infinity if a side stays above half
+        real(c_double) :: fwhm = 0.0_c_double
+        ! fwhm/f^2, a width: the chapter's formula for the error of the period
+        real(c_double) :: fwhm_period = 0.0_c_double
+        ! half of fwhm_period, a width: the error that the chapter's table prints
+        real(c_double) :: half_width_period = 0.0_c_double
+        ! least-squares standard error; +infinity if not determined; NaN from query_peak. Like all errors here it is
+        ! scaled by the residual: only the ratios of the sigmas matter
+        real(c_double) :: frequency_error = 0.0_c_double
+        real(c_double) :: amplitude = 0.0_c_double ! amplitude of the sinusoid; NaN from query_peak
+        real(c_double) :: amplitude_error = 0.0_c_double ! standard error; NaN from query_peak
+        real(c_double) :: phase = 0.0_c_double ! rad, as in toliman_period_model; NaN from query_peak
+        real(c_double) :: offset = 0.0_c_double ! mean of the sinusoid; NaN from query_peak
+        ! Baluev's upper bound of the false alarm probability on this grid, for one query. For a query after every
+        ! sample: toliman_period_query_fap with SEQUENTIAL
+        real(c_double) :: log10_fap = 0.0_c_double
+        ! standard error of the period, frequency_error/frequency^2; NaN from query_peak
+        real(c_double) :: period_error = 0.0_c_double
+    end type
+
+    ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+    ! error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+    ! Sampling diagnostics: whether the grid suits the times of the samples.
+    type, bind(C), public :: toliman_period_sampling
+        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+        real(c_double) :: baseline = 0.0_c_double ! T: time span plus one step
+        ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+        real(c_double) :: coarsest_df = 0.0_c_double
+        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
+        ! number of independent frequencies: last frequency of the grid times T, at least 1
+        real(c_double) :: independent = 0.0_c_double
+    end type
+
+    ! Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DIRECT = 512
+
+    ! Options of toliman_period_batch.
+    type, bind(C), public :: toliman_period_batch_options
+        integer(c_int32_t) :: struct_size = 40
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
+        ! largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
+        real(c_double) :: tolerance = 0.0_c_double
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int32_t) :: reserved = 0
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
+    ! one query. Peaks contain it.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_BALUEV = 111
+
+    ! FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_NAIVE = 112
+
+    ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
+
+    ! FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
+    ! of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
+    ! series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+    !
+    ! Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
+    ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
+    ! sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
+    ! 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
+
+    ! Options of toliman_period_query_bootstrap.
+    type, bind(C), public :: toliman_period_bootstrap_options
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int64_t) :: seed = 0 ! of the random resamplings
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Verdicts, explained above.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
+    ! ledger records only: counts of repeated frames or of a merged ledger
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
+
+    ! Reasons for rejection.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
+    ! number of rows or columns differs from the tracker's
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_SHAPE = 512
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_OVER_RANGE = 513 ! pixel above the bit depth
+    ! run of zero pixels of at least zero_run_bytes (lost packet)
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! pixel that is NaN or infinite
+    ! time that has no TAI, or that the periodogram cannot represent
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
+    ! estimator failed, or gave a non-finite value or a sigma out of range
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
+
+    ! Outcome of a pushed frame.
+    type, bind(C), public :: toliman_track_outcome
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_track_outcome)
+        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
+        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected frame
+        integer(c_int32_t) :: reserved = 0
+        ! first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
+        integer(c_int64_t) :: row = 0
+        integer(c_int64_t) :: col = 0
+        real(c_double) :: pixel = 0.0_c_double ! value of that pixel
+        real(c_double) :: value = 0.0_c_double ! accepted frames and outliers: the estimate
+        integer(c_int64_t) :: tai_ns = 0 ! accepted frames and outliers: time in TAI
+        ! accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without one
+        real(c_double) :: chi_square = 0.0_c_double
+    end type
+
+    ! Flags of toliman_track_options.
+    ! opens the folder for reading, also while another tracker writes to it
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
+
+    ! Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
+    ! time must be pushed again.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
+    ! flag of toliman_track_merge only: skip damaged records
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
+    ! rejects no frame for a run of zero pixels
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
-    ! When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
-    ! commit and save, and by the next push if it waits for a second.
-    ! every `group` lines, and lines that wait for a second at the next push
+    ! Durability of ledger records. A frame is acknowledged once its record has been fsync'ed. The count of repeated
+    ! frames is fsync'ed by commit and save, and by a push once it has waited for a second.
+    ! fsync per `group` records; records older than a second at the next push
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! every line
-    ! by the system: a power cut may lose what get_info calls committed
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! fsync per record
+    ! no fsync: a power failure may lose records that get_info counts as committed
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_NONE = 523
 
-    ! What a tracker is. 0 is the default of every member. Since 0.1.
+    ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
         integer(c_int32_t) :: struct_size = 416
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
-        ! of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 64 bytes per frame more and 8 per
-        ! column
+        ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
+        ! frame and 8 per column
         type(c_ptr) :: folder = c_null_ptr
-        integer(c_int64_t) :: capacity = 0 ! frames at most, up to 2^28, 24 bytes each and 3.2 MB; 0: 2^20
-        ! The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of
-        ! them where nothing is pushed.
+        ! largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
+        integer(c_int64_t) :: capacity = 0
+        ! Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and
+        ! a network must not be trained meanwhile.
         type(c_ptr) :: cae = c_null_ptr
         type(c_ptr) :: linear = c_null_ptr
         type(c_funptr) :: estimate = c_null_funptr
         type(c_ptr) :: estimate_data = c_null_ptr
-        ! tells one `estimate` from another, and what lines were made by if there is none; of cae and linear the
-        ! library makes it
+        ! identifies `estimate`, or the estimator of the ledger if there is none. Ignored with cae and linear, for
+        ! which the library computes it
         integer(c_int64_t) :: estimator_id = 0
-        ! names of further values of `estimate`, separated by commas ("dx,dy"): up to 7, each of 1 to 24 of a-z 0-9 _;
-        ! columns of a new ledger
+        ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
+        ! a-z 0-9 _; columns of a new ledger
         character(kind=c_char) :: values(176) = c_null_char
-        real(c_double) :: sigma = 0.0_c_double ! of a value; 0: the Cramer-Rao bound that cae and linear know
-        real(c_double) :: value_limit = 0.0_c_double ! values further from 0 are outliers; 0: 10,000 sigma
-        ! Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to
-        ! the image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is of
-        ! the frame; frames as large as the image asks for.
+        real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
+        real(c_double) :: value_limit = 0.0_c_double ! a frame with |value| above it is an outlier; 0 = 10,000 sigma
+        ! Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        ! image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        ! the frame as fits; frames just large enough for the image.
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: crop_row = 0
@@ -854,48 +887,49 @@ module toliman
         integer(c_int64_t) :: bin = 0
         integer(c_int64_t) :: image_rows = 0
         integer(c_int64_t) :: image_cols = 0
-        integer(c_int32_t) :: bit_depth = 0 ! up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
-        integer(c_int32_t) :: zero_run_bytes = 0 ! pixels of 0 in a row that have so many bytes reject it; 0: 4096
-        ! The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the
-        ! folder's, with time_offset_ns, unit_ns and period_flags.
+        ! at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit
+        integer(c_int32_t) :: bit_depth = 0
+        ! a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096
+        integer(c_int32_t) :: zero_run_bytes = 0
+        ! Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of
+        ! the folder, with its time_offset_ns, unit_ns and period_flags.
         real(c_double) :: f0 = 0.0_c_double
         real(c_double) :: df = 0.0_c_double
         integer(c_int64_t) :: nf = 0
-        integer(c_int64_t) :: time_offset_ns = 0 ! TAI that is time 0
-        real(c_double) :: unit_ns = 0.0_c_double ! 0: 86400e9, days
+        integer(c_int64_t) :: time_offset_ns = 0 ! TAI of time 0
+        real(c_double) :: unit_ns = 0.0_c_double ! 0 = 86400e9, days
         integer(c_int32_t) :: period_flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
-        ! that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe for threads. Never
-        ! changes a bit
+        ! threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not be thread-safe.
+        ! Results do not depend on the number
         integer(c_int32_t) :: threads = 0
-        ! Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
-        ! constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock,
-        ! also with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost,
-        ! both must be given.
+        ! Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
+        ! interpolation between pairs and extrapolation beyond them; one pair is a constant difference, (0, 0) none.
+        ! No pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the
+        ! setup file of the folder is lost, both grid and clock table must be given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
-        integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_...; 0: GROUP
-        integer(c_int32_t) :: group = 0 ! lines, 1 to 65536; 0: 64
-        type(c_ptr) :: allocator = c_null_ptr ! of the object's large arrays; NULL: the system's memory
-        ! Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during
-        ! that call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole
-        ! record, names of sessions that are lost. May be NULL.
+        integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_..., 0 = GROUP
+        integer(c_int32_t) :: group = 0 ! records per fsync, 1 to 65536; 0 = 64
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        ! Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call
+        ! only: a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the
+        ! ledger; lost session names. May be NULL.
         type(c_funptr) :: log = c_null_funptr
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
-    ! TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
+    ! Record of the ledger: a frame as it arrived and its present verdict, or counts with TOLIMAN_TRACK_VERDICT_MERGED.
     type, bind(C), public :: toliman_track_record
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record), of the first at least
-        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
-        integer(c_int32_t) :: reason = 0 ! of rejected ones, TOLIMAN_TRACK_REASON_...
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
+        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
+        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected frame
         integer(c_int32_t) :: content = 0 ! CRC32 of the frame
-        integer(c_int64_t) :: stream = 0 ! FNV-1a of session and region
+        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of session and region
         integer(c_int64_t) :: frame_id = 0
-        integer(c_int64_t) :: camera_ns = 0 ! by the tracker's clock
+        integer(c_int64_t) :: camera_ns = 0 ! camera time, and TAI from the tracker's clock table
         integer(c_int64_t) :: tai_ns = 0
         integer(c_int64_t) :: dropped = 0
-        real(c_double) :: value = 0.0_c_double ! 0 and the tracker's where there was none
+        real(c_double) :: value = 0.0_c_double ! if the frame has no value: 0 and the sigma of the tracker
         real(c_double) :: sigma = 0.0_c_double
     end type
 
@@ -903,73 +937,73 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
 
-    ! A column of the ledger, which lines have beside the members of toliman_track_record. Every ledger of this version has
-    ! chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
-    ! mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
-    ! toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
-    ! and cov_A_A is a variance. Since 0.2.
+    ! Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
+    ! columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
+    ! shift_s: mean time of the intervals on target minus the middle of the exposure, 0 without intervals. Then follow
+    ! the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named
+    ! "value"; cov_A_A is a variance. Since 0.2.
     type, bind(C), public :: toliman_track_column
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column), of the first at least
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
         integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
         character(kind=c_char) :: name(64) = c_null_char
     end type
 
-    ! Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
-    ! arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
-    ! ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1.
+    ! Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+    ! repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
+    ! The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
         integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
-        integer(c_int64_t) :: received = 0 ! frames, by this or earlier runs
-        integer(c_int64_t) :: accepted = 0 ! in the periodogram now
+        integer(c_int64_t) :: received = 0 ! arrived frames, in this and earlier runs
+        integer(c_int64_t) :: accepted = 0 ! frames in the periodogram
         integer(c_int64_t) :: outlier = 0
         integer(c_int64_t) :: quarantined = 0 ! keys
-        ! later arrivals of keys that are known, same or other bytes; here or in folders that were merged
+        ! later arrivals of known keys, with the same or other content, here or in merged folders
         integer(c_int64_t) :: repeated = 0
-        integer(c_int64_t) :: rejected = 0 ! for all reasons; toliman_track_get_rejected has those for one
+        integer(c_int64_t) :: rejected = 0 ! for any reason; see toliman_track_get_rejected
         integer(c_int64_t) :: expected = 0 ! frame ids from the first to the last of each session and region
-        integer(c_int64_t) :: missing = 0 ! of these, ids that are neither accepted nor outlier nor quarantined
-        integer(c_int64_t) :: dropped = 0 ! by the camera, as accepted frames and outliers tell
-        integer(c_int64_t) :: sessions = 0 ! and regions
-        integer(c_int64_t) :: records = 0 ! of the ledger; in memory, frames that came as good ones
-        ! lines that are acknowledged; of READ_ONLY those that the files tell to be
+        integer(c_int64_t) :: missing = 0 ! expected ids that are neither accepted nor outlier nor quarantined
+        integer(c_int64_t) :: dropped = 0 ! frames dropped by the camera, as reported by accepted frames and outliers
+        integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
+        integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, valid frames
+        ! acknowledged records; with READ_ONLY, records that the files show to be acknowledged
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
         integer(c_int64_t) :: estimator_id = 0
-        real(c_double) :: sigma = 0.0_c_double ! of a value
+        real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value
         real(c_double) :: value_limit = 0.0_c_double
     end type
 
-    ! A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
-    ! streams.txt was lost and no frame of it came since. Since 0.1.
+    ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    ! was lost and none of their frames has arrived since.
     type, bind(C), public :: toliman_track_stream
-        integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream), of the first at least
+        integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream)
         integer(c_int32_t) :: reserved = 0
-        integer(c_int64_t) :: stream = 0 ! FNV-1a of both, as in toliman_track_record
-        integer(c_int64_t) :: first_id = 0 ! frame ids
+        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of both names, as in toliman_track_record
+        integer(c_int64_t) :: first_id = 0 ! lowest and highest frame id
         integer(c_int64_t) :: last_id = 0
-        integer(c_int64_t) :: frames = 0 ! keys: those of accepted frames, outliers and quarantined ones
-        integer(c_int64_t) :: missing = 0 ! ids from the first to the last that are none of these
+        integer(c_int64_t) :: frames = 0 ! keys that are accepted, outlier or quarantined
+        integer(c_int64_t) :: missing = 0 ! other ids between first_id and last_id
         character(kind=c_char) :: session(72) = c_null_char
         character(kind=c_char) :: roi(72) = c_null_char
     end type
 
     interface
-        ! Name of a code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown one.
+        ! Returns the name of a status code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown code.
         function toliman_status_name(status) bind(C) result(answer)
             import
             integer(c_int32_t), value :: status
             type(c_ptr) :: answer
         end function
 
-        ! Message of the last failed call on this thread, "" when none failed yet.
+        ! Returns the message of the last failed call on this thread, "" if no call has failed.
         function toliman_last_error() bind(C) result(answer)
             import
             type(c_ptr) :: answer
         end function
 
-        ! Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may
-        ! be NULL when size is 0).
+        ! Copies the last message to text[size], truncated to fit and terminated by a zero byte if size > 0. text may
+        ! be NULL if size is 0.
         function toliman_last_error_copy(text, size) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
@@ -977,72 +1011,71 @@ module toliman
             integer(c_size_t) :: answer
         end function
 
-        ! Name of what was wrong in the last failed call on this thread, as its message has it, so that no program
-        ! needs to parse the message: an argument ("sigma"), a member of a struct ("options->bin", "frames[3].sigma"),
-        ! a key of a scene ("telescope.aperture_m"), or the path of a file that is missing, malformed or lost, or
-        ! cannot be written. "" when none failed yet, and where a failure has no such name (out of memory, cancelled,
-        ! too few samples).
+        ! Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this
+        ! thread, so that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma",
+        ! "telescope.aperture_m", or the path of a file. "" if no call has failed, and for failures without such a
+        ! name (out of memory, cancelled, too few samples).
         function toliman_last_error_field() bind(C) result(answer)
             import
             type(c_ptr) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_load_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_load_options), intent(inout) :: options
         end subroutine
 
-        ! Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch.
+        ! Returns the version of the running library as text ("0.2.0").
         function toliman_version() bind(C) result(answer)
             import
             type(c_ptr) :: answer
         end function
 
-        ! Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch.
+        ! Returns the version of the running library as 10000 major + 100 minor + patch.
         function toliman_version_number() bind(C) result(answer)
             import
             integer(c_int32_t) :: answer
         end function
 
-        ! Number of the binary interface; it changes only when an old caller would break.
+        ! Returns the number of the binary interface.
         function toliman_abi_version() bind(C) result(answer)
             import
             integer(c_int32_t) :: answer
         end function
 
-        ! Bytes of a public struct ("toliman_machine") in the library that is running; 0 for a name it does not know.
+        ! Returns the size in bytes of a public struct ("toliman_machine") in the running library, 0 for an unknown
+        ! name.
         function toliman_get_struct_size(name) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: name(*)
             integer(c_size_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the properties of the machine to *out, whose struct_size must be set.
         function toliman_get_machine(out) bind(C) result(answer)
             import
             type(toliman_machine), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
-        ! Speed of OpenBLAS in double precision, in 1e9 operations a second: best of a few 512 x 512 x 512 products,
-        ! about 50 ms in all.
+        ! Measures the speed of OpenBLAS in double precision, in 1e9 operations per second: the best of a few products
+        ! of 512 x 512 matrices.
         function toliman_get_blas_speed(gflops) bind(C) result(answer)
             import
             real(c_double), intent(out) :: gflops
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_sim_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_sim_options), intent(inout) :: options
         end subroutine
 
-        ! Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its
-        ! folder. options may be NULL.
+        ! Creates a simulator from the scene file at path (schema toliman-scene/1).
         function toliman_sim_create_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
@@ -1051,8 +1084,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same from JSON text of `size` bytes in memory; folder is where relative file names start (NULL = the
-        ! current one).
+        ! Creates a simulator from a scene in memory, JSON text of `size` bytes.
         function toliman_sim_create_json(json, size, folder, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
@@ -1063,13 +1095,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends a simulator; NULL is allowed.
+        ! Destroys a simulator.
         subroutine toliman_sim_destroy(sim) bind(C)
             import
             type(c_ptr), value :: sim
         end subroutine
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the properties of the scene to *out, whose struct_size must be set.
         function toliman_sim_get_info(sim, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1077,8 +1109,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The plan of the scene file at path, without making its images; arguments and errors as
-        ! toliman_sim_create_file, *out as toliman_sim_get_plan.
+        ! Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
         function toliman_sim_plan_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
@@ -1087,7 +1118,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it.
+        ! Writes the plan of a scene in memory to *out.
         function toliman_sim_plan_json(json, size, folder, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
@@ -1098,14 +1129,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one.
+        ! Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage.
         function toliman_sim_stage_name(stage) bind(C) result(answer)
             import
             integer(c_int32_t), value :: stage
             type(c_ptr) :: answer
         end function
 
-        ! Sets *modelled to 1 if a plan models the stage of that name, else to 0.
+        ! Sets *modelled to 1 if the plan models the stage with this name, else to 0.
         function toliman_sim_get_stage(plan, name, modelled) bind(C) result(answer)
             import
             type(toliman_sim_plan_info), intent(in) :: plan
@@ -1114,7 +1145,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The plan that a simulator follows; out->struct_size must be set.
+        ! Writes the plan of a simulator to *out, whose struct_size must be set.
         function toliman_sim_get_plan(sim, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1122,14 +1153,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Name of the scene; lives as long as sim. "" for NULL.
+        ! Returns the name of the scene, "" for NULL.
         function toliman_sim_get_name(sim) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
             type(c_ptr) :: answer
         end function
 
-        ! Times (days) and true displacements (px) of frames first ... first + count - 1; either array may be NULL.
+        ! Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of
+        ! `count` elements.
         function toliman_sim_get_series(sim, first, count, times_days, displacements_px) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1139,14 +1171,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of one of them ("shift_x"), "?" for an unknown one.
+        ! Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one.
         function toliman_sim_image_name(kind) bind(C) result(answer)
             import
             integer(c_int32_t), value :: kind
             type(c_ptr) :: answer
         end function
 
-        ! Copies one of them into image[rows][stride], stride >= cols in elements.
+        ! Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
         function toliman_sim_get_image(sim, kind, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1156,8 +1188,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and
-        ! OPD in m, of mask and aberrations.
+        ! Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of
+        ! mask and aberrations in m.
         function toliman_sim_get_pupil(sim, amplitude, opd_m) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1165,8 +1197,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count
-        ! must be `wavelengths` of the info, else TOLIMAN_E_ARGUMENT.
+        ! Copies the spectrum: wavelengths (m) and photons per frame of stars A and B at each wavelength, over an
+        ! infinite image.
         function toliman_sim_get_spectrum(sim, count, wavelength_m, weight_a, weight_b) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1175,8 +1207,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Relative error of the plate scale at each wavelength of the spectrum: by how much the padded FFT makes its
-        ! image too large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above.
+        ! Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the
+        ! factor by which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix
+        ! DFT. count as in toliman_sim_get_spectrum.
         function toliman_sim_get_plate_scale(sim, count, relative_error) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1185,7 +1218,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the positions of the stars to *out, whose struct_size must be set.
         function toliman_sim_get_offsets(sim, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1193,8 +1226,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no
-        ! series): slow, exact, for tests and large displacements.
+        ! Computes the expected image for a displacement by propagating every wavelength again, without Taylor
+        ! expansion, to image[rows][stride] in the unit of the frame.
         function toliman_sim_propagate(sim, displacement_px, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1204,7 +1237,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Expected image by the series in the displacement, as frames without systematics use it; no light below 0.
+        ! Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
+        ! image[rows][stride] in the unit of the frame.
         function toliman_sim_expect(sim, displacement_px, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1214,9 +1248,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says
-        ! exact_frames) and seed: disturbed by the systematics of (seed, k), then through the detector's stages with
-        ! noise of (seed, k).
+        ! Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of
+        ! (seed, k).
         function toliman_sim_frame(sim, displacement_px, seed, k, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1227,8 +1260,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
-        ! processor).
+        ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px [count], or
+        ! NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside it) threads worker threads,
+        ! 0 = one per processor Errors as toliman_sim_frame.
         function toliman_sim_frame_many(sim, displacements_px, seed, first, count, threads, &
             images) bind(C) result(answer)
             import
@@ -1241,15 +1275,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_cae_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_cae_options), intent(inout) :: options
         end subroutine
 
-        ! Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options
-        ! may be NULL.
+        ! Creates a network with random weights drawn from seed and the preprocessing of a scene.
         function toliman_cae_create(sim, seed, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1259,23 +1292,20 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends a network; NULL is allowed.
+        ! Destroys a network.
         subroutine toliman_cae_destroy(cae) bind(C)
             import
             type(c_ptr), value :: cae
         end subroutine
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_cae_train_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_cae_train_options), intent(inout) :: options
         end subroutine
 
-        ! Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood,
-        ! and an unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of
-        ! frames are as before (toliman_cae_get_train_options); anything else starts anew. options and report may be
-        ! NULL.
+        ! Trains a network, or resumes its last training.
         function toliman_cae_train(cae, options, report) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1284,8 +1314,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count,
-        ! validation and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set.
+        ! Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
+        ! learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks.
         function toliman_cae_get_train_options(cae, out) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1293,7 +1323,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the properties of a network to *out, whose struct_size must be set.
         function toliman_cae_get_info(cae, out) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1301,7 +1331,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Latent (px) of one frame of counts[rows][stride].
+        ! Encodes one frame: writes the latent of counts[rows][stride] to *latent_px.
         function toliman_cae_encode(cae, counts, stride, latent_px) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1311,8 +1341,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of
-        ! toliman_cae_encode for the same counts, for any number of workers.
+        ! Encodes `count` frames of image.
         function toliman_cae_encode_many(cae, image, count, threads, latents_px, chi_square) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1324,8 +1353,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a
-        ! latent in px; linear in it up to 1 px.
+        ! Decodes a latent: writes the decoder output to image[256][stride].
         function toliman_cae_decode(cae, latent_px, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1335,7 +1363,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1.
+        ! Writes the training target to image[256][stride]: the whitened derivative image with nuisances projected
+        ! out, per px.
         function toliman_cae_get_target(cae, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1344,12 +1373,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the
-        ! frame's latent, with whitened input times sqrt(variance) and added to the reference; what was projected out
-        ! stays away. mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the
-        ! frame's own extremes: mean squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian
-        ! window of 1.5 px, K1 0.01, K2 0.03, over the pixels whose whole window lies in the image). photon_floor (may
-        ! be NULL) is the mmse that noise alone leaves.
+        ! Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride]
+        ! in counts.
         function toliman_cae_reconstruct(cae, counts, counts_stride, image, stride, mmse, mssim, &
             photon_floor) bind(C) result(answer)
             import
@@ -1361,14 +1386,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults: float32.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_cae_save_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_cae_save_options), intent(inout) :: options
         end subroutine
 
-        ! Weights blob; options NULL = the defaults.
+        ! Saves a network as a weights blob. options may be NULL.
         function toliman_cae_save(cae, options, bytes, capacity, needed) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1379,7 +1404,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Network from a blob of exactly size bytes.
+        ! Loads a network from a weights blob of exactly `size` bytes. options may be NULL.
         function toliman_cae_load(bytes, size, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
@@ -1389,7 +1414,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+        ! Saves a network to a file.
         function toliman_cae_save_file(cae, options, path) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1398,7 +1423,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+        ! Loads a network from a file.
         function toliman_cae_load_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
@@ -1407,14 +1432,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_components_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_components_options), intent(inout) :: options
         end subroutine
 
-        ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
+        ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per
+        ! binned pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
         function toliman_components_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1423,13 +1449,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends a collection; NULL is allowed.
+        ! Destroys a collection.
         subroutine toliman_components_destroy(components) bind(C)
             import
             type(c_ptr), value :: components
         end subroutine
 
-        ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained.
+        ! Adds one frame of counts[rows][stride], in the shape of the scene.
         function toliman_components_push(components, counts, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -1438,7 +1464,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Adds `count` frames of image, of any kind of pixels, in their order.
+        ! Adds `count` frames of image in order, or none if one is refused.
         function toliman_components_push_many(components, image, count) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -1447,21 +1473,21 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Forgets every frame; options and memory stay.
+        ! Removes every frame.
         function toliman_components_reset(components) bind(C) result(answer)
             import
             type(c_ptr), value :: components
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_components_train_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_components_train_options), intent(inout) :: options
         end subroutine
 
-        ! Finds components of the frames pushed, whose mean is subtracted first.
+        ! Finds components of the pushed frames, after subtracting their mean.
         function toliman_components_train(components, options, report) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -1470,8 +1496,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their
-        ! mean (atoms are not orthogonal: their shares need not add up); either may be NULL.
+        ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for
+        ! PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames.
         function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -1480,7 +1506,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the properties of a collection to *out, whose struct_size must be set.
         function toliman_components_get_info(components, out) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -1488,14 +1514,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_linear_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_linear_options), intent(inout) :: options
         end subroutine
 
-        ! Template estimator of a scene; sim is not kept, options may be NULL.
+        ! Creates the template estimator of a scene.
         function toliman_linear_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1504,13 +1530,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends an estimator; NULL is allowed.
+        ! Destroys an estimator.
         subroutine toliman_linear_destroy(linear) bind(C)
             import
             type(c_ptr), value :: linear
         end subroutine
 
-        ! Displacement (px) of one frame of counts[rows][stride] (shape of the scene).
+        ! Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px.
         function toliman_linear_encode(linear, counts, stride, value_px) bind(C) result(answer)
             import
             type(c_ptr), value :: linear
@@ -1520,8 +1546,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of
-        ! toliman_linear_encode for the same counts, for any number of workers.
+        ! Estimates the displacements of `count` frames of image.
         function toliman_linear_encode_many(linear, image, count, threads, values_px, &
             chi_square) bind(C) result(answer)
             import
@@ -1534,7 +1559,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free.
+        ! Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the
+        ! nuisances of preprocess.project unknown.
         function toliman_linear_get_sigma(linear, sigma_px) bind(C) result(answer)
             import
             type(c_ptr), value :: linear
@@ -1542,18 +1568,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_period_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_period_options), intent(inout) :: options
         end subroutine
 
-        ! Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one
-        ! step, s the median step between different times. y, sigma and options may be NULL; options->struct_size must
-        ! be set. mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T =
-        ! mission_span, whose values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times
-        ! larger; with n = 0, s is 1.
+        ! Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
+        ! options->struct_size must be set.
         function toliman_period_suggest(t, y, sigma, n, mission_span, f0, df, nf, options) bind(C) result(answer)
             import
             integer(c_size_t), value :: n
@@ -1565,7 +1588,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL.
+        ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only
+        ! frequency 0. options may be NULL.
         function toliman_period_create(f0, df, nf, options, out) bind(C) result(answer)
             import
             real(c_double), value :: f0, df
@@ -1575,13 +1599,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends a periodogram; NULL is allowed.
+        ! Destroys a periodogram.
         subroutine toliman_period_destroy(period) bind(C)
             import
             type(c_ptr), value :: period
         end subroutine
 
-        ! Adds a sample.
+        ! Adds one sample: time t, value y, standard deviation sigma.
         function toliman_period_push(period, t, y, sigma) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1589,7 +1613,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor.
+        ! Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
+        ! unweighted and count as sigma_floor.
         function toliman_period_push_many(period, t, y, sigma, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1599,7 +1624,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Adds n samples; their kinds of time may differ.
+        ! Adds n samples, whose kinds of time may differ.
         function toliman_period_push_samples(period, samples, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1608,7 +1633,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Removes samples previously pushed with exactly these values, one or n.
+        ! Removes a sample previously pushed with exactly these values.
         function toliman_period_retract(period, t, y, sigma) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1616,7 +1641,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Removes samples previously pushed with exactly these values, one or n.
+        ! Removes n samples, or none if one is refused.
         function toliman_period_retract_many(period, t, y, sigma, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1626,7 +1651,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Removes samples previously pushed with exactly these values, one or n.
+        ! Removes n samples given as in toliman_period_push_samples.
         function toliman_period_retract_samples(period, samples, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1635,14 +1660,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Adds all samples of another periodogram, which stays as it is.
+        ! Adds all samples of `other`, which does not change.
         function toliman_period_merge(period, other) bind(C) result(answer)
             import
             type(c_ptr), value :: period, other
             integer(c_int32_t) :: answer
         end function
 
-        ! A periodogram of its own with the same grid, options and samples.
+        ! Creates an independent copy: same grid, options and samples.
         function toliman_period_copy(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1650,21 +1675,21 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Forgets every sample; grid and options stay.
+        ! Removes every sample.
         function toliman_period_reset(period) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_int32_t) :: answer
         end function
 
-        ! Samples pushed so far; 0 for NULL.
+        ! Returns the number of samples, 0 for NULL.
         function toliman_period_count(period) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_int64_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the properties of a periodogram to *out, whose struct_size must be set.
         function toliman_period_get_info(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1672,8 +1697,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Power at frequencies first ... first + count - 1. toliman_period_query_sampling has
-        ! TOLIMAN_PERIOD_INACCURATE where some power of the grid may be wrong by more than 1e-3.
+        ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
+        ! TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of the
+        ! grid may be wrong by more than 1e-3.
         function toliman_period_query_power(period, normalisation, first, count, power) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1684,7 +1710,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Least squares at frequency k of the grid, from the sums.
+        ! Writes the least-squares sinusoid at grid frequency k to *out, from the accumulators.
         function toliman_period_query_model(period, k, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1693,8 +1719,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest
-        ! grid point.
+        ! Writes the highest peak of the grid to *out.
         function toliman_period_query_peak(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1702,8 +1727,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64,
-        ! into peaks[capacity], whose first has its struct_size set; *count is how many there are.
+        ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to
+        ! peaks[capacity], highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must
+        ! be set.
         function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1713,9 +1739,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The highest peak refined against the samples themselves, which must be those pushed (their number is
-        ! checked; sigma may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas,
-        ! 1 - power from the residuals and therefore right even when it is 1e-31.
+        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is
+        ! checked). sigma may be NULL.
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1726,7 +1751,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+        ! checked); the step is their median step.
         function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1736,7 +1762,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! State bytes ("TLMP", formats.md).
+        ! Saves a periodogram as state bytes (formats.md, "TLMP").
         function toliman_period_save(period, bytes, capacity, needed) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1746,7 +1772,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Periodogram from exactly size state bytes.
+        ! Loads a periodogram from exactly `size` state bytes. options may be NULL.
         function toliman_period_load(bytes, size, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: size
@@ -1756,7 +1782,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+        ! Saves a periodogram to a file.
         function toliman_period_save_file(period, path) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1764,7 +1790,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+        ! Loads a periodogram from a file, whose size must be the one in its header.
         function toliman_period_load_file(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
@@ -1773,15 +1799,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_period_batch_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_period_batch_options), intent(inout) :: options
         end subroutine
 
-        ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
-        ! streaming periodogram, but without a state. sigma and options may be NULL; n may be 0.
+        ! Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and
+        ! grid of period.h. sigma and options may be NULL; n may be 0.
         function toliman_period_batch(f0, df, nf, t, y, sigma, n, options, power) bind(C) result(answer)
             import
             real(c_double), value :: f0, df
@@ -1794,8 +1820,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples
-        ! pushed. 0 for P = 0, whatever the samples; never NaN or infinite.
+        ! Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
+        ! log10_residual log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples The result is never NaN or
+        ! infinite.
         function toliman_period_query_fap(period, method, log10_residual, log10_fap) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1805,8 +1832,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it.
-        ! log10_fap from that of log10(1 - P) = -4900 to 0; errors as above.
+        ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual:
+        ! log10(1 - P) of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of
+        ! log10(1 - P) = -4900.
         function toliman_period_query_threshold(period, method, log10_fap, log10_residual) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1816,15 +1844,15 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_period_bootstrap_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_period_bootstrap_options), intent(inout) :: options
         end subroutine
 
-        ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their
-        ! number is checked; sigma may be NULL), sorted, the strongest first.
+        ! Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
+        ! sorted, strongest peak first.
         function toliman_period_query_bootstrap(period, t, y, sigma, n, options, count, &
             log10_residuals) bind(C) result(answer)
             import
@@ -1844,23 +1872,23 @@ module toliman
             type(c_ptr) :: answer
         end function
 
-        ! A few words for a reason ("zero run"), "?" for an unknown one.
+        ! Returns the name of a reason ("zero run"), "?" for an unknown one.
         function toliman_track_reason_name(reason) bind(C) result(answer)
             import
             integer(c_int32_t), value :: reason
             type(c_ptr) :: answer
         end function
 
-        ! Fills *options, which has `size` bytes, with the defaults.
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_track_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
             type(toliman_track_options), intent(inout) :: options
         end subroutine
 
-        ! Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder
-        ! (the pointer given), estimator_id, values, sigma, limits (one of flags), geometry, grid, and a capacity for
-        ! twice the lines there are; nf = 0 if the file of grid and clock is lost.
+        ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
+        ! (the given pointer), estimator_id, values, sigma, limits with their flag, geometry, grid (nf = 0 if the
+        ! setup file is lost), and a capacity of twice the number of records.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -1868,7 +1896,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Tracker, which takes up what the folder holds.
+        ! Creates a tracker, or opens an existing folder and continues with its frames.
         function toliman_track_create(options, out) bind(C) result(answer)
             import
             type(toliman_track_options), intent(in) :: options
@@ -1876,13 +1904,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends a tracker; NULL is allowed.
+        ! Destroys a tracker.
         subroutine toliman_track_destroy(track) bind(C)
             import
             type(c_ptr), value :: track
         end subroutine
 
-        ! Takes frames[count] and says what became of each in outcomes[count].
+        ! Processes frames[count] in order and writes outcomes[count].
         function toliman_track_push(track, frames, count, outcomes, done) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1893,23 +1921,21 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Brings every line and the count of repeated frames to the disk: all frames that were pushed are then
-        ! acknowledged.
+        ! Writes and fsyncs all records and the count of repeated frames.
         function toliman_track_commit(track) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             integer(c_int32_t) :: answer
         end function
 
-        ! The same and a checkpoint, so that taking up is quick.
+        ! Commits and writes a checkpoint, so that the folder opens fast.
         function toliman_track_save(track) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             integer(c_int32_t) :: answer
         end function
 
-        ! Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed
-        ! here, in whatever shards and order, and commits.
+        ! Adds the records of another folder, as if its frames had been pushed here, and commits.
         function toliman_track_merge(track, folder, flags, lost) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1919,8 +1945,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how
-        ! many.
+        ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
         function toliman_track_get_records(track, first, count, records, done) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1931,8 +1956,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL
-        ! where capacity is 0: to ask for the number.
+        ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
         function toliman_track_get_columns(track, columns, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1942,8 +1966,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN
-        ! where a line has none, 0 in columns of whole numbers.
+        ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for
+        ! the same `first` and count.
         function toliman_track_get_column(track, name, first, count, values, done) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1955,7 +1979,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *out; out->struct_size must be set.
+        ! Writes the counts and properties of a tracker to *out, whose struct_size must be set.
         function toliman_track_get_info(track, out) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1963,9 +1987,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and
-        ! clock, whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate,
-        ! allocator and log, which are NULL.
+        ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
+        ! clock point to memory of the tracker. cae, linear, estimate, allocator and log are NULL.
         function toliman_track_get_options(track, options) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1973,7 +1996,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+        ! Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
         function toliman_track_get_rejected(track, reason, frames) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1982,8 +2005,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be
-        ! NULL where capacity is 0: to ask for the number.
+        ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
         function toliman_track_get_streams(track, streams, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -1993,8 +2015,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time
-        ! is TAI; *points is how many there are. clock may be NULL where capacity is 0: to ask for the number.
+        ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their
+        ! number, 0 if camera time is TAI.
         function toliman_track_get_clock(track, clock, capacity, points) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -2004,7 +2026,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The tracker's own periodogram, for all queries of period.h; it follows every push and ends with the tracker.
+        ! Returns the tracker's periodogram in *out, for all queries of period.h.
         function toliman_track_get_period(track, out) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -2012,9 +2034,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the
-        ! periodogram by now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their
-        ! standard errors.
+        ! Refines the highest peak with the accepted values, as toliman_period_query_fit: period, amplitude, phase at
+        ! TAI time_offset_ns, and standard errors.
         function toliman_track_query_fit(track, out) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -2141,8 +2162,8 @@ module toliman
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
 
-    ! A scene made ready: PSFs and derivative images computed once, then frames by random access. Const calls may run
-    ! on one simulator from several threads. Since 0.1.
+    ! Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random
+    ! access. Functions that take a const simulator may run on one simulator from several threads.
     type, public :: toliman_simulator
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2173,7 +2194,7 @@ module toliman
         final :: simulator_finish
     end type
 
-    ! A network. Const calls may run on one network from several threads. Since 0.1.
+    ! Network. Functions that take a const network may run on one network from several threads.
     type, public :: toliman_autoencoder
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2197,8 +2218,9 @@ module toliman
         final :: autoencoder_finish
     end type
 
-    ! Frames of a scene, collected to find their components. One series of numbers a component comes out, one number a
-    ! frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1.
+    ! Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
+    ! which the frames were pushed. Functions that take a const collection may run on one collection from several
+    ! threads.
     type, public :: toliman_component_set
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2216,9 +2238,9 @@ module toliman
         final :: component_set_finish
     end type
 
-    ! Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
-    ! projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
-    ! object from several threads. Since 0.1.
+    ! Template estimator: weighted least-squares estimate of the separation from one frame. It projects the residual
+    ! against the reference image of the scene on the derivative by the separation, made orthogonal to the nuisances
+    ! of preprocess.project. Functions that take a const estimator may run on one estimator from several threads.
     type, public :: toliman_linear_estimator
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2233,7 +2255,7 @@ module toliman
         final :: linear_estimator_finish
     end type
 
-    ! Streaming periodogram. Const calls may run on one object from several threads. Since 0.1.
+    ! Streaming periodogram. Functions that take a const periodogram may run on one object from several threads.
     type, public :: toliman_periodogram
         type(c_ptr) :: handle = c_null_ptr
     contains
@@ -2270,7 +2292,8 @@ module toliman
         final :: periodogram_finish
     end type
 
-    ! Tracker. One thread at a time; const calls may run together. Since 0.1.
+    ! Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need
+    ! exclusive use.
     type, public :: toliman_tracker
         type(c_ptr) :: handle = c_null_ptr
     contains
@@ -2527,8 +2550,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
-    ! options may be NULL.
+    ! Creates a simulator from the scene file at path (schema toliman-scene/1).
     subroutine simulator_create_file(self, path, options, stat, errmsg)
         class(toliman_simulator), intent(inout) :: self
         character(len=*), intent(in) :: path
@@ -2549,8 +2571,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The same from JSON text of `size` bytes in memory; folder is where relative file names start (NULL = the current
-    ! one).
+    ! Creates a simulator from a scene in memory, JSON text of `size` bytes.
     subroutine simulator_create_json(self, json, folder, options, stat, errmsg)
         class(toliman_simulator), intent(inout) :: self
         character(len=*), intent(in) :: json
@@ -2576,7 +2597,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the properties of the scene to *out, whose struct_size must be set.
     subroutine simulator_get_info(self, out, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_sim_info), intent(inout) :: out
@@ -2585,8 +2606,7 @@ contains
         call conclude(toliman_sim_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file,
-    ! *out as toliman_sim_get_plan.
+    ! Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
     subroutine simulator_plan_file(path, out, options, stat, errmsg)
         character(len=*), intent(in) :: path
         type(toliman_sim_options), intent(in), optional :: options
@@ -2596,7 +2616,7 @@ contains
         call conclude(toliman_sim_plan_file(c_string(path), options, out), stat, errmsg)
     end subroutine
 
-    ! The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it.
+    ! Writes the plan of a scene in memory to *out.
     subroutine simulator_plan_json(json, out, folder, options, stat, errmsg)
         character(len=*), intent(in) :: json
         character(len=*), intent(in), optional :: folder
@@ -2613,14 +2633,14 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one.
+    ! Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage.
     function simulator_stage_name(stage) result(answer)
         integer(c_int32_t), intent(in) :: stage
         character(len=:), allocatable :: answer
         answer = toliman_text(toliman_sim_stage_name(stage))
     end function
 
-    ! Sets *modelled to 1 if a plan models the stage of that name, else to 0.
+    ! Sets *modelled to 1 if the plan models the stage with this name, else to 0.
     subroutine simulator_get_stage(plan, name, modelled, stat, errmsg)
         type(toliman_sim_plan_info), intent(in) :: plan
         character(len=*), intent(in) :: name
@@ -2630,7 +2650,7 @@ contains
         call conclude(toliman_sim_get_stage(plan, c_string(name), modelled), stat, errmsg)
     end subroutine
 
-    ! The plan that a simulator follows; out->struct_size must be set.
+    ! Writes the plan of a simulator to *out, whose struct_size must be set.
     subroutine simulator_get_plan(self, out, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_sim_plan_info), intent(inout) :: out
@@ -2639,15 +2659,15 @@ contains
         call conclude(toliman_sim_get_plan(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Name of the scene; lives as long as sim. "" for NULL.
+    ! Returns the name of the scene, "" for NULL.
     function simulator_get_name(self) result(answer)
         class(toliman_simulator), intent(in) :: self
         character(len=:), allocatable :: answer
         answer = toliman_text(toliman_sim_get_name(self%handle))
     end function
 
-    ! Times (days) and true displacements (px) of frames first ... first + count - 1; either array may be NULL.
-    ! times_days(count), displacements_px(count).
+    ! Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of `count`
+    ! elements. times_days(count), displacements_px(count).
     subroutine simulator_get_series(self, first, times_days, displacements_px, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         integer(c_int64_t), intent(in) :: first
@@ -2670,14 +2690,15 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the name of one of them ("shift_x"), "?" for an unknown one.
+    ! Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one.
     function simulator_image_name(kind) result(answer)
         integer(c_int32_t), intent(in) :: kind
         character(len=:), allocatable :: answer
         answer = toliman_text(toliman_sim_image_name(kind))
     end function
 
-    ! Copies one of them into image[rows][stride], stride >= cols in elements. image(stride, rows).
+    ! Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
+    ! image(stride, rows).
     subroutine simulator_get_image(self, kind, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         integer(c_int32_t), intent(in) :: kind
@@ -2692,8 +2713,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD
-    ! in m, of mask and aberrations. amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
+    ! Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
+    ! and aberrations in m. amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
     subroutine simulator_get_pupil(self, amplitude, opd_m, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), optional, contiguous :: amplitude(:, :), opd_m(:, :)
@@ -2722,9 +2743,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count
-    ! must be `wavelengths` of the info, else TOLIMAN_E_ARGUMENT. wavelength_m(count), weight_a(count),
-    ! weight_b(count).
+    ! Copies the spectrum: wavelengths (m) and photons per frame of stars A and B at each wavelength, over an infinite
+    ! image. wavelength_m(count), weight_a(count), weight_b(count).
     subroutine simulator_get_spectrum(self, wavelength_m, weight_a, weight_b, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), optional, contiguous :: wavelength_m(:), weight_a(:), weight_b(:)
@@ -2749,8 +2769,9 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Relative error of the plate scale at each wavelength of the spectrum: by how much the padded FFT makes its image
-    ! too large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. relative_error(count).
+    ! Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
+    ! which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+    ! toliman_sim_get_spectrum. relative_error(count).
     subroutine simulator_get_plate_scale(self, relative_error, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), contiguous :: relative_error(:)
@@ -2763,7 +2784,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the positions of the stars to *out, whose struct_size must be set.
     subroutine simulator_get_offsets(self, out, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_sim_offsets), intent(inout) :: out
@@ -2772,8 +2793,8 @@ contains
         call conclude(toliman_sim_get_offsets(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
-    ! slow, exact, for tests and large displacements. image(stride, rows).
+    ! Computes the expected image for a displacement by propagating every wavelength again, without Taylor expansion,
+    ! to image[rows][stride] in the unit of the frame. image(stride, rows).
     subroutine simulator_propagate(self, displacement_px, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in) :: displacement_px
@@ -2788,8 +2809,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Expected image by the series in the displacement, as frames without systematics use it; no light below 0.
-    ! image(stride, rows).
+    ! Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
+    ! image[rows][stride] in the unit of the frame. image(stride, rows).
     subroutine simulator_expect(self, displacement_px, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in) :: displacement_px
@@ -2804,9 +2825,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says exact_frames)
-    ! and seed: disturbed by the systematics of (seed, k), then through the detector's stages with noise of (seed, k).
-    ! image(stride, rows).
+    ! Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed,
+    ! k). image(stride, rows).
     subroutine simulator_frame(self, displacement_px, seed, k, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in) :: displacement_px
@@ -2822,8 +2842,9 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
-    ! processor). displacements_px(count), images(cols, rows, count).
+    ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px [count], or NULL:
+    ! frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside it) threads worker threads, 0 = one
+    ! per processor Errors as toliman_sim_frame. displacements_px(count), images(cols, rows, count).
     subroutine simulator_frame_many(self, seed, first, threads, images, displacements_px, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: displacements_px(:)
@@ -2845,8 +2866,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options may be
-    ! NULL.
+    ! Creates a network with random weights drawn from seed and the preprocessing of a scene.
     subroutine autoencoder_create(self, sim, seed, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -2866,9 +2886,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
-    ! unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as
-    ! before (toliman_cae_get_train_options); anything else starts anew. options and report may be NULL.
+    ! Trains a network, or resumes its last training.
     subroutine autoencoder_train(self, options, report, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         type(toliman_cae_train_options), intent(in), optional :: options
@@ -2878,8 +2896,8 @@ contains
         call conclude(toliman_cae_train(self%handle, options, report), stat, errmsg)
     end subroutine
 
-    ! Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count,
-    ! validation and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set.
+    ! Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
+    ! learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks.
     subroutine autoencoder_get_train_options(self, out, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_cae_train_options), intent(inout) :: out
@@ -2888,7 +2906,7 @@ contains
         call conclude(toliman_cae_get_train_options(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the properties of a network to *out, whose struct_size must be set.
     subroutine autoencoder_get_info(self, out, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_cae_info), intent(inout) :: out
@@ -2897,7 +2915,7 @@ contains
         call conclude(toliman_cae_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Latent (px) of one frame of counts[rows][stride]. counts(stride, rows).
+    ! Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. counts(stride, rows).
     subroutine autoencoder_encode(self, counts, latent_px, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
@@ -2912,8 +2930,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode
-    ! for the same counts, for any number of workers. latents_px(count), chi_square(count).
+    ! Encodes `count` frames of image. latents_px(count), chi_square(count).
     subroutine autoencoder_encode_many(self, image, threads, latents_px, chi_square, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_image), intent(in) :: image
@@ -2932,8 +2949,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent
-    ! in px; linear in it up to 1 px. image(stride, 256).
+    ! Decodes a latent: writes the decoder output to image[256][stride]. image(stride, 256).
     subroutine autoencoder_decode(self, latent_px, image, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         real(c_double), intent(in) :: latent_px
@@ -2948,8 +2964,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1.
-    ! image(stride, 256).
+    ! Writes the training target to image[256][stride]: the whitened derivative image with nuisances projected out,
+    ! per px. image(stride, 256).
     subroutine autoencoder_get_target(self, image, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         real(c_double), intent(out), contiguous :: image(:, :)
@@ -2963,12 +2979,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the frame's
-    ! latent, with whitened input times sqrt(variance) and added to the reference; what was projected out stays away.
-    ! mmse and mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes:
-    ! mean squared error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01,
-    ! K2 0.03, over the pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that
-    ! noise alone leaves. counts(counts_stride, rows), image(stride, 256).
+    ! Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride] in
+    ! counts. counts(counts_stride, rows), image(stride, 256).
     subroutine autoencoder_reconstruct(self, counts, image, mmse, mssim, photon_floor, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
@@ -2987,7 +2999,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Network from a blob of exactly size bytes. bytes(size).
+    ! Loads a network from a weights blob of exactly `size` bytes. options may be NULL. bytes(size).
     subroutine autoencoder_load(self, bytes, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         integer(c_int8_t), intent(in), contiguous :: bytes(:)
@@ -3010,7 +3022,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+    ! Saves a network to a file.
     subroutine autoencoder_save_file(self, path, options, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_cae_save_options), intent(in), optional :: options
@@ -3020,7 +3032,7 @@ contains
         call conclude(toliman_cae_save_file(self%handle, options, c_string(path)), stat, errmsg)
     end subroutine
 
-    ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+    ! Loads a network from a file.
     subroutine autoencoder_load_file(self, path, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         character(len=*), intent(in) :: path
@@ -3041,7 +3053,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Empty collection for frames of a scene; options may be NULL, sim is not kept.
+    ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
+    ! pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
     subroutine component_set_create(self, sim, options, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -3060,7 +3073,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. counts(stride, rows).
+    ! Adds one frame of counts[rows][stride], in the shape of the scene. counts(stride, rows).
     subroutine component_set_push(self, counts, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
@@ -3074,7 +3087,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds `count` frames of image, of any kind of pixels, in their order.
+    ! Adds `count` frames of image in order, or none if one is refused.
     subroutine component_set_push_many(self, image, count, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
         type(toliman_image), intent(in) :: image
@@ -3084,7 +3097,7 @@ contains
         call conclude(toliman_components_push_many(self%handle, image, count), stat, errmsg)
     end subroutine
 
-    ! Forgets every frame; options and memory stay.
+    ! Removes every frame.
     subroutine component_set_reset(self, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3092,7 +3105,7 @@ contains
         call conclude(toliman_components_reset(self%handle), stat, errmsg)
     end subroutine
 
-    ! Finds components of the frames pushed, whose mean is subtracted first.
+    ! Finds components of the pushed frames, after subtracting their mean.
     subroutine component_set_train(self, options, report, stat, errmsg)
         class(toliman_component_set), intent(inout) :: self
         type(toliman_components_train_options), intent(in), optional :: options
@@ -3102,8 +3115,8 @@ contains
         call conclude(toliman_components_train(self%handle, options, report), stat, errmsg)
     end subroutine
 
-    ! Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
-    ! (atoms are not orthogonal: their shares need not add up); either may be NULL. values(frames).
+    ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for PCA
+    ! the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. values(frames).
     subroutine component_set_get_series(self, component, values, share, stat, errmsg)
         class(toliman_component_set), intent(in) :: self
         integer(c_int32_t), intent(in) :: component
@@ -3125,7 +3138,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the properties of a collection to *out, whose struct_size must be set.
     subroutine component_set_get_info(self, out, stat, errmsg)
         class(toliman_component_set), intent(in) :: self
         type(toliman_components_info), intent(inout) :: out
@@ -3134,7 +3147,7 @@ contains
         call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Template estimator of a scene; sim is not kept, options may be NULL.
+    ! Creates the template estimator of a scene.
     subroutine linear_estimator_create(self, sim, options, stat, errmsg)
         class(toliman_linear_estimator), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -3153,7 +3166,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Displacement (px) of one frame of counts[rows][stride] (shape of the scene). counts(stride, rows).
+    ! Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px.
+    ! counts(stride, rows).
     subroutine linear_estimator_encode(self, counts, value_px, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
@@ -3168,8 +3182,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of
-    ! toliman_linear_encode for the same counts, for any number of workers. values_px(count), chi_square(count).
+    ! Estimates the displacements of `count` frames of image. values_px(count), chi_square(count).
     subroutine linear_estimator_encode_many(self, image, threads, values_px, chi_square, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         type(toliman_image), intent(in) :: image
@@ -3188,7 +3201,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free.
+    ! Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
+    ! preprocess.project unknown.
     subroutine linear_estimator_get_sigma(self, sigma_px, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         real(c_double), intent(out) :: sigma_px
@@ -3197,11 +3211,8 @@ contains
         call conclude(toliman_linear_get_sigma(self%handle, sigma_px), stat, errmsg)
     end subroutine
 
-    ! Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s
-    ! the median step between different times. y, sigma and options may be NULL; options->struct_size must be set.
-    ! mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span,
-    ! whose values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0,
-    ! s is 1. t(n), y(n), sigma(n).
+    ! Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
+    ! options->struct_size must be set. t(n), y(n), sigma(n).
     subroutine periodogram_suggest(t, y, sigma, mission_span, f0, df, nf, options, stat, errmsg)
         real(c_double), intent(in), optional, contiguous :: t(:), y(:), sigma(:)
         real(c_double), intent(in) :: mission_span
@@ -3229,7 +3240,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL.
+    ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only frequency
+    ! 0. options may be NULL.
     subroutine periodogram_create(self, f0, df, nf, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in) :: f0, df
@@ -3247,7 +3259,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds a sample.
+    ! Adds one sample: time t, value y, standard deviation sigma.
     subroutine periodogram_push(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in) :: t, y, sigma
@@ -3256,7 +3268,8 @@ contains
         call conclude(toliman_period_push(self%handle, t, y, sigma), stat, errmsg)
     end subroutine
 
-    ! Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor. t(n), y(n), sigma(n).
+    ! Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
+    ! unweighted and count as sigma_floor. t(n), y(n), sigma(n).
     subroutine periodogram_push_many(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3274,7 +3287,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds n samples; their kinds of time may differ. samples(n).
+    ! Adds n samples, whose kinds of time may differ. samples(n).
     subroutine periodogram_push_samples(self, samples, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         type(toliman_period_sample), intent(in), contiguous :: samples(:)
@@ -3287,7 +3300,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Removes samples previously pushed with exactly these values, one or n.
+    ! Removes a sample previously pushed with exactly these values.
     subroutine periodogram_retract(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in) :: t, y, sigma
@@ -3296,7 +3309,7 @@ contains
         call conclude(toliman_period_retract(self%handle, t, y, sigma), stat, errmsg)
     end subroutine
 
-    ! Removes samples previously pushed with exactly these values, one or n. t(n), y(n), sigma(n).
+    ! Removes n samples, or none if one is refused. t(n), y(n), sigma(n).
     subroutine periodogram_retract_many(self, t, y, sigma, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3314,7 +3327,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Removes samples previously pushed with exactly these values, one or n. samples(n).
+    ! Removes n samples given as in toliman_period_push_samples. samples(n).
     subroutine periodogram_retract_samples(self, samples, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         type(toliman_period_sample), intent(in), contiguous :: samples(:)
@@ -3327,7 +3340,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds all samples of another periodogram, which stays as it is.
+    ! Adds all samples of `other`, which does not change.
     subroutine periodogram_merge(self, other, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         type(toliman_periodogram), intent(in) :: other
@@ -3336,7 +3349,7 @@ contains
         call conclude(toliman_period_merge(self%handle, other%handle), stat, errmsg)
     end subroutine
 
-    ! A periodogram of its own with the same grid, options and samples.
+    ! Creates an independent copy: same grid, options and samples.
     subroutine periodogram_copy(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_periodogram), intent(inout) :: out
@@ -3352,7 +3365,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Forgets every sample; grid and options stay.
+    ! Removes every sample.
     subroutine periodogram_reset(self, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3360,14 +3373,14 @@ contains
         call conclude(toliman_period_reset(self%handle), stat, errmsg)
     end subroutine
 
-    ! Samples pushed so far; 0 for NULL.
+    ! Returns the number of samples, 0 for NULL.
     function periodogram_count(self) result(answer)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int64_t) :: answer
         answer = toliman_period_count(self%handle)
     end function
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the properties of a periodogram to *out, whose struct_size must be set.
     subroutine periodogram_get_info(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_info), intent(inout) :: out
@@ -3376,8 +3389,9 @@ contains
         call conclude(toliman_period_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE
-    ! where some power of the grid may be wrong by more than 1e-3. power(count).
+    ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
+    ! TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of the grid
+    ! may be wrong by more than 1e-3. power(count).
     subroutine periodogram_query_power(self, normalisation, first, power, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: normalisation
@@ -3392,7 +3406,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Least squares at frequency k of the grid, from the sums.
+    ! Writes the least-squares sinusoid at grid frequency k to *out, from the accumulators.
     subroutine periodogram_query_model(self, k, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int64_t), intent(in) :: k
@@ -3402,8 +3416,7 @@ contains
         call conclude(toliman_period_query_model(self%handle, k, out), stat, errmsg)
     end subroutine
 
-    ! Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid
-    ! point.
+    ! Writes the highest peak of the grid to *out.
     subroutine periodogram_query_peak(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout) :: out
@@ -3412,8 +3425,9 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64, into
-    ! peaks[capacity], whose first has its struct_size set; *count is how many there are. peaks(capacity).
+    ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
+    ! highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
+    ! peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)
@@ -3427,9 +3441,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The highest peak refined against the samples themselves, which must be those pushed (their number is checked;
-    ! sigma may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power
-    ! from the residuals and therefore right even when it is 1e-31. t(n), y(n), sigma(n).
+    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
+    ! sigma may be NULL. t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3448,7 +3461,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set. t(n).
+    ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+    ! checked); the step is their median step. t(n).
     subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: t(:)
@@ -3463,7 +3477,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Periodogram from exactly size state bytes. bytes(size).
+    ! Loads a periodogram from exactly `size` state bytes. options may be NULL. bytes(size).
     subroutine periodogram_load(self, bytes, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         integer(c_int8_t), intent(in), contiguous :: bytes(:)
@@ -3482,7 +3496,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+    ! Saves a periodogram to a file.
     subroutine periodogram_save_file(self, path, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         character(len=*), intent(in) :: path
@@ -3491,7 +3505,7 @@ contains
         call conclude(toliman_period_save_file(self%handle, c_string(path)), stat, errmsg)
     end subroutine
 
-    ! The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE).
+    ! Loads a periodogram from a file, whose size must be the one in its header.
     subroutine periodogram_load_file(self, path, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         character(len=*), intent(in) :: path
@@ -3508,9 +3522,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
-    ! streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. t(n), y(n), sigma(n),
-    ! power(nf).
+    ! Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid
+    ! of period.h. sigma and options may be NULL; n may be 0. t(n), y(n), sigma(n), power(nf).
     subroutine periodogram_batch(f0, df, t, y, sigma, power, options, stat, errmsg)
         real(c_double), intent(in) :: f0, df
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3532,8 +3545,9 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed.
-    ! 0 for P = 0, whatever the samples; never NaN or infinite.
+    ! Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
+    ! log10_residual log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples The result is never NaN or
+    ! infinite.
     subroutine periodogram_query_fap(self, method, log10_residual, log10_fap, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method
@@ -3544,8 +3558,9 @@ contains
         call conclude(toliman_period_query_fap(self%handle, method, log10_residual, log10_fap), stat, errmsg)
     end subroutine
 
-    ! The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap
-    ! from that of log10(1 - P) = -4900 to 0; errors as above.
+    ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 -
+    ! P) of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) =
+    ! -4900.
     subroutine periodogram_query_threshold(self, method, log10_fap, log10_residual, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method
@@ -3556,8 +3571,8 @@ contains
         call conclude(toliman_period_query_threshold(self%handle, method, log10_fap, log10_residual), stat, errmsg)
     end subroutine
 
-    ! Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number
-    ! is checked; sigma may be NULL), sorted, the strongest first. t(n), y(n), sigma(n), log10_residuals(count).
+    ! Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
+    ! sorted, strongest peak first. t(n), y(n), sigma(n), log10_residuals(count).
     subroutine periodogram_query_bootstrap(self, t, y, sigma, log10_residuals, options, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3585,14 +3600,14 @@ contains
         answer = toliman_text(toliman_track_verdict_name(verdict))
     end function
 
-    ! A few words for a reason ("zero run"), "?" for an unknown one.
+    ! Returns the name of a reason ("zero run"), "?" for an unknown one.
     function tracker_reason_name(reason) result(answer)
         integer(c_int32_t), intent(in) :: reason
         character(len=:), allocatable :: answer
         answer = toliman_text(toliman_track_reason_name(reason))
     end function
 
-    ! Takes frames[count] and says what became of each in outcomes[count]. frames(count), outcomes(count).
+    ! Processes frames[count] in order and writes outcomes[count]. frames(count), outcomes(count).
     subroutine tracker_push(self, frames, outcomes, done, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         type(toliman_frame), intent(in), contiguous :: frames(:)
@@ -3608,8 +3623,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Brings every line and the count of repeated frames to the disk: all frames that were pushed are then
-    ! acknowledged.
+    ! Writes and fsyncs all records and the count of repeated frames.
     subroutine tracker_commit(self, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3617,7 +3631,7 @@ contains
         call conclude(toliman_track_commit(self%handle), stat, errmsg)
     end subroutine
 
-    ! The same and a checkpoint, so that taking up is quick.
+    ! Commits and writes a checkpoint, so that the folder opens fast.
     subroutine tracker_save(self, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3625,8 +3639,7 @@ contains
         call conclude(toliman_track_save(self%handle), stat, errmsg)
     end subroutine
 
-    ! Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here,
-    ! in whatever shards and order, and commits.
+    ! Adds the records of another folder, as if its frames had been pushed here, and commits.
     subroutine tracker_merge(self, folder, flags, lost, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         character(len=*), intent(in) :: folder
@@ -3637,7 +3650,7 @@ contains
         call conclude(toliman_track_merge(self%handle, c_string(folder), flags, lost), stat, errmsg)
     end subroutine
 
-    ! Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many.
+    ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
     ! records(count).
     subroutine tracker_get_records(self, first, records, done, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
@@ -3653,8 +3666,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL
-    ! where capacity is 0: to ask for the number. columns(capacity).
+    ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
+    ! columns(capacity).
     subroutine tracker_get_columns(self, count, columns, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_column), intent(inout), optional, contiguous :: columns(:)
@@ -3669,8 +3682,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN where
-    ! a line has none, 0 in columns of whole numbers. values(count).
+    ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
+    ! same `first` and count. values(count).
     subroutine tracker_get_column(self, name, first, values, done, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         character(len=*), intent(in) :: name
@@ -3686,7 +3699,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Fills *out; out->struct_size must be set.
+    ! Writes the counts and properties of a tracker to *out, whose struct_size must be set.
     subroutine tracker_get_info(self, out, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_info), intent(inout) :: out
@@ -3695,9 +3708,8 @@ contains
         call conclude(toliman_track_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and clock,
-    ! whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate, allocator and
-    ! log, which are NULL.
+    ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
+    ! point to memory of the tracker. cae, linear, estimate, allocator and log are NULL.
     subroutine tracker_get_options(self, options, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_options), intent(inout) :: options
@@ -3706,7 +3718,7 @@ contains
         call conclude(toliman_track_get_options(self%handle, options), stat, errmsg)
     end subroutine
 
-    ! Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
+    ! Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
     subroutine tracker_get_rejected(self, reason, frames, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int32_t), intent(in) :: reason
@@ -3716,8 +3728,8 @@ contains
         call conclude(toliman_track_get_rejected(self%handle, reason, frames), stat, errmsg)
     end subroutine
 
-    ! Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be NULL
-    ! where capacity is 0: to ask for the number. streams(capacity).
+    ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+    ! streams(capacity).
     subroutine tracker_get_streams(self, count, streams, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_stream), intent(inout), optional, contiguous :: streams(:)
@@ -3732,9 +3744,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time is
-    ! TAI; *points is how many there are. clock may be NULL where capacity is 0: to ask for the number. clock(2,
-    ! capacity).
+    ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number,
+    ! 0 if camera time is TAI. clock(2, capacity).
     subroutine tracker_get_clock(self, points, clock, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
@@ -3752,9 +3763,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the
-    ! periodogram by now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their standard
-    ! errors.
+    ! Refines the highest peak with the accepted values, as toliman_period_query_fit: period, amplitude, phase at TAI
+    ! time_offset_ns, and standard errors.
     subroutine tracker_query_fit(self, out, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_period_peak), intent(inout) :: out

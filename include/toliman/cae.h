@@ -1,22 +1,24 @@
-/* libtoliman, convolutional autoencoder: one frame of 256x256 counts in, one number out: the separation in pixels.
+/* libtoliman, convolutional autoencoder (CAE): compresses a frame of 256x256 counts to one number, the latent: the
+ * separation in pixels.
  *
- * Frames that may come twice, late or damaged belong to track.h: a frame that is encoded twice counts as two samples.
+ * Every encoded frame counts as one sample, also a repeated one. track.h handles downlinked frames, which may be
+ * duplicated, out of order or damaged.
  *
  * Data flow (functions toliman_cae_...)
  *
- *   toliman_sim -> create      weights -> load, load_file
+ *   toliman_sim -> create      weights blob -> load, load_file
  *   (options_init)    |                     |
  *                     +----------+----------+
  *                                v
  *                           toliman_cae <-> train                    (train_options_init)
  *                                +-> encode, encode_many             latent, px -> period.h
- *                                +-> decode, reconstruct, get_target what it sees of a frame
- *                                +-> get_info, get_train_options     facts
- *                                +-> save, save_file                 weights (save_options_init)
+ *                                +-> decode, reconstruct, get_target decoder output and training target
+ *                                +-> get_info, get_train_options     properties
+ *                                +-> save, save_file                 weights blob (save_options_init)
  *                             destroy
  *
- * A network knows its scene: the preprocessing (crop, reference, variance, nuisance planes, input scale) is part of it,
- * trained and flown as one, and stored whole in the weights blob (formats.md, "TLMW").
+ * A network contains the preprocessing of its scene: crop, reference image, variance, nuisance images, input scale.
+ * They are trained with the weights and stored in the weights blob (formats.md, "TLMW").
  */
 #ifndef TOLIMAN_CAE_H
 #define TOLIMAN_CAE_H
@@ -27,235 +29,244 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* A network. Const calls may run on one network from several threads. Since 0.1. */
+/* Network. Functions that take a const network may run on one network from several threads. */
 typedef struct toliman_cae toliman_cae;
 
-/* Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
- * latent, and the same way back.
- *   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
- *   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
- *           that there is toliman_cae_reconstruct but no toliman_cae_decode */
-#define TOLIMAN_CAE_LAYOUT_FLIGHT 201
+/* Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
+ * channels and a dense layer to the latent, and a decoder in reverse order. */
+#define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited */
+/* Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
+ * belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
 #define TOLIMAN_CAE_LAYOUT_PAPER 202
 
-/* What the network sees of a frame's 256x256 crop.
- *   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
- *   RESIDUAL  (counts - reference)/mean sigma of the frame
- *   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter */
-#define TOLIMAN_CAE_INPUT_WHITENED 211
-#define TOLIMAN_CAE_INPUT_RESIDUAL 212
-#define TOLIMAN_CAE_INPUT_RAW 213
+/* Inputs: how the 256x256 crop of a frame is scaled for the network. */
+#define TOLIMAN_CAE_INPUT_WHITENED 211 /* (counts - reference)/sigma per pixel, nuisances projected out */
+#define TOLIMAN_CAE_INPUT_RESIDUAL 212 /* (counts - reference)/mean sigma of the frame */
+#define TOLIMAN_CAE_INPUT_RAW 213      /* counts, scaled so that the reference image spans 0..1; as in the chapter */
 
-/* What a network is. Since 0.1. */
+/* Network options. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
-    int32_t layout;    /* 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER */
-    int32_t input;     /* 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW */
-    uint32_t reserved; /* 0 */
-    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
+    int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
+    int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
+    uint32_t reserved;                  /* 0 */
+    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options may be
- * NULL. With FLIGHT and WHITENED, the defaults, its latent is scaled to pixels along the scene's signal, so that it may
- * be encoded with as it is: the untrained control. Otherwise the latent has no unit. TOLIMAN_E_UNSUPPORTED when frames
- * are smaller than 256x256 or preprocess.project meets an input that is not whitened, TOLIMAN_E_SCENE when its
- * nuisances leave nothing of the signal's derivative. The caller destroys *out. Since 0.1. */
+/* Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
+ * afterwards. options may be NULL. The caller destroys *out.
+ *
+ * With the default layout and input, the latent of the untrained network is scaled to pixels along the signal of the
+ * scene, so that the network can encode as an untrained control. Otherwise its latent has no unit.
+ * Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
+ * WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
                                                                  const toliman_cae_options *options,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;
 
-/* Ends a network; NULL is allowed. Since 0.1. */
+/* Destroys a network. NULL is allowed. */
 TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
-/* Ways to train.
- *   TIED          layout FLIGHT and WHITENED input: the linear decoder, whose kernels are the encoder's transposed, is
- *                 fitted to the whitened derivative image; then both halves are scaled so that the latent is the
- *                 separation in px. A step turns each tensor along its momentum, made orthogonal from channel to
- *                 channel (after Jordan et al. 2024, "Muon"); lengths stay, so that no learning rate diverges. The
- *                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
- *   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
- *                 any prior. The latent then has no unit and may have either sign */
+/* Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
+ * derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
+ * tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
+ * change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
+ * scenes from any seed. Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
+/* Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+ * caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary. */
 #define TOLIMAN_CAE_MODE_UNSUPERVISED 222
 
-/* Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
- * other status ends the running call with it. The same frame must be the same each time, also when a training is taken
- * up. Called on the caller's thread, with no lock held; may not train or destroy the network, nor may `progress`. Since
- * 0.1. */
+/* Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
+ * returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
+ * time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
+ * train or destroy the network; neither must the progress callback. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
-/* How to train; 0 is the default throughout. Since 0.1. */
+/* Training options. */
 typedef struct toliman_cae_train_options {
     uint32_t struct_size;
-    int32_t mode;         /* 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED */
-    uint32_t steps;       /* TIED: 0 = 300 */
-    uint32_t epochs;      /* UNSUPERVISED: passes over the training frames, in all; 0 = 300 */
-    double learning_rate; /* in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
-                             UNSUPERVISED: 0 = 1e-3, of Adam, constant */
+    int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
+    uint32_t steps;       /* TIED: number of steps; 0 = 300 */
+    uint32_t epochs;      /* UNSUPERVISED: total number of passes over the training frames; 0 = 300 */
+    double learning_rate; /* in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
+                             0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3 */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
-    toliman_frames_fn frames; /* UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each */
+    toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
     void *frames_data;
-    uint64_t frame_count;
-    uint64_t validation; /* of them, drawn from the seed and kept back; 0 = a tenth, at least 1 */
-    uint32_t batch;      /* UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;    /* UNSUPERVISED: workers, 0 = one a processor; the same bits for any number */
-    double *losses;      /* [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1 */
-    uint64_t loss_count; /* what is beyond them, or was done before a training is taken up, is not written */
+    uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
+    uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1 */
+    uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
+    uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
+    double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
+    uint64_t loss_count;  /* later steps, and steps before a training was resumed, are not written */
 } toliman_cae_train_options;
 #define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
 
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* What a training came to. Since 0.1. */
+/* Training result. Members that do not apply to the mode are 0. */
 typedef struct toliman_cae_training {
     uint32_t struct_size;   /* in: sizeof(toliman_cae_training) */
-    uint32_t steps;         /* in all */
-    uint32_t epochs;        /* UNSUPERVISED: in all; else 0 */
+    uint32_t steps;         /* total number of steps */
+    uint32_t epochs;        /* UNSUPERVISED: total number of epochs */
     uint32_t reserved;      /* 0 */
-    double loss;            /* TIED: squared distance of the unit target and its part along the painted image, 0.02
-                               when well trained; UNSUPERVISED: mean squared error of the last epoch, in units of the
-                               input */
-    double cosine;          /* TIED: between d latent/d residual and the whitened derivative, the predicted efficiency;
-                               else 0 */
-    double validation_loss; /* UNSUPERVISED: of the frames kept back; else 0, and so the next three */
-    double mmse, mssim;     /* means over those frames, as of toliman_cae_reconstruct */
-    double photon_floor;
+    double loss;            /* TIED: squared distance between the unit target and its projection on the decoder output,
+                               0.02 when well trained. UNSUPERVISED: mean squared error of the last epoch, in units of
+                               the input */
+    double cosine;          /* TIED: cosine between d latent/d residual and the whitened derivative image: the predicted
+                               efficiency, Cramer-Rao bound / standard deviation of the latent */
+    double validation_loss; /* UNSUPERVISED: loss of the validation frames */
+    double mmse, mssim;     /* UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct */
+    double photon_floor;    /* UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct */
 } toliman_cae_training;
 #define TOLIMAN_CAE_TRAINING_INIT TOLIMAN_INIT(toliman_cae_training)
 
-/* Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
- * unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as before
- * (toliman_cae_get_train_options); anything else starts anew. options and report may be NULL. On any failure the
- * network is as before, and its last training too, unless the new one has done a step (TIED) or an epoch
- * (UNSUPERVISED): then that can be taken up. TOLIMAN_E_CANCELLED, TOLIMAN_E_RANGE when a learning rate makes
- * UNSUPERVISED diverge or a loaded target leaves weights out of range, TOLIMAN_E_UNSUPPORTED for TIED with another
- * layout or input, TOLIMAN_E_STATE when a loaded network has no signal to be trained on. Since 0.1. */
+/* Trains a network, or resumes its last training. Writes the training result to *report.
+ * options and report may be NULL.
+ *
+ * A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
+ * unchanged (see toliman_cae_get_train_options). With more epochs, a finished UNSUPERVISED training continues. Any
+ * other options start a new training from the network's seed.
+ *
+ * On failure the network keeps its weights. Its last training also remains, unless the new training completed a step
+ * (TIED) or an epoch (UNSUPERVISED); then the new training can be resumed.
+ * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or a loaded target
+ * leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it needs;
+ * TOLIMAN_E_STATE if a loaded network has no signal to train on. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
 
-/* Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count, validation
- * and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set. TOLIMAN_E_STATE when
- * there is none: nothing was trained, or the blob was saved without. Since 0.1. */
+/* Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
+ * learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks. TOLIMAN_E_STATE if
+ * there is none: the network is untrained, or was loaded from a blob without training state. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) TOLIMAN_NOEXCEPT;
 
-/* Facts of a network. Since 0.1. */
+/* Properties of a network. */
 typedef struct toliman_cae_info {
     uint32_t struct_size;       /* in: sizeof(toliman_cae_info) */
     uint32_t trained;           /* 0 or 1 */
     const char *layout;         /* "flight" or "paper"; static text */
-    uint64_t layout_hash;       /* FNV-1a of the layout's tensor table */
-    uint64_t scene_digest;      /* of the scene the preprocessing came from */
+    uint64_t layout_hash;       /* FNV-1a hash of the tensor table of the layout */
+    uint64_t scene_digest;      /* toliman_sim_info.scene_digest of the scene */
     uint64_t parameters;        /* number of weights */
-    int64_t rows, cols;         /* of the frames it takes */
+    int64_t rows, cols;         /* shape of the frames that the network takes */
     int64_t crop_row, crop_col; /* first row and column of the 256x256 crop */
-    uint32_t projected;         /* nuisance images projected out */
-    int32_t input;              /* TOLIMAN_CAE_INPUT_WHITENED, ... */
-    double crb_px;              /* Cramer-Rao bound with exactly those free */
-    double cosine;              /* after training; 0 before */
+    uint32_t projected;         /* number of nuisance images projected out */
+    int32_t input;              /* TOLIMAN_CAE_INPUT_... */
+    double crb_px;              /* Cramer-Rao bound with these nuisances unknown */
+    double cosine;              /* toliman_cae_training.cosine; 0 before training */
     double input_scale;         /* factor between the input and the first convolution: 1e-3 for TIED, else 1 */
-    uint64_t seed;              /* of the random weights */
+    uint64_t seed;              /* seed of the random weights */
 } toliman_cae_info;
 #define TOLIMAN_CAE_INFO_INIT TOLIMAN_INIT(toliman_cae_info)
 
-/* Fills *out; out->struct_size must be set. Since 0.1. */
+/* Writes the properties of a network to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
- * and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
- * displacements. Frames brighter or fainter than the scene's are off by what preprocess.project would project out, and
- * by far more than their slope: the chapter's by -6e-6 px for 0.1 % more light. ELU bends latent over displacement to
- * about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the same negative ones
- * (chapter's scene; in another training it bends a third more or less). Allocates nothing that lasts. Since 0.1.
- */
+/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Keeps no memory after the call.
+ *
+ * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear: the ratio is
+ * about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at the same negative
+ * displacements (chapter scene; one third more or less in other trainings). A flux error shifts the latent unless
+ * preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in the chapter scene.
+ * Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
+ * counts are so far from the scene that the latent overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
 
-/* Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode for
- * the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
- * of freedom of what the scene's linear model leaves of each frame's crop,
+/* Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
+ *   threads     worker threads, 0 = one per processor
+ *   latents_px  [count]
+ *   chi_square  [count], or NULL: mean square residual per degree of freedom against the linear model of the scene,
  *
- *   |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel.
+ *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
- * u_k are the K orthonormal images that are projected out, t is that of toliman_cae_get_target. Weights and input do
- * not enter. Frames of the scene have 1 with the standard deviation sqrt(2/65536), damaged ones far more; see
- * toliman_linear_encode_many. Errors as of toliman_cae_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an
- * image of another shape, TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2. */
+ * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. Weights
+ * and input do not enter. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/65536); a damaged
+ * frame has a far larger value. See also toliman_linear_encode_many.
+ * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
+ * larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,
                                                                       const toliman_image *image, size_t count,
                                                                       uint32_t threads, double *latents_px,
                                                                       double *chi_square) TOLIMAN_NOEXCEPT;
 
-/* Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
- * px; linear in it up to 1 px. With another input, the input that it paints. TOLIMAN_E_UNSUPPORTED for layout PAPER;
- * |latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT; TOLIMAN_E_RANGE when a loaded network's
- * weights are so large that it overflows. Since 0.1. */
+/* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
+ * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. Otherwise it has the scaling
+ * of the input.
+ * Errors: TOLIMAN_E_UNSUPPORTED for layout PAPER; TOLIMAN_E_ARGUMENT if |latent_px| > 1e6; TOLIMAN_E_RANGE if the
+ * weights of a loaded network make the output overflow. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1. Since
- * 0.1. */
+/* Writes the training target to image[256][stride]: the whitened derivative image with nuisances projected out, per
+ * px. It is the ideal decoder output for a latent of 1 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image,
                                                                      size_t stride) TOLIMAN_NOEXCEPT;
 
-/* The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the frame's latent,
- * with whitened input times sqrt(variance) and added to the reference; what was projected out stays away. mmse and
- * mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean squared
- * error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03, over the
- * pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone leaves. With
- * any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode; TOLIMAN_E_RANGE also for
- * counts so far from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1. */
+/* Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride] in
+ * counts. With input WHITENED, the decoder output is multiplied by sqrt(variance) and added to the reference image;
+ * nuisances that were projected out are not restored.
+ *   mmse, mssim   mean squared error and mean structural similarity between crop and reconstruction, both scaled to
+ *                 0..1 by the extremes of the crop. Similarity after Wang et al. (2004): 11x11 Gaussian window of 1.5
+ *                 px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies inside the image
+ *   photon_floor  mmse expected from noise alone
+ * mmse, mssim and photon_floor may be NULL.
+ * Errors: as toliman_cae_encode; TOLIMAN_E_ARGUMENT for a constant frame if one of the three is requested;
+ * TOLIMAN_E_RANGE if the latent exceeds 1e6 px or a result overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *counts,
                                                                       size_t counts_stride, double *image,
                                                                       size_t stride, double *mmse, double *mssim,
                                                                       double *photon_floor) TOLIMAN_NOEXCEPT;
 
-/* How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
- * bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
- * has the bytes and what each costs in accuracy. Since 0.1. */
-#define TOLIMAN_CAE_ENCODING_FLOAT32 231
-#define TOLIMAN_CAE_ENCODING_BF16 232
-#define TOLIMAN_CAE_ENCODING_FP16 233
+/* Number formats of a weights blob. formats.md lists the bytes and the loss of accuracy of each. The reference image
+ * is always float32, because its errors enter every latent. */
+#define TOLIMAN_CAE_ENCODING_FLOAT32 231 /* exact */
+#define TOLIMAN_CAE_ENCODING_BF16 232    /* half the size, 8-bit significand */
+#define TOLIMAN_CAE_ENCODING_FP16 233    /* half the size, 11-bit significand */
 
-/* What a blob holds. Since 0.1. */
+/* Options of toliman_cae_save. */
 typedef struct toliman_cae_save_options {
     uint32_t struct_size;
-    int32_t weights_encoding; /* TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
-    int32_t planes_encoding;  /* of variance, target and nuisance images; 0 = FLOAT32 */
-    uint32_t training;        /* 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go
-                                 on with */
+    int32_t weights_encoding; /* of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
+    int32_t planes_encoding;  /* of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32 */
+    uint32_t training;        /* 1: also save the training state, so that toliman_cae_train can resume; 0: do not */
 } toliman_cae_save_options;
 #define TOLIMAN_CAE_SAVE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_save_options)
 
-/* Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Weights blob; options NULL = the defaults. With bytes NULL only *needed is set; otherwise capacity must be at least
- * that (TOLIMAN_E_CAPACITY). The same network gives the same bytes, and so does the network loaded from them.
- * TOLIMAN_E_RANGE for numbers above 2^100, which no blob holds. Since 0.1. */
+/* Saves a network as a weights blob. options may be NULL. If bytes is NULL, only *needed is set, to the size of the
+ * blob; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same network always gives the same
+ * bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
                                                                const toliman_cae_save_options *options, void *bytes,
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
- * for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated.
- * options may be NULL. The caller destroys *out. Since 0.1. */
+/* Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Never
+ * allocates more than the layout implies. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or
+ * checksum, and for numbers that are not finite, subnormal or above 2^100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;
 
-/* The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1. */
+/* Saves a network to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save_file(const toliman_cae *cae,
                                                                     const toliman_cae_save_options *options,
                                                                     const char *path) TOLIMAN_NOEXCEPT;
+
+/* Loads a network from a file. Otherwise as toliman_cae_load. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load_file(const char *path,
                                                                     const toliman_load_options *options,
                                                                     toliman_cae **out) TOLIMAN_NOEXCEPT;

@@ -2,7 +2,7 @@
 #ifndef TOLIMAN_EXPORT_H
 #define TOLIMAN_EXPORT_H
 
-#include <stddef.h> /* so that it is no empty unit by itself, which C99 forbids */
+#include <stddef.h> /* C99 forbids an empty translation unit */
 
 #if defined(__GNUC__)
 #define TOLIMAN_API __attribute__((visibility("default")))

@@ -1,9 +1,9 @@
-/* libtoliman, images: frames in the caller's memory, of any kind of pixels.
+/* libtoliman, images: frames in the caller's memory, in any pixel type.
  *
  * Data flow
  *
- *   frames in memory -> toliman_image -> cae.h, linear.h, components.h (..._many)
- *   frames off a downlink -> toliman_frame, whose pixels are of the same kinds -> track.h
+ *   frames in memory -> toliman_image -> cae.h, linear.h, components.h (the _many functions)
+ *   downlinked frames -> toliman_frame, with the same pixel types -> track.h
  */
 #ifndef TOLIMAN_IMAGE_H
 #define TOLIMAN_IMAGE_H
@@ -12,8 +12,8 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Kinds of pixels: unsigned, signed and floating-point numbers. Those without a suffix have the byte order of the
- * machine, which is little-endian; those ending in BE are big-endian (most significant byte first, as telemetry is). */
+/* Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+ * suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry. */
 #define TOLIMAN_PIXEL_U8 31
 #define TOLIMAN_PIXEL_U16 32
 #define TOLIMAN_PIXEL_U32 33
@@ -26,13 +26,13 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PIXEL_I16BE 40
 #define TOLIMAN_PIXEL_F32BE 41
 
-/* One frame or several in memory, which functions read and never write: pixel (r, c) of frame k is the element k
- * frame_stride + r stride + c of pixels. Since 0.2. */
+/* View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
+ * k frame_stride + row stride + column of pixels. Since 0.2. */
 typedef struct toliman_image {
     uint32_t struct_size; /* sizeof(toliman_image) */
     int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */
     const void *pixels;   /* aligned to the size of a pixel */
-    int64_t rows, cols;   /* of a frame; must be those that the object takes, 0 = those */
+    int64_t rows, cols;   /* shape of a frame, which must be the shape that the object expects; 0 = that shape */
     int64_t stride;       /* pixels from row to row, at least cols; 0 = cols */
     int64_t frame_stride; /* pixels from frame to frame, at least 1; 0 = rows times stride */
 } toliman_image;

@@ -1,4 +1,4 @@
-/* libtoliman, periodogram of an archive: the power at every frequency at once, without a state.
+/* libtoliman, periodogram of an archive: the power at every frequency in one call, without a streaming object.
  *
  * Data flow (functions toliman_period_...)
  *
@@ -12,39 +12,44 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Flag: direct sums only, good to 1e-13 whatever the tolerance. */
+/* Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance. */
 #define TOLIMAN_PERIOD_DIRECT 512u
 
-/* How toliman_period_batch works. 0 is the default of every member. Since 0.1. */
+/* Options of toliman_period_batch. */
 typedef struct toliman_period_batch_options {
     uint32_t struct_size;
     uint32_t flags;   /* TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT */
-    double tolerance; /* of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
-    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
+    double tolerance; /* largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT */
+    uint32_t threads; /* worker threads, 0 = one per processor; results do not depend on the number */
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
 } toliman_period_batch_options;
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)
 
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
- * streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. Every power is within the
- * tolerance of the exact one: a non-uniform FFT gives sums of known error, and powers that are not good enough are
- * computed again by compensated direct sums, or where these cancel by exact ones; small archives are summed directly.
- * Special cases are as of query_power, but cosine and sine coincide where the smaller eigenvalue is below 1e-17 of
- * both. Memory while it runs: 35 bytes per sample and 170 per frequency, 20 more on each further thread up to six; 225
- * more per frequency if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last bits differ
- * between kinds. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for
- * another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cycles, n beyond all memory, and where
- * exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
- * a whole or not at all. Since 0.1. */
+/* Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
+ * period.h. sigma and options may be NULL; n may be 0. On failure power is not written.
+ *
+ * Accuracy: every power is within the tolerance of the exact one. A non-uniform FFT computes the sums with a known
+ * error bound. Powers that are not accurate enough are computed again by compensated direct sums, and by exact sums
+ * where these cancel. Small archives use direct sums throughout. Special cases are those of
+ * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
+ * both.
+ *
+ * Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each further thread up to six,
+ * and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the same kind;
+ * the last bits of FFTW differ between kinds.
+ * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
+ * tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
+ * space holds, or if exact sums are needed and the sigmas differ by more than 1e8; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,
                                                                    double *power) TOLIMAN_NOEXCEPT;
+
 TOLIMAN_END_DECLS
 
 #endif

@@ -1,10 +1,12 @@
-/* libtoliman, false alarm probability: the chance that noise alone has a peak's power, and its inverse.
+/* libtoliman, false alarm probability (FAP): the probability that noise alone gives a peak of this power.
+ *
+ * Every method assumes white noise: independent errors with the given relative sigmas.
  *
  * Data flow (functions toliman_period_...)
  *
- *   toliman_period, log10(1 - power) -> query_fap -> log10 of the false alarm probability
- *                                    <- query_threshold <-
- *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the peaks of resamplings
+ *   toliman_period, log10(1 - power) -> query_fap -> log10 FAP
+ *   toliman_period, log10 FAP -> query_threshold -> log10(1 - power)
+ *   toliman_period, samples -> query_bootstrap -> log10(1 - power) of the highest peak of each resampling
  *                              (bootstrap_options_init)
  *
  * Source       Baluev (2008), MNRAS 385, 1279; VanderPlas (2018), ApJS 236, 16.
@@ -16,58 +18,66 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
- * Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_PERIOD_FAP_SEQUENTIAL. */
-#define TOLIMAN_PERIOD_FAP_BALUEV                                                                                      \
-    111 /* somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it */
-#define TOLIMAN_PERIOD_FAP_NAIVE                                                                                       \
-    112 /* the same, were there just f T independent frequencies. Too small: at 0.01 by 3 */
-#define TOLIMAN_PERIOD_FAP_SINGLE 113 /* at one frequency that was known beforehand: (1 - P)^((N - 3)/2) */
-/* Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
- * each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
- * whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
- * and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
- * Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
- * Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000. */
+/* FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
+ * one query. Peaks contain it. */
+#define TOLIMAN_PERIOD_FAP_BALUEV 111
+/* FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01). */
+#define TOLIMAN_PERIOD_FAP_NAIVE 112
+/* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2). */
+#define TOLIMAN_PERIOD_FAP_SINGLE 113
+/* FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
+ * of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
+ * series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+ *
+ * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
+ * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
+ * sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
+ * 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000. */
 #define TOLIMAN_PERIOD_FAP_SEQUENTIAL 114
 
-/* log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
- * P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
- * for P > 0 with fewer than five samples or constant values. Since 0.1. */
+/* Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
+ *   log10_residual  log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples
+ * The result is never NaN or infinite.
+ * Errors: TOLIMAN_E_ARGUMENT for an unknown method or a power out of range; TOLIMAN_E_STATE if P > 0 with fewer than
+ * five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const toliman_period *period, int32_t method,
                                                                        double log10_residual,
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;
 
-/* The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
- * that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1. */
+/* Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
+ * of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
+ * Errors as toliman_period_query_fap. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_threshold(const toliman_period *period,
                                                                              int32_t method, double log10_fap,
                                                                              double *log10_residual) TOLIMAN_NOEXCEPT;
 
-/* How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1. */
+/* Options of toliman_period_query_bootstrap. */
 typedef struct toliman_period_bootstrap_options {
     uint32_t struct_size;
-    uint32_t threads; /* own workers; 0 = one a processor. Never changes a bit of any result */
-    uint64_t seed;
+    uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
+    uint64_t seed;                /* of the random resamplings */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
 } toliman_period_bootstrap_options;
 #define TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_bootstrap_options)
 
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_options *options,
                                                        size_t size) TOLIMAN_NOEXCEPT;
 
-/* Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
- * checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
- * its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
- * query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
- * Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
- * periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
- * Since 0.1. */
+/* Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
+ * sorted, strongest peak first. A resampling keeps the times and draws values with their sigmas with replacement.
+ *   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
+ *   options      may be NULL
+ * If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that
+ * peak is (k + 1)/(count + 1). Entry a count - 1 is the detection threshold of FAP a. The bootstrap assumes no
+ * distribution of the noise. Each resampling takes the time to push all samples and query once; each thread needs the
+ * memory of a periodogram.
+ * Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,
     const toliman_period_bootstrap_options *options, size_t count, double *log10_residuals) TOLIMAN_NOEXCEPT;
+
 TOLIMAN_END_DECLS
 
 #endif

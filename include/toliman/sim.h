@@ -1,68 +1,94 @@
-/* libtoliman, simulator: from a scene file to expected images, noisy frames and what they can tell at best.
+/* libtoliman, simulator: from a scene file to expected images, noisy frames and their Cramer-Rao bounds.
  *
  * Data flow (functions toliman_sim_...)
  *
- *   scene.json -> plan_file, plan_json                                what it needs and costs, without its images
+ *   scene.json -> plan_file, plan_json                               requirements and cost, without images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
  *    options_init                             |                   -> cae.h, linear.h, components.h
- *                                             +-> get_info, get_name, get_plan, get_stage     facts and bounds
- *                                             +-> get_series, get_offsets                         what is true
- *                                             +-> get_pupil, get_spectrum, get_plate_scale        light on its way
- *                                             +-> expect, propagate, get_image    without noise; derivatives
- *                                                 stage_name, image_name          names
+ *                                             +-> get_info, get_name, get_plan, get_stage    properties, bounds
+ *                                             +-> get_series, get_offsets                    true values
+ *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
+ *                                             +-> expect, propagate, get_image               noise-free images
+ *                                             |                                              and derivatives
+ *                                             +-> stage_name, image_name                     names of constants
  *                                          destroy
  *
  * Conventions
- *   Arrays      C order, [row][column] = [y][x]; row 0 and column 0 are the most negative coordinates.
- *   Pupil       sample i stands at x_i = (i - (N-1)/2) D/N, the cell's centre; D the aperture, N the pupil samples.
- *               Amplitude A = open fraction of the cell times t of the scene's file (1 without one), in 0..1. OPD =
- * mask
- *               + Zernike polynomials (Noll's order, rms over the full aperture; where A > 0) + OPD file.
- *   Detector    pixel j stands at u_j = (j - (n-1)/2) p, p the pixel scale; for even n the axis is the corner of the
- *               four middle pixels. Offsets are given in pixels from there, x to higher columns, y to higher rows. A
- *               rotation is the position angle of the rows' +y axis: a star at that angle stands at +y.
- *   Signs       E = A exp(+2 pi i OPD/lambda), F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset
- *               (+ox, +oy) px has OPD +(x ox + y oy) p and its image stands at higher column and row.
- *   Angle       position angle of B seen from A, from +y towards -x (north up, east left).
- *   Separation  positive displacement lengthens it: star A moves away from B, or B from A. A star alone moves towards
- *               higher columns.
- *   Intensity   fraction of the light through the pupil that falls in a pixel, |F|^2 (D/N p/lambda)^2 / sum(A t): sums
- *               to 1 over an infinite image. What an amplitude file absorbs is not counted: t = 1/2 everywhere changes
- *               nothing, and photons_per_s of a scene are at the detector. Light outside the frame is lost.
- *   Time        of a frame is the middle of its exposure, over which nothing is averaged: stars and signal stand as at
- *               that instant. Light travel time (to the barycentre) is not modelled. binary.date is time 0. With an
- *               orbit the stars stand throughout where they are then; with binary.moving they follow it, and frames
- *               are made about anchors along it. All that describes the scene as one (images, bounds, propagate,
- *               expect, estimators made of it) is that of time 0.
- *   Planet      moves its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis, as if the orbit's plane
- *               held it: argument 0 is a sine of phase_rad, the mean anomaly at time 0. On an eccentric orbit the mean
- *               over a period is not 0 but -3/2 e sin(argument) amplitudes. Its period is Kepler's, with M + m:
- *               365.2569 days for 1 au about 1 solar mass. Dates and periods of the stars' orbit are in years of
- *               365.25 days.
- *   Accuracy    what the scene allows decides how many Chebyshev nodes stand for its wavelengths, how many terms the
- *               series of the displacement has and how pixels are integrated (toliman_sim_plan_file); below 1e-14 every
- *               wavelength is propagated by itself. Pupils are sampled as the scene says, whatever that costs.
- *   Spectrum    uniform steps, both ends at half weight (trapezium); one wavelength or lines as they are.
- *   Pixel       "point": the image at the pixel's centre. "integrated": its mean over the pixel's square.
- *   Stages      of the detector, in this order, each only where the scene names it: expected photons x qe x the
- *               pixel's response + dark current -> Poisson -> full well -> + read noise -> / gain + bias -> rounded to
- *               whole DN, halves to even, and cut to 0 ... 2^bit_depth - 1. With qe, photons_per_s and peak_photons are
- *               those that arrive. A frame is the sum of `coadds` frames: variance of the read noise and full well
- *               times coadds; exposure_s is that of the sum. Responses are 1 + flat_rms times a normal variate of the
- *               scene's own seed, the same in all frames; expected images and bounds know them.
- *   Unit        of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
- *   Systematics of frame k: each is its rms times a normal variate of (seed, k), plus its drift times the frame's time;
- *               after the cadence's last frame the drifts begin anew. Pointing shifts both stars, x and y
- *               independently. Roll turns the stars about the frame's centre from x towards y; their patterns do not
- *               turn. Scale stretches the image, patterns included, about the centre; focus is defocus (Noll's fourth,
- *               nm rms over the full aperture). Fluxes of the stars vary independently. One drift holds for x and y,
- *               and for both stars. Jitter is a Gaussian blur, the same in all frames.
- *   Engines     the matrix DFT has exact pixel positions. The padded FFT is the chapter's: it embeds N_E = N_out p D /
- *               lambda samples in N_out, the power of two from 4 times the frame's longer side; N_E is rounded, so that
- *               each wavelength has its own plate scale. A baseline, chosen only by who asks for it.
- *   Nuisances   shift x, y: both stars, per px. Roll: the stars turn about the frame's centre from x towards y, their
- *               patterns stay, per rad. Scale: the whole image stretches about the frame's centre, relative. Focus:
- *               Noll's fourth Zernike polynomial, per nm rms. Background: the same in every pixel, per photon.
+ *
+ *   Arrays       C order, [row][column] = [y][x]. Row 0 and column 0 have the most negative coordinates.
+ *
+ *   Detector     The centre of pixel j is u_j = (j - (n-1)/2) p, where p is the pixel scale and n the number of
+ *                pixels. For even n, the optical axis is the corner shared by the four middle pixels. Offsets are in
+ *                pixels from the axis: +x towards higher columns, +y towards higher rows. A rotation is the position
+ *                angle of the +y axis of the detector: a star at that position angle lies on the +y axis.
+ *
+ *   Pupil        Sample i is the centre of a cell at x_i = (i - (N-1)/2) D/N, where D is the aperture diameter and N
+ *                the number of pupil samples. Amplitude A = open fraction of the cell times the transmission t of the
+ *                amplitude file (1 without a file), in 0..1. Optical path difference OPD = phase mask + Zernike
+ *                polynomials (Noll's order, rms over the full aperture, where A > 0) + OPD file.
+ *
+ *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y
+ *                v)/lambda). A star at offset (+ox, +oy) px has OPD +(x ox + y oy) p. Its image is at a higher column
+ *                and row.
+ *
+ *   Angle        Position angle of B as seen from A, from +y towards -x (north up, east left).
+ *
+ *   Separation   A positive displacement increases the separation: star A moves away from B, or B away from A. A
+ *                single star moves towards higher columns.
+ *
+ *   Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil.
+ *                The fractions sum to 1 over an infinite image. Light that the amplitude file absorbs is not counted:
+ *                t = 1/2 everywhere changes nothing. photons_per_s of a scene counts photons at the detector. Light
+ *                outside the frame is lost.
+ *
+ *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
+ *                spectral lines are used as given.
+ *
+ *   Pixel        "point": intensity at the centre of the pixel. "integrated": mean intensity over the square pixel.
+ *
+ *   Time         The time of a frame is the middle of its exposure. Nothing is averaged over the exposure: stars and
+ *                signal are at their positions of that instant. Light travel time to the barycentre is not modelled.
+ *                binary.date is time 0. With an orbit, the stars stay at their positions of time 0; with
+ *                binary.moving they follow the orbit, and frames are expanded about anchor points along it.
+ *                Everything that describes the scene as a whole (get_image, bounds, propagate, expect, and estimators
+ *                created from the scene) refers to time 0.
+ *
+ *   Planet       A planet displaces its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis of the
+ *                binary. With zero eccentricity and argument 0 the displacement is a sine of phase phase_rad, the
+ *                mean anomaly at time 0. The mean displacement over an eccentric orbit is -3/2 e sin(argument)
+ *                amplitudes, not 0. The period follows from Kepler's third law with mass M + m: 365.2569 days for 1
+ *                au about 1 solar mass. Dates and periods of the binary are in years of 365.25 days.
+ *
+ *   Accuracy     The accuracy of a scene sets the number of Chebyshev nodes that represent the wavelengths, the order
+ *                of the Taylor expansion in the displacement, and the pixel integration (see toliman_sim_plan_file).
+ *                Below 1e-14, every wavelength is propagated. The pupil is sampled as the scene says.
+ *
+ *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
+ *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
+ *                rounding to integer DN, ties to even, clipped to 0 ... 2^bit_depth - 1. With qe, photons_per_s and
+ *                peak_photons count arriving photons. A frame is the sum of `coadds` exposures: the variance of the
+ *                read noise and the full well are multiplied by coadds; exposure_s is the sum. Pixel responses are 1
+ *                + flat_rms times normal variates of the scene's own seed, the same in every frame. Expected images
+ *                and bounds include them.
+ *
+ *   Unit         Unit of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
+ *
+ *   Systematics  Each systematic of frame k is its rms times a normal variate of (seed, k), plus its drift times the
+ *                time of the frame. After the last frame of the cadence, drifts restart. Pointing shifts both stars,
+ *                in x and y independently. Roll rotates the star positions about the frame centre from x towards y,
+ *                without rotating their diffraction patterns. Scale stretches the whole image about the centre. Focus
+ *                is defocus (Noll's fourth Zernike polynomial, nm rms over the full aperture). The fluxes of the
+ *                stars vary independently. x and y share one drift, and so do the two fluxes. Jitter is a Gaussian
+ *                blur, the same in every frame.
+ *
+ *   Nuisances    Derivative images of the systematics. Shift x, y: both stars, per px. Roll: per rad. Scale:
+ *                relative. Focus: per nm rms. Background: equal light on every pixel, per photon. Fluxes: relative,
+ *                of A and of B.
+ *
+ *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
+ *                is the baseline of the book chapter: it pads N_E = N_out p D/lambda samples to N_out, the power of
+ *                two from 4 times the longer side of the frame. N_E is rounded, so each wavelength has a different
+ *                plate scale. It is used only if requested.
  */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
@@ -71,196 +97,207 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* A scene made ready: PSFs and derivative images computed once, then frames by random access. Const calls may run on
- * one simulator from several threads. Since 0.1. */
+/* Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random access.
+ * Functions that take a const simulator may run on one simulator from several threads. */
 typedef struct toliman_sim toliman_sim;
 
-/* How a simulator is made. Since 0.1. */
+/* Engines: how light is propagated from the pupil to the detector. See Engines above. */
+#define TOLIMAN_SIM_ENGINE_MATRIX_DFT 331 /* exact pixel positions; the default */
+#define TOLIMAN_SIM_ENGINE_PADDED_FFT 332 /* baseline of the book chapter; no mask, amplitude or OPD files */
+
+/* Options of a simulator. */
 typedef struct toliman_sim_options {
     uint32_t struct_size;
-    uint32_t threads;             /* own workers; 0 = one a processor. Never changes a bit of any result */
+    uint32_t threads;             /* worker threads, 0 = one per processor; the results do not depend on the number */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
-    toliman_log_fn log; /* may be NULL */
+    toliman_log_fn log; /* receives warnings about the scene; may be NULL */
     void *log_data;
     int32_t engine; /* TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT */
     int32_t reserved;
-    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */
+    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_sim_options;
 #define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
 
-/* Ways to propagate light: Engines, in the conventions of toliman/sim.h. */
-#define TOLIMAN_SIM_ENGINE_MATRIX_DFT 331 /* exact pixel positions */
-#define TOLIMAN_SIM_ENGINE_PADDED_FFT 332 /* no mask, amplitude or OPD files */
-
-/* Fills *options, which has `size` bytes, with the defaults. Since 0.1. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
- * options may be NULL. The caller destroys *out. TOLIMAN_E_NOT_FOUND or _FORMAT for this or a named file, _SCENE for
- * impossible content, _UNSUPPORTED, _CANCELLED, _MEMORY. Since 0.1. */
+/* Creates a simulator from the scene file at path (schema toliman-scene/1). File names in the scene are relative to
+ * its folder. options may be NULL. The caller destroys *out.
+ * Errors: TOLIMAN_E_NOT_FOUND and _FORMAT for the scene file or a file that it names, _SCENE for impossible values,
+ * _UNSUPPORTED, _CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_file(const char *path,
                                                                       const toliman_sim_options *options,
                                                                       toliman_sim **out) TOLIMAN_NOEXCEPT;
 
-/* The same from JSON text of `size` bytes in memory; folder is where relative file names start (NULL = the current
- * one). Since 0.1. */
+/* Creates a simulator from a scene in memory, JSON text of `size` bytes. File names in the scene are relative to
+ * folder; NULL = the current directory. Otherwise as toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_json(const char *json, size_t size, const char *folder,
                                                                       const toliman_sim_options *options,
                                                                       toliman_sim **out) TOLIMAN_NOEXCEPT;
 
-/* Ends a simulator; NULL is allowed. Since 0.1. */
+/* Destroys a simulator. NULL is allowed. */
 TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
-/* Units of frames and expected images: Unit, in the conventions of toliman/sim.h. */
+/* Units of frames and expected images. See Unit above. */
 #define TOLIMAN_SIM_UNIT_PHOTON 301
 #define TOLIMAN_SIM_UNIT_ELECTRON 302
 #define TOLIMAN_SIM_UNIT_DN 303
 
-/* Facts of a ready scene. Since 0.1. */
+/* Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
+ * unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation. */
 typedef struct toliman_sim_info {
-    uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
-    int32_t wavelengths;   /* samples of the spectrum */
-    int64_t rows, cols;    /* of a frame */
-    int64_t frames;        /* of the cadence */
-    int64_t pupil_samples; /* N of the N x N pupil */
-    uint64_t seed;         /* noise.seed of the scene */
-    double amplitude_px;   /* of the signal; 0 without one. A planet's: semi-major axis of its star's orbit */
-    double period_days;    /* of the signal; 0 without one */
-    double separation_px;  /* 0 for a single star */
-    double flux_ratio;     /* photons of A over photons of B; 0 for a single star */
-    double peak_photons;   /* brightest pixel of the mean frame, before the detector */
-    double total_photons;  /* in the frame, before the detector */
-    /* Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it */
-    double crb_px;            /* all else known; finite where the scene has a signal */
-    double crb_flux_shift_px; /* the same with both fluxes and the common shift unknown */
-    double crb_projected_px;  /* the same with exactly preprocess.project unknown; the yardstick of efficiency */
-    double truncation;        /* error of the series in the displacement, largest pixel over that of the signal, at the
-                                 signal's largest displacement; above the scene's accuracy it is logged as a warning */
-    double min_displacement_px, max_displacement_px; /* of the signal over the cadence */
-    double amplitude_uas;                            /* amplitude_px on the sky, microarcsec */
-    double aperture_m;                               /* diameter */
-    double pixel_scale_arcsec;                       /* of a detector pixel */
-    uint64_t scene_digest;                           /* FNV-1a of the scene's text, as in the weights trained for it */
-    int64_t whole_counts;   /* 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0 */
+    uint32_t struct_size;     /* in: sizeof(toliman_sim_info) */
+    int32_t wavelengths;      /* number of wavelengths of the spectrum */
+    int64_t rows, cols;       /* shape of a frame */
+    int64_t frames;           /* number of frames of the cadence */
+    int64_t pupil_samples;    /* N: the pupil has N x N samples */
+    uint64_t seed;            /* noise.seed of the scene */
+    double amplitude_px;      /* amplitude of the signal, 0 without one; for a planet, semi-major axis of its star */
+    double period_days;       /* period of the signal; 0 without one */
+    double separation_px;     /* separation of the stars; 0 for a single star */
+    double flux_ratio;        /* photons of A / photons of B; 0 for a single star */
+    double peak_photons;      /* brightest pixel of the mean frame, before the detector */
+    double total_photons;     /* sum over the frame, before the detector */
+    double crb_px;            /* Cramer-Rao bound with all else known */
+    double crb_flux_shift_px; /* Cramer-Rao bound with both fluxes and the common shift unknown */
+    double crb_projected_px;  /* Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
+                                 efficiency of an estimator */
+    double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
+                                 of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds
+                                 the accuracy of the scene */
+    double min_displacement_px, max_displacement_px; /* range of the signal over the cadence */
+    double amplitude_uas;                            /* amplitude of the signal on the sky, microarcseconds */
+    double aperture_m;                               /* diameter of the aperture */
+    double pixel_scale_arcsec;                       /* size of a detector pixel on the sky */
+    uint64_t scene_digest;  /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
+    int64_t whole_counts;   /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
     double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
-    double peak_counts;     /* brightest pixel of the mean frame, in the frame's unit */
-    int32_t unit;           /* of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN */
-    int32_t bit_depth;      /* of the scene's detector; 0 = counts are not rounded */
+    double peak_counts;     /* brightest pixel of the mean frame, in the unit of the frame */
+    int32_t unit;           /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
+    int32_t bit_depth;      /* bits per pixel of the detector; 0 = counts are not rounded */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
-/* Fills *out; out->struct_size must be set. Since 0.1. */
+/* Writes the properties of the scene to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 
-/* What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
- * expected image against the scene without that choice; a test holds them against the true ones. Since 0.1. */
+/* Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
+ * cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
+ * peak. */
 typedef struct toliman_sim_plan_info {
     uint32_t struct_size;      /* in: sizeof(toliman_sim_plan_info) */
-    int32_t engine;            /* TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT */
-    int32_t scene_wavelengths; /* of the spectrum as the scene has it */
-    int32_t wavelengths;       /* propagated: as many, or fewer Chebyshev nodes in 1/lambda */
-    int32_t order;             /* of the series in the displacement */
-    int32_t exact_frames;      /* 1: no series pays, every frame is propagated anew */
+    int32_t engine;            /* TOLIMAN_SIM_ENGINE_... */
+    int32_t scene_wavelengths; /* wavelengths of the spectrum of the scene */
+    int32_t wavelengths;       /* wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda */
+    int32_t order;             /* order of the Taylor expansion in the displacement */
+    int32_t exact_frames;      /* 1: the Taylor expansion is not worthwhile; every frame is re-propagated */
     int32_t oversampling;      /* point samples per pixel and axis */
-    int32_t filter_taps;       /* of the filter that integrates over pixels; 0 = none */
-    int64_t pupil_samples;     /* N of N x N */
-    int64_t stages;            /* those that are modelled, for toliman_sim_get_stage alone */
-    double accuracy;           /* what the scene asks for */
-    double pupil_error;       /* of N samples against a pupil without any; not held to the accuracy, N is the scene's */
-    double spectrum_error;    /* of the nodes; 0 when every wavelength is propagated */
-    double series_error;      /* of the series, largest pixel over that of the signal, at its largest displacement */
-    double pixel_error;       /* of the filter */
-    double plate_scale_error; /* relative, of the padded FFT at its worst wavelength; 0 for the matrix DFT */
-    double rounding_error;    /* of double precision */
-    double setup_flops;       /* all images, once */
-    double frame_flops;       /* each expected frame, before its noise */
-    double bytes;             /* memory, with as many frames made at a time as there are workers */
-    double setup_s, frame_s;  /* on one core of this machine, noise included; a rough guide */
-    int64_t place_order;      /* of the series in the places of both stars, for systematics and orbits; 0 = none */
-    double place_error;       /* of that series, over the signal's largest pixel, for disturbances of 4 sigma */
-    double scale_focus_error; /* of scale to first and focus to second order, for disturbances of 4 sigma */
-    int64_t anchors;          /* points of the orbit about which that series is made anew; 0 = at time 0 only */
-    double orbit_px; /* that a star moves along its orbit from time 0 to any frame, at most: speed times time */
+    int32_t filter_taps;       /* taps of the filter that integrates over pixels; 0 = no filter */
+    int64_t pupil_samples;     /* N: the pupil has N x N samples */
+    int64_t stages;            /* modelled stages; read with toliman_sim_get_stage */
+    double accuracy;           /* accuracy that the scene requests */
+    double pupil_error;        /* error of N samples; not limited by the accuracy, as the scene sets N */
+    double spectrum_error;     /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
+    double series_error;       /* error of the Taylor expansion, defined as toliman_sim_info.truncation */
+    double pixel_error;        /* error of the pixel integration */
+    double plate_scale_error;  /* largest relative plate-scale error of the padded FFT; 0 for the matrix DFT */
+    double rounding_error;     /* error of double precision */
+    double setup_flops;        /* floating-point operations of the setup (all images, once) */
+    double frame_flops;        /* floating-point operations of each expected frame, without noise */
+    double bytes;              /* memory, with one frame in work per worker thread */
+    double setup_s, frame_s;   /* expected seconds on one core of this machine, with noise; a rough guide */
+    int64_t place_order;       /* order of the expansion in the positions of both stars, for systematics and orbits;
+                                  0 = none */
+    double place_error;        /* error of that expansion for systematics of 4 sigma / largest change by the signal */
+    double scale_focus_error;  /* error of first order in scale and second order in focus, for systematics of 4 sigma */
+    int64_t anchors;           /* expansion points (anchors) along the orbit; 0 = time 0 only */
+    double orbit_px;           /* upper limit of the motion of a star along its orbit over the cadence */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
-/* The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file, *out
- * as toliman_sim_get_plan. The log hears what it would of toliman_sim_create_file; pixels that meet the full well or
- * the bit depth are counted on a rough image. Since 0.1. */
+/* Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
+ * Arguments, errors and log messages are those of toliman_sim_create_file; the numbers of pixels that reach the full
+ * well or exceed the bit depth are estimated from a coarse image. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_file(const char *path,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1. */
+/* Writes the plan of a scene in memory to *out. Arguments as toliman_sim_create_json, otherwise as
+ * toliman_sim_plan_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *json, size_t size, const char *folder,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one. Static text; new
- * stages may come. Since 0.2. */
+/* Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage. Static text. Later versions may
+ * append stages. Since 0.2. */
 TOLIMAN_API const char *toliman_sim_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
 
-/* Sets *modelled to 1 if a plan models the stage of that name, else to 0. TOLIMAN_E_ARGUMENT for a name that no stage
- * has. Since 0.2. */
+/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown name.
+ * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
                                                                     int32_t *modelled) TOLIMAN_NOEXCEPT;
 
-/* The plan that a simulator follows; out->struct_size must be set. Since 0.1. */
+/* Writes the plan of a simulator to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Name of the scene; lives as long as sim. "" for NULL. Since 0.1. */
+/* Returns the name of the scene, "" for NULL. Valid until the simulator is destroyed. */
 TOLIMAN_API const char *toliman_sim_get_name(const toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
-/* Times (days) and true displacements (px) of frames first ... first + count - 1; either array may be NULL.
- * TOLIMAN_E_RANGE outside the cadence. Since 0.1. */
+/* Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of `count`
+ * elements. Either array may be NULL. TOLIMAN_E_RANGE if a frame is outside the cadence. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first,
                                                                      size_t count, double *times_days,
                                                                      double *displacements_px) TOLIMAN_NOEXCEPT;
 
-/* Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter. */
-#define TOLIMAN_SIM_IMAGE_BOTH 311       /* the whole frame without displacement, with dark current and bias */
-#define TOLIMAN_SIM_IMAGE_STAR_A 312     /* also the derivative with respect to the relative flux of A */
-#define TOLIMAN_SIM_IMAGE_STAR_B 313     /* TOLIMAN_E_ARGUMENT for a single star */
-#define TOLIMAN_SIM_IMAGE_SEPARATION 314 /* d/d separation, per px */
-#define TOLIMAN_SIM_IMAGE_CURVATURE 315  /* second derivative, per px^2 */
-#define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* d/d common shift towards higher columns, per px */
-#define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* d/d common shift towards higher rows, per px */
-/* Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
- * no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel. */
+/* Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no
+ * other systematics. */
+#define TOLIMAN_SIM_IMAGE_BOTH 311       /* expected frame without displacement, including dark current and bias */
+#define TOLIMAN_SIM_IMAGE_STAR_A 312     /* light of star A; also the derivative by its relative flux */
+#define TOLIMAN_SIM_IMAGE_STAR_B 313     /* light of star B; TOLIMAN_E_ARGUMENT for a single star */
+#define TOLIMAN_SIM_IMAGE_SEPARATION 314 /* derivative by the separation, per px */
+#define TOLIMAN_SIM_IMAGE_CURVATURE 315  /* second derivative by the separation, per px^2 */
+#define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* derivative by a common shift towards higher columns, per px */
+#define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* derivative by a common shift towards higher rows, per px */
+/* Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
+ * photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel. */
 #define TOLIMAN_SIM_IMAGE_VARIANCE 318
-#define TOLIMAN_SIM_IMAGE_ROLL 319       /* d/d roll, per rad */
-#define TOLIMAN_SIM_IMAGE_SCALE 320      /* d/d relative plate scale */
-#define TOLIMAN_SIM_IMAGE_FOCUS 321      /* d/d defocus, per nm rms */
-#define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* d/d light that falls on every pixel alike, per photon */
-/* Returns the name of one of them ("shift_x"), "?" for an unknown one. Static text. Since 0.2. */
+#define TOLIMAN_SIM_IMAGE_ROLL 319       /* derivative by the roll, per rad */
+#define TOLIMAN_SIM_IMAGE_SCALE 320      /* derivative by the relative plate scale */
+#define TOLIMAN_SIM_IMAGE_FOCUS 321      /* derivative by the defocus, per nm rms */
+#define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* derivative by light that falls equally on every pixel, per photon */
+
+/* Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text.
+ * Since 0.2. */
 TOLIMAN_API const char *toliman_sim_image_name(int32_t kind) TOLIMAN_NOEXCEPT;
 
-/* Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
- * smaller stride. Since 0.1. */
+/* Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
+ * TOLIMAN_E_ARGUMENT for an unknown kind or a smaller stride. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image,
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD in m,
- * of mask and aberrations. Either may be NULL. Since 0.1. */
+/* Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
+ * and aberrations in m. N is toliman_sim_info.pupil_samples. Either array may be NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 
-/* Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
- * `wavelengths` of the info, else TOLIMAN_E_ARGUMENT. The weights of a star that is not there are 0. Any array may be
- * NULL. Since 0.1. */
+/* Copies the spectrum: wavelengths (m) and photons per frame of stars A and B at each wavelength, over an infinite
+ * image. Each array has `count` elements and may be NULL. The weights of an absent star are 0. TOLIMAN_E_ARGUMENT
+ * unless count is toliman_sim_info.wavelengths. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count,
                                                                        double *wavelength_m, double *weight_a,
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;
 
-/* Relative error of the plate scale at each wavelength of the spectrum: by how much the padded FFT makes its image too
- * large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. Since 0.1. */
+/* Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
+ * which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+ * toliman_sim_get_spectrum. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
                                                                           double *relative_error) TOLIMAN_NOEXCEPT;
 
-/* Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2. */
+/* Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
+ * 0.2. */
 typedef struct toliman_sim_offsets {
     uint32_t struct_size; /* in: sizeof(toliman_sim_offsets) */
     uint32_t reserved;    /* 0 */
@@ -269,37 +306,39 @@ typedef struct toliman_sim_offsets {
 } toliman_sim_offsets;
 #define TOLIMAN_SIM_OFFSETS_INIT TOLIMAN_INIT(toliman_sim_offsets)
 
-/* Fills *out; out->struct_size must be set. Since 0.2. */
+/* Writes the positions of the stars to *out, whose struct_size must be set. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,
                                                                       toliman_sim_offsets *out) TOLIMAN_NOEXCEPT;
 
-/* Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
- * slow, exact, for tests and large displacements. In the frame's unit, without systematics but jitter.
- * |displacement_px| <= 100, else TOLIMAN_E_RANGE. Since 0.1. */
+/* Computes the expected image for a displacement by propagating every wavelength again, without Taylor expansion, to
+ * image[rows][stride] in the unit of the frame. Slow and exact: for tests and large displacements. Includes jitter
+ * and no other systematics. TOLIMAN_E_RANGE if |displacement_px| > 100. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Expected image by the series in the displacement, as frames without systematics use it; no light below 0. Its order
- * is that of the plan, chosen for the scene's own signal, at least 2. In the frame's unit. |displacement_px| <= 0.1,
- * else TOLIMAN_E_RANGE. Since 0.1. */
+/* Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
+ * image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is that of the plan, chosen for
+ * the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says exact_frames) and
- * seed: disturbed by the systematics of (seed, k), then through the detector's stages with noise of (seed, k). A frame
- * depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and on any machine given
- * the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts may differ).
- * TOLIMAN_E_RANGE also where a pixel would expect more than 1e12 electrons (photons, without qe). Calls from several
- * threads run side by side; with anchors (toliman_sim_plan_info) all wait while one of them makes the next. Since 0.1.
- */
+/* Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed, k).
+ * Writes image[rows][stride].
+ *
+ * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
+ * peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the
+ * plan has anchors, all wait while one thread computes the next anchor.
+ * Errors: TOLIMAN_E_RANGE if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel expects more
+ * than 1e12 electrons (photons, without qe). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
- * processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
- * outside it; with displacements[count] they may have any numbers from 0. Errors as toliman_sim_frame; after one, or
- * without memory, images may hold some of them. Since 0.1. */
+/* Simulates frames first ... first + count - 1 to images[count][rows][cols].
+ *   displacements_px  [count], or NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside
+ *                     it)
+ *   threads           worker threads, 0 = one per processor
+ * Errors as toliman_sim_frame. After an error, images may hold some of the frames. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame_many(const toliman_sim *sim,
                                                                      const double *displacements_px, uint64_t seed,
                                                                      int64_t first, size_t count, uint32_t threads,

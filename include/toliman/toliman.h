@@ -1,10 +1,11 @@
-/* The whole of libtoliman. Data flows one way: scene -> frames -> latent -> period. */
+/* Includes every header of libtoliman. Data flow: scene -> frames -> latent -> period. */
 #ifndef TOLIMAN_TOLIMAN_H
 #define TOLIMAN_TOLIMAN_H
 
 #include <toliman/base.h>
 #include <toliman/cae.h>
 #include <toliman/components.h>
+#include <toliman/frame.h>
 #include <toliman/image.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>

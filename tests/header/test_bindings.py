@@ -54,7 +54,7 @@ class Bindings(unittest.TestCase):
                 (PERIOD, "double t, double y,\n", "float t, double y,\n"),
                 (BASE, "int32_t processors;", "int64_t processors;"),
                 (BASE, "#define TOLIMAN_E_STATE 13", "#define TOLIMAN_E_STATE 14"),
-                (BASE, "a bug in the library", "a bug")):
+                (BASE, "bug in the library", "bug")):
             with self.subTest(after):
                 self.setUp()
                 self.change(name, before, after)
@@ -74,9 +74,9 @@ class Bindings(unittest.TestCase):
         self.refuses(FORTRAN + ": toliman_other is missing", PYTHON + ": toliman_other is missing")
 
     def test_new_function_is_made_for_all(self):
-        self.change(LINEAR, "/* Predicted standard deviation",
-                    "/* New. Since 0.1. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
-                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Predicted standard deviation")
+        self.change(LINEAR, "/* Writes the predicted standard",
+                    "/* New. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
+                    "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Writes the predicted standard")
         self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_linear_query_new;")
         self.refuses("toliman_linear_query_new is missing")
         self.assertEqual(self.run_tool("tools/gen/generate"), (0, ""))
@@ -110,8 +110,8 @@ class Bindings(unittest.TestCase):
         self.refuses("toliman.hpp: no owner of toliman_cae")
 
     def test_function_without_comment(self):
-        self.change(TRACK, "/* The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. "
-                           "Since 0.1. */\n", "\n")
+        self.change(TRACK, "/* Commits and writes a checkpoint, so that the folder opens fast. After an error, records may "
+                           "have been committed. */\n", "\n")
         self.refuses("include/toliman/track.h:", "expected a comment above toliman_track_save")
 
 

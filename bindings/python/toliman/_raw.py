@@ -24,56 +24,60 @@ TOLIMAN_VERSION = "0.2.0"
 TOLIMAN_VERSION_NUMBER = 200
 TOLIMAN_ABI_VERSION = 1
 
-# What a call came to. Codes are append-only; a caller must treat an unknown one as an error. Since 0.1.
+# Status code returned by every function that can fail. Later versions may add codes. Treat an unknown code as an
+# error.
 toliman_status = c_int32
 
-TOLIMAN_OK = 0  # done
-TOLIMAN_E_INTERNAL = 1  # a bug in the library
-TOLIMAN_E_ARGUMENT = 2  # NULL, NaN or otherwise impossible argument
-TOLIMAN_E_MEMORY = 3  # out of memory or another resource of the system
-TOLIMAN_E_NOT_FOUND = 4  # an input file is missing or cannot be read
-TOLIMAN_E_FORMAT = 5  # an input file or blob is malformed, truncated or corrupt
-TOLIMAN_E_SCENE = 6  # a scene says something impossible
-TOLIMAN_E_UNSUPPORTED = 7  # valid, but this version cannot do it
-TOLIMAN_E_WRITE = 8  # an output file cannot be written
-TOLIMAN_E_CANCELLED = 9  # the progress callback asked to stop
-TOLIMAN_E_RANGE = 10  # an argument is outside the range fixed at creation or by the format
+TOLIMAN_OK = 0  # success
+TOLIMAN_E_INTERNAL = 1  # bug in the library
+TOLIMAN_E_ARGUMENT = 2  # invalid argument, such as NULL or NaN
+TOLIMAN_E_MEMORY = 3  # out of memory or of another system resource
+TOLIMAN_E_NOT_FOUND = 4  # input file missing or not readable
+TOLIMAN_E_FORMAT = 5  # input file or blob malformed, truncated or corrupt
+TOLIMAN_E_SCENE = 6  # scene physically impossible or inconsistent
+TOLIMAN_E_UNSUPPORTED = 7  # valid request that this version does not support
+TOLIMAN_E_WRITE = 8  # output file cannot be written
+TOLIMAN_E_CANCELLED = 9  # stopped by the progress callback
+TOLIMAN_E_RANGE = 10  # argument outside the range fixed at creation or by the format
 TOLIMAN_E_MISMATCH = 11  # two objects or files do not belong together
-TOLIMAN_E_CAPACITY = 12  # a buffer given by the caller is too small, or a capacity is used up
-TOLIMAN_E_STATE = 13  # the object is not ready for this call (too few samples, nothing trained yet)
-TOLIMAN_E_LOST = 14  # a file no longer has what it had: another program or the disk has changed it
+TOLIMAN_E_CAPACITY = 12  # caller's buffer too small, or capacity exhausted
+TOLIMAN_E_STATE = 13  # object not ready for this call, such as too few samples or an untrained network
+TOLIMAN_E_LOST = 14  # data lost from a file: another program or the disk has changed it
 
-# Progress of long work: stage is a short word ("frames"), which may be followed by a colon and a remark ("train: epoch
-# 3 of 300, loss 0.9"); it lives for the call. fraction runs from 0 to 1. Return 0 to go on, anything else to stop: the
-# running call then returns TOLIMAN_E_CANCELLED and its object stays usable. Called on the thread that made the call,
-# with no lock held. Since 0.1.
+# Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.
+#   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
+#             loss 0.9"); valid during the callback
+#   fraction  completed fraction, from 0 to 1
+# Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED; its object stays
+# usable.
 # Arguments: stage, fraction, user_data.
 toliman_progress_fn = CFUNCTYPE(c_int32, c_char_p, c_double, c_void_p)
 
-# Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
+# Levels of diagnostic messages.
 TOLIMAN_LOG_INFO = 21
 TOLIMAN_LOG_WARNING = 22
 
-# Remarks that are no errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING; text lives for the call. Since 0.1.
+# Callback that receives diagnostic messages, which are not errors. level is TOLIMAN_LOG_INFO or TOLIMAN_LOG_WARNING.
+# text is valid during the callback.
 # Arguments: level, text, user_data.
 toliman_log_fn = CFUNCTYPE(None, c_int32, c_char_p, c_void_p)
-# Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1.
+# Allocates `size` bytes, aligned to `alignment`. Returns NULL if no memory is available. Must not throw.
 # Arguments: size, alignment, user_data.
 toliman_allocate_fn = CFUNCTYPE(c_void_p, c_size_t, c_size_t, c_void_p)
-# Memory of `size` bytes on a multiple of `alignment`, NULL if there is none left; and back again. Since 0.1.
+# Releases memory that was allocated with this size. Must not throw.
 # Arguments: memory, size, user_data.
 toliman_release_fn = CFUNCTYPE(None, c_void_p, c_size_t, c_void_p)
 
 
 class toliman_allocator(Sized):
-    """Memory of the caller for the large arrays that an object makes when it is created, loaded or copied, each on a
-    multiple of `alignment` (64): a pool of the host, or the arena of a program that has no heap. They are given back,
-    with their size, at the latest when the object is destroyed; the two functions, which must not throw, may be called
-    from any thread that uses the object. allocate returns NULL if there is none left: TOLIMAN_E_MEMORY then. What
-    allocates by itself, as small things, OpenBLAS, FFTW, cJSON, zlib and the C++ library do, still takes from the
-    system. The struct is read during the call; user_data must outlive the object. Since 0.1.
+    """Optional allocator for the large arrays of an object, such as a memory pool of the host program. The library uses
+    it when it creates, loads or copies the object, and releases the memory at the latest when the object is destroyed.
+    Both functions may be called from any thread that uses the object. user_data must outlive the object; the struct
+    itself is only read during the call. If allocate returns NULL, the call fails with TOLIMAN_E_MEMORY. Small
+    allocations, and those inside OpenBLAS, FFTW, cJSON, zlib and the C++ library, still use malloc.
     struct_size: sizeof(toliman_allocator)
-    reserved: 0"""
+    reserved: 0
+    user_data: passed to both functions; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -85,9 +89,9 @@ class toliman_allocator(Sized):
 
 
 class toliman_load_options(Sized):
-    """How the toliman_X_load functions make an object. Since 0.2.
+    """Options of the toliman_X_load functions. Since 0.2.
     reserved: 0
-    allocator: for the object's large arrays; NULL: the system's memory"""
+    allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -97,14 +101,15 @@ class toliman_load_options(Sized):
 
 
 class toliman_machine(Sized):
-    """What the library found on this machine; the texts are static, the processors those that are online. Since 0.1.
+    """Properties of the machine, as the library detects them. All texts are static.
     struct_size: in: sizeof(toliman_machine)
-    isa: kernels in use: "baseline", "avx2" or "avx512"
-    blas_core: OpenBLAS kernels in use, e.g. "SkylakeX"
+    processors: number of online processors
+    isa: instruction set of the kernels in use: "baseline", "avx2" or "avx512"
+    blas_core: OpenBLAS kernels in use, such as "SkylakeX"
     blas_config: OpenBLAS version and build options
-    blas_threads: threads OpenBLAS would use in a call
-    blas_is_slow: 1: the kernels are older than the CPU (set OPENBLAS_CORETYPE before start)
-    blas_better: OPENBLAS_CORETYPE that fits this CPU, "" when the kernels already do
+    blas_threads: threads that OpenBLAS uses in a call
+    blas_is_slow: 1 if the OpenBLAS kernels are older than the CPU (set OPENBLAS_CORETYPE before start)
+    blas_better: value of OPENBLAS_CORETYPE that fits this CPU; "" if the kernels in use fit
     fftw: FFTW version"""
 
     _fields_ = [
@@ -120,8 +125,8 @@ class toliman_machine(Sized):
     ]
 
 
-# Kinds of pixels: unsigned, signed and floating-point numbers. Those without a suffix have the byte order of the
-# machine, which is little-endian; those ending in BE are big-endian (most significant byte first, as telemetry is).
+# Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+# suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
 TOLIMAN_PIXEL_U8 = 31
 TOLIMAN_PIXEL_U16 = 32
 TOLIMAN_PIXEL_U32 = 33
@@ -136,13 +141,13 @@ TOLIMAN_PIXEL_F32BE = 41
 
 
 class toliman_image(Sized):
-    """One frame or several in memory, which functions read and never write: pixel (r, c) of frame k is the element k
-    frame_stride + r stride + c of pixels. Since 0.2.
+    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
+    k frame_stride + row stride + column of pixels. Since 0.2.
     struct_size: sizeof(toliman_image)
     pixel: TOLIMAN_PIXEL_..., 0 = F64
     pixels: aligned to the size of a pixel
-    rows: of a frame; must be those that the object takes, 0 = those
-    cols: of a frame; must be those that the object takes, 0 = those
+    rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
+    cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
     stride: pixels from row to row, at least cols; 0 = cols
     frame_stride: pixels from frame to frame, at least 1; 0 = rows times stride"""
 
@@ -158,17 +163,22 @@ class toliman_image(Sized):
 
 
 class toliman_sim(Structure):
-    """A scene made ready: PSFs and derivative images computed once, then frames by random access. Const calls may run on
-    one simulator from several threads. Since 0.1."""
+    """Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random access.
+    Functions that take a const simulator may run on one simulator from several threads."""
+
+
+# Engines: how light is propagated from the pupil to the detector. See Engines above.
+TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331  # exact pixel positions; the default
+TOLIMAN_SIM_ENGINE_PADDED_FFT = 332  # baseline of the book chapter; no mask, amplitude or OPD files
 
 
 class toliman_sim_options(Sized):
-    """How a simulator is made. Since 0.1.
-    threads: own workers; 0 = one a processor. Never changes a bit of any result
+    """Options of a simulator.
+    threads: worker threads, 0 = one per processor; the results do not depend on the number
     progress: may be NULL
-    log: may be NULL
+    log: receives warnings about the scene; may be NULL
     engine: TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
-    allocator: of the object's large arrays; NULL: the system's memory"""
+    allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -183,48 +193,46 @@ class toliman_sim_options(Sized):
     ]
 
 
-# Ways to propagate light: Engines, in the conventions of toliman/sim.h.
-TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331  # exact pixel positions
-TOLIMAN_SIM_ENGINE_PADDED_FFT = 332  # no mask, amplitude or OPD files
-
-# Units of frames and expected images: Unit, in the conventions of toliman/sim.h.
+# Units of frames and expected images. See Unit above.
 TOLIMAN_SIM_UNIT_PHOTON = 301
 TOLIMAN_SIM_UNIT_ELECTRON = 302
 TOLIMAN_SIM_UNIT_DN = 303
 
 
 class toliman_sim_info(Sized):
-    """Facts of a ready scene. Since 0.1.
+    """Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
+    unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation.
     struct_size: in: sizeof(toliman_sim_info)
-    wavelengths: samples of the spectrum
-    rows: of a frame
-    cols: of a frame
-    frames: of the cadence
-    pupil_samples: N of the N x N pupil
+    wavelengths: number of wavelengths of the spectrum
+    rows: shape of a frame
+    cols: shape of a frame
+    frames: number of frames of the cadence
+    pupil_samples: N: the pupil has N x N samples
     seed: noise.seed of the scene
-    amplitude_px: of the signal; 0 without one. A planet's: semi-major axis of its star's orbit
-    period_days: of the signal; 0 without one
-    separation_px: 0 for a single star
-    flux_ratio: photons of A over photons of B; 0 for a single star
+    amplitude_px: amplitude of the signal, 0 without one; for a planet, semi-major axis of its star
+    period_days: period of the signal; 0 without one
+    separation_px: separation of the stars; 0 for a single star
+    flux_ratio: photons of A / photons of B; 0 for a single star
     peak_photons: brightest pixel of the mean frame, before the detector
-    total_photons: in the frame, before the detector
-    crb_px: Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it:
-        all else known; finite where the scene has a signal
-    crb_flux_shift_px: the same with both fluxes and the common shift unknown
-    crb_projected_px: the same with exactly preprocess.project unknown; the yardstick of efficiency
-    truncation: error of the series in the displacement, largest pixel over that of the signal, at the
-        signal's largest displacement; above the scene's accuracy it is logged as a warning
-    min_displacement_px: of the signal over the cadence
-    max_displacement_px: of the signal over the cadence
-    amplitude_uas: amplitude_px on the sky, microarcsec
-    aperture_m: diameter
-    pixel_scale_arcsec: of a detector pixel
-    scene_digest: FNV-1a of the scene's text, as in the weights trained for it
-    whole_counts: 1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0
+    total_photons: sum over the frame, before the detector
+    crb_px: Cramer-Rao bound with all else known
+    crb_flux_shift_px: Cramer-Rao bound with both fluxes and the common shift unknown
+    crb_projected_px: Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
+        efficiency of an estimator
+    truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
+        of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds
+        the accuracy of the scene
+    min_displacement_px: range of the signal over the cadence
+    max_displacement_px: range of the signal over the cadence
+    amplitude_uas: amplitude of the signal on the sky, microarcseconds
+    aperture_m: diameter of the aperture
+    pixel_scale_arcsec: size of a detector pixel on the sky
+    scene_digest: FNV-1a hash of the scene text, also stored in weights trained on the scene
+    whole_counts: 1 if counts are integers (photon noise only, or a bit depth), else 0
     crb_marginal_px: Cramer-Rao bound with all eight nuisances unknown; may be infinite
-    peak_counts: brightest pixel of the mean frame, in the frame's unit
-    unit: of frames and expected images: TOLIMAN_SIM_UNIT_PHOTON, _ELECTRON or _DN
-    bit_depth: of the scene's detector; 0 = counts are not rounded"""
+    peak_counts: brightest pixel of the mean frame, in the unit of the frame
+    unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
+    bit_depth: bits per pixel of the detector; 0 = counts are not rounded"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -259,35 +267,37 @@ class toliman_sim_info(Sized):
 
 
 class toliman_sim_plan_info(Sized):
-    """What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
-    expected image against the scene without that choice; a test holds them against the true ones. Since 0.1.
+    """Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
+    cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
+    peak.
     struct_size: in: sizeof(toliman_sim_plan_info)
-    engine: TOLIMAN_SIM_ENGINE_MATRIX_DFT or TOLIMAN_SIM_ENGINE_PADDED_FFT
-    scene_wavelengths: of the spectrum as the scene has it
-    wavelengths: propagated: as many, or fewer Chebyshev nodes in 1/lambda
-    order: of the series in the displacement
-    exact_frames: 1: no series pays, every frame is propagated anew
+    engine: TOLIMAN_SIM_ENGINE_...
+    scene_wavelengths: wavelengths of the spectrum of the scene
+    wavelengths: wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
+    order: order of the Taylor expansion in the displacement
+    exact_frames: 1: the Taylor expansion is not worthwhile; every frame is re-propagated
     oversampling: point samples per pixel and axis
-    filter_taps: of the filter that integrates over pixels; 0 = none
-    pupil_samples: N of N x N
-    stages: those that are modelled, for toliman_sim_get_stage alone
-    accuracy: what the scene asks for
-    pupil_error: of N samples against a pupil without any; not held to the accuracy, N is the scene's
-    spectrum_error: of the nodes; 0 when every wavelength is propagated
-    series_error: of the series, largest pixel over that of the signal, at its largest displacement
-    pixel_error: of the filter
-    plate_scale_error: relative, of the padded FFT at its worst wavelength; 0 for the matrix DFT
-    rounding_error: of double precision
-    setup_flops: all images, once
-    frame_flops: each expected frame, before its noise
-    bytes: memory, with as many frames made at a time as there are workers
-    setup_s: on one core of this machine, noise included; a rough guide
-    frame_s: on one core of this machine, noise included; a rough guide
-    place_order: of the series in the places of both stars, for systematics and orbits; 0 = none
-    place_error: of that series, over the signal's largest pixel, for disturbances of 4 sigma
-    scale_focus_error: of scale to first and focus to second order, for disturbances of 4 sigma
-    anchors: points of the orbit about which that series is made anew; 0 = at time 0 only
-    orbit_px: that a star moves along its orbit from time 0 to any frame, at most: speed times time"""
+    filter_taps: taps of the filter that integrates over pixels; 0 = no filter
+    pupil_samples: N: the pupil has N x N samples
+    stages: modelled stages; read with toliman_sim_get_stage
+    accuracy: accuracy that the scene requests
+    pupil_error: error of N samples; not limited by the accuracy, as the scene sets N
+    spectrum_error: error of the Chebyshev nodes; 0 if every wavelength is propagated
+    series_error: error of the Taylor expansion, defined as toliman_sim_info.truncation
+    pixel_error: error of the pixel integration
+    plate_scale_error: largest relative plate-scale error of the padded FFT; 0 for the matrix DFT
+    rounding_error: error of double precision
+    setup_flops: floating-point operations of the setup (all images, once)
+    frame_flops: floating-point operations of each expected frame, without noise
+    bytes: memory, with one frame in work per worker thread
+    setup_s: expected seconds on one core of this machine, with noise; a rough guide
+    frame_s: expected seconds on one core of this machine, with noise; a rough guide
+    place_order: order of the expansion in the positions of both stars, for systematics and orbits;
+        0 = none
+    place_error: error of that expansion for systematics of 4 sigma / largest change by the signal
+    scale_focus_error: error of first order in scale and second order in focus, for systematics of 4 sigma
+    anchors: expansion points (anchors) along the orbit; 0 = time 0 only
+    orbit_px: upper limit of the motion of a star along its orbit over the cadence"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -320,26 +330,28 @@ class toliman_sim_plan_info(Sized):
     ]
 
 
-# Expected images in the frame's unit (derivatives: per unit of the quantity), without systematics but jitter.
-TOLIMAN_SIM_IMAGE_BOTH = 311  # the whole frame without displacement, with dark current and bias
-TOLIMAN_SIM_IMAGE_STAR_A = 312  # also the derivative with respect to the relative flux of A
-TOLIMAN_SIM_IMAGE_STAR_B = 313  # TOLIMAN_E_ARGUMENT for a single star
-TOLIMAN_SIM_IMAGE_SEPARATION = 314  # d/d separation, per px
-TOLIMAN_SIM_IMAGE_CURVATURE = 315  # second derivative, per px^2
-TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # d/d common shift towards higher columns, per px
-TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # d/d common shift towards higher rows, per px
+# Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no
+# other systematics.
+TOLIMAN_SIM_IMAGE_BOTH = 311  # expected frame without displacement, including dark current and bias
+TOLIMAN_SIM_IMAGE_STAR_A = 312  # light of star A; also the derivative by its relative flux
+TOLIMAN_SIM_IMAGE_STAR_B = 313  # light of star B; TOLIMAN_E_ARGUMENT for a single star
+TOLIMAN_SIM_IMAGE_SEPARATION = 314  # derivative by the separation, per px
+TOLIMAN_SIM_IMAGE_CURVATURE = 315  # second derivative by the separation, per px^2
+TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # derivative by a common shift towards higher columns, per px
+TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # derivative by a common shift towards higher rows, per px
 
-# Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, even where the scene draws
-# no photon noise; 1/12 DN^2 of rounding; at least 1e-12 of the brightest pixel.
+# Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
+# photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel.
 TOLIMAN_SIM_IMAGE_VARIANCE = 318
-TOLIMAN_SIM_IMAGE_ROLL = 319  # d/d roll, per rad
-TOLIMAN_SIM_IMAGE_SCALE = 320  # d/d relative plate scale
-TOLIMAN_SIM_IMAGE_FOCUS = 321  # d/d defocus, per nm rms
-TOLIMAN_SIM_IMAGE_BACKGROUND = 322  # d/d light that falls on every pixel alike, per photon
+TOLIMAN_SIM_IMAGE_ROLL = 319  # derivative by the roll, per rad
+TOLIMAN_SIM_IMAGE_SCALE = 320  # derivative by the relative plate scale
+TOLIMAN_SIM_IMAGE_FOCUS = 321  # derivative by the defocus, per nm rms
+TOLIMAN_SIM_IMAGE_BACKGROUND = 322  # derivative by light that falls equally on every pixel, per photon
 
 
 class toliman_sim_offsets(Sized):
-    """Positions of the stars without displacement, from the frame's centre; NaN for a star that is not there. Since 0.2.
+    """Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
+    0.2.
     struct_size: in: sizeof(toliman_sim_offsets)
     reserved: 0"""
 
@@ -354,32 +366,29 @@ class toliman_sim_offsets(Sized):
 
 
 class toliman_cae(Structure):
-    """A network. Const calls may run on one network from several threads. Since 0.1."""
+    """Network. Functions that take a const network may run on one network from several threads."""
 
 
-# Layouts, fixed at compile time: four stages of 3x3 convolutions with 8, 16, 32 and 64 channels, a dense layer to the
-# latent, and the same way back.
-#   FLIGHT  2x2 mean before ELU on the way down, up-sampling on the way back: reaches the photon limit
-#   PAPER   the chapter's: 2x2 maximum after ELU, un-pooling with the maxima's places. Those belong to a frame, so
-#           that there is toliman_cae_reconstruct but no toliman_cae_decode
-TOLIMAN_CAE_LAYOUT_FLIGHT = 201
+# Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
+# channels and a dense layer to the latent, and a decoder in reverse order.
+TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited
+
+# Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
+# belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
 TOLIMAN_CAE_LAYOUT_PAPER = 202
 
-# What the network sees of a frame's 256x256 crop.
-#   WHITENED  (counts - reference)/sigma of each pixel, less what preprocess.project names
-#   RESIDUAL  (counts - reference)/mean sigma of the frame
-#   RAW       counts scaled so that the reference spans 0 to 1, as in the chapter
-TOLIMAN_CAE_INPUT_WHITENED = 211
-TOLIMAN_CAE_INPUT_RESIDUAL = 212
-TOLIMAN_CAE_INPUT_RAW = 213
+# Inputs: how the 256x256 crop of a frame is scaled for the network.
+TOLIMAN_CAE_INPUT_WHITENED = 211  # (counts - reference)/sigma per pixel, nuisances projected out
+TOLIMAN_CAE_INPUT_RESIDUAL = 212  # (counts - reference)/mean sigma of the frame
+TOLIMAN_CAE_INPUT_RAW = 213  # counts, scaled so that the reference image spans 0..1; as in the chapter
 
 
 class toliman_cae_options(Sized):
-    """What a network is. Since 0.1.
-    layout: 0 = TOLIMAN_CAE_LAYOUT_FLIGHT, or TOLIMAN_CAE_LAYOUT_PAPER
-    input: 0 = TOLIMAN_CAE_INPUT_WHITENED, or TOLIMAN_CAE_INPUT_RESIDUAL, TOLIMAN_CAE_INPUT_RAW
+    """Network options.
+    layout: TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
+    input: TOLIMAN_CAE_INPUT_..., 0 = WHITENED
     reserved: 0
-    allocator: of the object's large arrays; NULL: the system's memory"""
+    allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -390,39 +399,40 @@ class toliman_cae_options(Sized):
     ]
 
 
-# Ways to train.
-#   TIED          layout FLIGHT and WHITENED input: the linear decoder, whose kernels are the encoder's transposed, is
-#                 fitted to the whitened derivative image; then both halves are scaled so that the latent is the
-#                 separation in px. A step turns each tensor along its momentum, made orthogonal from channel to
-#                 channel (after Jordan et al. 2024, "Muon"); lengths stay, so that no learning rate diverges. The
-#                 cosine of the shipped scenes is 0.99 from any seed. Needs no data set and no noise
-#   UNSUPERVISED  the chapter's: mean squared error between input and output over frames that the caller gives, without
-#                 any prior. The latent then has no unit and may have either sign
+# Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
+# derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
+# tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
+# change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
+# scenes from any seed. Needs layout FLIGHT and input WHITENED.
 TOLIMAN_CAE_MODE_TIED = 221
+
+# Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+# caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary.
 TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
-# Frames from the caller: fills counts[count][rows][cols] with frames first, first + 1, ... and returns TOLIMAN_OK; any
-# other status ends the running call with it. The same frame must be the same each time, also when a training is taken
-# up. Called on the caller's thread, with no lock held; may not train or destroy the network, nor may `progress`. Since
-# 0.1.
+# Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
+# returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
+# time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
+# train or destroy the network; neither must the progress callback.
 # Arguments: first, count, counts, user_data.
 toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_void_p)
 
 
 class toliman_cae_train_options(Sized):
-    """How to train; 0 is the default throughout. Since 0.1.
-    mode: 0 = TOLIMAN_CAE_MODE_TIED, or TOLIMAN_CAE_MODE_UNSUPERVISED
-    steps: TIED: 0 = 300
-    epochs: UNSUPERVISED: passes over the training frames, in all; 0 = 300
-    learning_rate: in [0, 1]; TIED: 0 = 0.08, rad, the most a step turns a tensor, falls linearly to 0;
-        UNSUPERVISED: 0 = 1e-3, of Adam, constant
+    """Training options.
+    mode: TOLIMAN_CAE_MODE_..., 0 = TIED
+    steps: TIED: number of steps; 0 = 300
+    epochs: UNSUPERVISED: total number of passes over the training frames; 0 = 300
+    learning_rate: in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
+        0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3
     progress: may be NULL
-    frames: UNSUPERVISED: at least 2 frames; the input of all is kept in memory, 256 KiB each
-    validation: of them, drawn from the seed and kept back; 0 = a tenth, at least 1
-    batch: UNSUPERVISED: frames a step of Adam, at most 4096; 0 = 16
-    threads: UNSUPERVISED: workers, 0 = one a processor; the same bits for any number
-    losses: [loss_count], may be NULL: losses[k] becomes that after step (TIED) or epoch k + 1
-    loss_count: what is beyond them, or was done before a training is taken up, is not written"""
+    frames: UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
+    frame_count: UNSUPERVISED: number of frames, at least 2
+    validation: UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1
+    batch: UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
+    threads: UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
+    losses: [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
+    loss_count: later steps, and steps before a training was resumed, are not written"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -444,19 +454,20 @@ class toliman_cae_train_options(Sized):
 
 
 class toliman_cae_training(Sized):
-    """What a training came to. Since 0.1.
+    """Training result. Members that do not apply to the mode are 0.
     struct_size: in: sizeof(toliman_cae_training)
-    steps: in all
-    epochs: UNSUPERVISED: in all; else 0
+    steps: total number of steps
+    epochs: UNSUPERVISED: total number of epochs
     reserved: 0
-    loss: TIED: squared distance of the unit target and its part along the painted image, 0.02
-        when well trained; UNSUPERVISED: mean squared error of the last epoch, in units of the
-        input
-    cosine: TIED: between d latent/d residual and the whitened derivative, the predicted efficiency;
-        else 0
-    validation_loss: UNSUPERVISED: of the frames kept back; else 0, and so the next three
-    mmse: means over those frames, as of toliman_cae_reconstruct
-    mssim: means over those frames, as of toliman_cae_reconstruct"""
+    loss: TIED: squared distance between the unit target and its projection on the decoder output,
+        0.02 when well trained. UNSUPERVISED: mean squared error of the last epoch, in units of
+        the input
+    cosine: TIED: cosine between d latent/d residual and the whitened derivative image: the predicted
+        efficiency, Cramer-Rao bound / standard deviation of the latent
+    validation_loss: UNSUPERVISED: loss of the validation frames
+    mmse: UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct
+    mssim: UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct
+    photon_floor: UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -473,23 +484,23 @@ class toliman_cae_training(Sized):
 
 
 class toliman_cae_info(Sized):
-    """Facts of a network. Since 0.1.
+    """Properties of a network.
     struct_size: in: sizeof(toliman_cae_info)
     trained: 0 or 1
     layout: "flight" or "paper"; static text
-    layout_hash: FNV-1a of the layout's tensor table
-    scene_digest: of the scene the preprocessing came from
+    layout_hash: FNV-1a hash of the tensor table of the layout
+    scene_digest: toliman_sim_info.scene_digest of the scene
     parameters: number of weights
-    rows: of the frames it takes
-    cols: of the frames it takes
+    rows: shape of the frames that the network takes
+    cols: shape of the frames that the network takes
     crop_row: first row and column of the 256x256 crop
     crop_col: first row and column of the 256x256 crop
-    projected: nuisance images projected out
-    input: TOLIMAN_CAE_INPUT_WHITENED, ...
-    crb_px: Cramer-Rao bound with exactly those free
-    cosine: after training; 0 before
+    projected: number of nuisance images projected out
+    input: TOLIMAN_CAE_INPUT_...
+    crb_px: Cramer-Rao bound with these nuisances unknown
+    cosine: toliman_cae_training.cosine; 0 before training
     input_scale: factor between the input and the first convolution: 1e-3 for TIED, else 1
-    seed: of the random weights"""
+    seed: seed of the random weights"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -511,20 +522,18 @@ class toliman_cae_info(Sized):
     ]
 
 
-# How the numbers of a blob are stored: float32 keeps every bit, bf16 and fp16 round to 8 and 11 bits and take half the
-# bytes. The reference image is float32 whatever is chosen, as its errors would stand in every latent. formats.md
-# has the bytes and what each costs in accuracy. Since 0.1.
-TOLIMAN_CAE_ENCODING_FLOAT32 = 231
-TOLIMAN_CAE_ENCODING_BF16 = 232
-TOLIMAN_CAE_ENCODING_FP16 = 233
+# Number formats of a weights blob. formats.md lists the bytes and the loss of accuracy of each. The reference image
+# is always float32, because its errors enter every latent.
+TOLIMAN_CAE_ENCODING_FLOAT32 = 231  # exact
+TOLIMAN_CAE_ENCODING_BF16 = 232  # half the size, 8-bit significand
+TOLIMAN_CAE_ENCODING_FP16 = 233  # half the size, 11-bit significand
 
 
 class toliman_cae_save_options(Sized):
-    """What a blob holds. Since 0.1.
-    weights_encoding: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
-    planes_encoding: of variance, target and nuisance images; 0 = FLOAT32
-    training: 0 = nothing of it; 1: also where the last training stands, for toliman_cae_train to go
-        on with"""
+    """Options of toliman_cae_save.
+    weights_encoding: of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+    planes_encoding: of variance, target and nuisance images: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32
+    training: 1: also save the training state, so that toliman_cae_train can resume; 0: do not"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -535,17 +544,18 @@ class toliman_cae_save_options(Sized):
 
 
 class toliman_components(Structure):
-    """Frames of a scene, collected to find their components. One series of numbers a component comes out, one number a
-    frame, in the order of the pushes. Const calls may run on one object from several threads. Since 0.1."""
+    """Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
+    which the frames were pushed. Functions that take a const collection may run on one collection from several
+    threads."""
 
 
 class toliman_components_options(Sized):
-    """What a collection takes. Since 0.1.
-    raw: 0: residuals against the scene's reference over the scene's sigma, less the nuisances of
-        preprocess.project; 1: counts
-    bin: pixels a side that are summed first, whitened as one pixel; divides rows and columns; 0 = 1
-    capacity: frames, 2 ... 16384; 0 = those of the scene's cadence
-    allocator: of the object's large arrays; NULL: the system's memory"""
+    """Options of a collection.
+    raw: 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
+        1: counts
+    bin: sums blocks of bin x bin pixels first and whitens the sums; divides rows and columns; 0 = 1
+    capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
+    allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -556,20 +566,20 @@ class toliman_components_options(Sized):
     ]
 
 
-# Ways to find components, see toliman_components_train.
-TOLIMAN_COMPONENTS_PCA = 401
-TOLIMAN_COMPONENTS_DICTIONARY = 402
+# Methods of toliman_components_train.
+TOLIMAN_COMPONENTS_PCA = 401  # principal component analysis
+TOLIMAN_COMPONENTS_DICTIONARY = 402  # sparse dictionary learning
 
 
 class toliman_components_train_options(Sized):
-    """How to train. Since 0.1.
-    method: 0 = TOLIMAN_COMPONENTS_PCA, or TOLIMAN_COMPONENTS_DICTIONARY
-    components: 1 ... 64, less than frames; 0 = 1
-    threads: own workers; 0 = one a processor. Never changes a bit of any result
-    iterations: of the dictionary, at most; 0 = 200
+    """Training options.
+    method: TOLIMAN_COMPONENTS_..., 0 = PCA
+    components: number of components: 1 ... 64, fewer than frames; 0 = 1
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    iterations: dictionary: largest number of iterations; 0 = 200
     reserved: 0
-    lambda: of the dictionary: weight of the codes' L1 norm, in rms pixels; in [0, 1e6], 0 = 1
-    seed: of the random atoms that the dictionary starts with
+    lambda: dictionary: weight of the L1 norm of the codes / rms pixel; in [0, 1e6], 0 = 1
+    seed: dictionary: seed of the random initial atoms
     progress: may be NULL"""
 
     _fields_ = [
@@ -587,11 +597,12 @@ class toliman_components_train_options(Sized):
 
 
 class toliman_components_training(Sized):
-    """What a training came to. Since 0.1.
+    """Training result.
     struct_size: in: sizeof(toliman_components_training)
-    iterations: done; 0 for PCA
-    converged: 1: the last iteration added less than 1e-5 of the gain; 0: their number ended it
-    objective: of the dictionary over that of no atoms, 0 ... 1; 0 for PCA and for frames that are equal"""
+    iterations: dictionary: number of iterations; 0 for PCA
+    converged: 1: the last iteration improved the objective by less than 1e-5 of the total improvement;
+        0: stopped by the limit on iterations
+    objective: dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -603,18 +614,22 @@ class toliman_components_training(Sized):
 
 
 class toliman_components_info(Sized):
-    """Facts of a collection. Since 0.1.
+    """Properties of a collection.
     struct_size: in: sizeof(toliman_components_info)
-    projected: nuisance images projected out; 0 if raw
-    pixels: of a frame, after binning
-    components: trained; 0 before
-    crb_px: Cramer-Rao bound of a frame's binned pixels with the projected images free; NaN if raw
-    threshold_px: Amplitude of a sinusoid of the separation below which the leading principal component knows nothing of it, when
-        frames and pixels are many: p = pixels - projected white ones and N frames have an eigenvalue A^2/(2 crb^2),
-        which must exceed sqrt(p/N), hence A = crb sqrt(2 sqrt(p/N)). +infinity without frames, NaN if raw. Source: Baik,
-        Ben Arous, Peche (2005); above it, with the eigenvalue l, the principal image's squared cosine with the signal's
-        is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the series' squared correlation (1 - p/N/l^2)/(1 + 1/l)
-        (Benaych-Georges and Nadakuditi 2012)."""
+    raw: as in the options
+    bin: as in the options
+    projected: number of nuisance images projected out; 0 if raw
+    capacity: largest number of frames
+    frames: number of frames pushed
+    pixels: pixels of a frame after binning
+    components: number of trained components; 0 before training
+    crb_px: Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
+    threshold_px: Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
+        separation that the leading principal component responds to. N frames and p = pixels - projected white pixels
+        have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N))
+        (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is
+        (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is
+        (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -630,332 +645,27 @@ class toliman_components_info(Sized):
     ]
 
 
-class toliman_linear(Structure):
-    """Weighted least-squares estimate of the separation of a frame: residual against the scene's reference image,
-    projected on the scene's separation derivative made orthogonal to preprocess.project. Const calls may run on one
-    object from several threads. Since 0.1."""
-
-
-class toliman_linear_options(Sized):
-    """How an estimator is made. Since 0.2.
-    reserved: 0
-    allocator: for the object's large arrays; NULL: the system's memory"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("allocator", POINTER(toliman_allocator)),
-    ]
-
-
-class toliman_period(Structure):
-    """Streaming periodogram. Const calls may run on one object from several threads. Since 0.1."""
-
-
-# Flags of toliman_period_options.
-TOLIMAN_PERIOD_FIXED_MEAN = 1  # subtract the weighted mean once instead of fitting it at each f
-TOLIMAN_PERIOD_DOUBLE_LIMB = 2  # wide sums, 50 bits more for every term
-
-
-class toliman_period_options(Sized):
-    """Options fixed at creation, because the bits of the sums depend on them. 0 is the default of every member. Since 0.1.
-    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
-    time_offset: Subtracted from every t, exactly. Give the first time of long time stamps. Times in nanoseconds have
-        their own offset below: t = time_offset and t_ns = time_offset_ns are the same instant.
-    value_offset: subtracted from every y, exactly. Give a typical value if the mean is large
-    value_bound: Largest |y - value_offset| to come; 0 = 2^20. Terms are kept to 2^-100 of it: with sigma_floor everywhere
-        enough for a standard deviation of 2.6e-17 of it. Wide sums keep 2^-150.
-    sigma_floor: smallest sigma to come; 0 = 1
-    sigma_ceiling: Largest sigma to come; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to
-        32 sigma_floor the sums are narrow: weights (sigma_floor/sigma)^2 are kept to 2^-50. Above, or if asked for by
-        TOLIMAN_PERIOD_DOUBLE_LIMB, they are wide, 50 bits more for every term: a push takes three times as long, a query
-        half as long again.
-    time_offset_ns: For times given as whole nanoseconds: subtracted from them, exactly, and how many of them a unit of t has, in
-        [1, 1e30]; 0 = 1e9, so that t is in seconds. 86400e9 makes it days.
-    allocator: of the object's large arrays; NULL: the system's memory"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("time_offset", c_double),
-        ("value_offset", c_double),
-        ("value_bound", c_double),
-        ("sigma_floor", c_double),
-        ("sigma_ceiling", c_double),
-        ("time_offset_ns", c_int64),
-        ("unit_ns", c_double),
-        ("allocator", POINTER(toliman_allocator)),
-    ]
-
-
-# Flag of toliman_period_sample: t_ns is the time.
-TOLIMAN_PERIOD_TIME_NS = 256
-
-
-class toliman_period_sample(Sized):
-    """A sample with all digits of its time. Since 0.2.
-    struct_size: sizeof(toliman_period_sample); an array has that of its first element throughout
-    flags: 0: the time is t + t_low. TOLIMAN_PERIOD_TIME_NS: it is t_ns
-    t: two doubles, of which the second is small
-    t_low: two doubles, of which the second is small
-    t_ns: nanoseconds of a clock: (t_ns - time_offset_ns)/unit_ns units of t
-    sigma: 0: unweighted"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("t", c_double),
-        ("t_low", c_double),
-        ("t_ns", c_int64),
-        ("y", c_double),
-        ("sigma", c_double),
-    ]
-
-
-class toliman_period_info(Sized):
-    """Facts of a periodogram. Since 0.1.
-    struct_size: in: sizeof(toliman_period_info)
-    count: samples
-    digest: identity of grid and options; equal digests may be compared sum by sum
-    weighted: 1: some sample's sigma is not sigma_floor"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("nf", c_int64),
-        ("f0", c_double),
-        ("df", c_double),
-        ("time_offset", c_double),
-        ("value_offset", c_double),
-        ("value_bound", c_double),
-        ("sigma_floor", c_double),
-        ("count", c_int64),
-        ("digest", c_uint64),
-        ("sigma_ceiling", c_double),
-        ("time_offset_ns", c_int64),
-        ("unit_ns", c_double),
-        ("weighted", c_int32),
-        ("reserved", c_int32),
-    ]
-
-
-# Normalisations of the power, as astropy names them, of the residual sums of squares R of the model and R0 of the
-# mean. 1 - P is resolved to 1e-14 only; MODEL and LOG take it as 1e-15 at least and are never infinite.
-TOLIMAN_PERIOD_POWER_STANDARD = 101  # P = 1 - R/R0, in [0, 1]
-TOLIMAN_PERIOD_POWER_MODEL = 102  # R0/R - 1
-TOLIMAN_PERIOD_POWER_LOG = 103  # -ln(R/R0)
-TOLIMAN_PERIOD_POWER_PSD = 104  # (R0 - R)/2 with weights 1/sigma^2: of the units of y^2 where all sigmas are 1
-
-# Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at
-# its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9),
-# where an even series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB lowers the bound by 1e13.
-TOLIMAN_PERIOD_INACCURATE = 16
-
-
-class toliman_period_model(Sized):
-    """The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Since 0.1.
-    struct_size: in: sizeof(toliman_period_model)
-    rank: 2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none
-    frequency: f0 + k df
-    power: P
-    phase: rad
-    amplitude_error: standard errors, scaled by the residual; +infinity where the
-        samples cannot tell, 0 of a fixed offset
-    phase_error: standard errors, scaled by the residual; +infinity where the
-        samples cannot tell, 0 of a fixed offset
-    offset_error: standard errors, scaled by the residual; +infinity where the
-        samples cannot tell, 0 of a fixed offset
-    flags: TOLIMAN_PERIOD_INACCURATE"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("rank", c_uint32),
-        ("frequency", c_double),
-        ("power", c_double),
-        ("amplitude", c_double),
-        ("phase", c_double),
-        ("offset", c_double),
-        ("amplitude_error", c_double),
-        ("phase_error", c_double),
-        ("offset_error", c_double),
-        ("flags", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
-
-# Flag of a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.
-TOLIMAN_PERIOD_AT_EDGE = 4
-
-# Flag of a peak half of whose power or more the sampling could make of a higher one: by the window function at the
-# distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.
-TOLIMAN_PERIOD_ALIAS = 8
-
-# Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies;
-# the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another
-# unit than the times. query_peak and query_peaks take T from the variance of the times, and never have ABOVE_NYQUIST,
-# as sums do not tell the step; query_fit takes both from the times.
-TOLIMAN_PERIOD_COARSE = 32
-TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
-
-
-class toliman_period_peak(Sized):
-    """A peak and what it means. Since 0.1.
-    struct_size: in: sizeof(toliman_period_peak)
-    flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (of query_peaks only), _INACCURATE, _COARSE,
-        _ABOVE_NYQUIST (of query_fit only)
-    frequency: between grid points, where the power is greatest; never outside the grid
-    period: 1/frequency
-    power: in [0, 1]
-    log10_residual: log10(1 - power), formed from residual/total; -4900 at least
-    fwhm: full width at half maximum of the peak, in frequency; +infinity if a side never falls so low
-    fwhm_period: fwhm/f^2: error of the period as the chapter's formula prints it
-    half_width_period: half of it, as the chapter's table prints it
-    frequency_error: least-squares standard error, +infinity if the samples cannot tell; NaN from
-        query_peak, which sees no samples. As all errors scaled by the residuals: of the sigmas
-        only the proportions count
-    amplitude: of the sinusoid; NaN from query_peak
-    amplitude_error: the same; NaN from query_peak
-    phase: rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above
-    offset: NaN as above
-    log10_fap: Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look.
-        For a look after every sample: toliman_period_query_fap of log10_residual, SEQUENTIAL
-    period_error: frequency_error/frequency^2: the standard error of the period; NaN as above"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("frequency", c_double),
-        ("period", c_double),
-        ("power", c_double),
-        ("log10_residual", c_double),
-        ("fwhm", c_double),
-        ("fwhm_period", c_double),
-        ("half_width_period", c_double),
-        ("frequency_error", c_double),
-        ("amplitude", c_double),
-        ("amplitude_error", c_double),
-        ("phase", c_double),
-        ("offset", c_double),
-        ("log10_fap", c_double),
-        ("period_error", c_double),
-    ]
-
-
-# Flag of toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where
-# cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.
-TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-
-class toliman_period_sampling(Sized):
-    """What the samples' times are worth, and whether the grid suits them. Since 0.1.
-    struct_size: in: sizeof(toliman_period_sampling)
-    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-    baseline: T: time span and one step
-    coarsest_df: 1/(5 T); +infinity while all times are one
-    nyquist: 1/(2 step); the same
-    independent: frequencies of the grid that are independent of each other: its last one times T, or 1"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("baseline", c_double),
-        ("coarsest_df", c_double),
-        ("nyquist", c_double),
-        ("independent", c_double),
-    ]
-
-
-# Flag: direct sums only, good to 1e-13 whatever the tolerance.
-TOLIMAN_PERIOD_DIRECT = 512
-
-
-class toliman_period_batch_options(Sized):
-    """How toliman_period_batch works. 0 is the default of every member. Since 0.1.
-    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
-    tolerance: of every power, up to 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
-    threads: own workers; 0 = one a processor. Never changes a bit of any result
-    progress: may be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("tolerance", c_double),
-        ("threads", c_uint32),
-        ("reserved", c_uint32),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-    ]
-
-
-# False alarm probability: the chance that noise alone has a power P or more, at frequencies up to the grid's last.
-# Source: Baluev; VanderPlas (2018), ApJS 236, 16; for many looks see TOLIMAN_PERIOD_FAP_SEQUENTIAL.
-TOLIMAN_PERIOD_FAP_BALUEV = 111  # somewhere on the grid: an upper bound, nearly reached. For one query; peaks have it
-TOLIMAN_PERIOD_FAP_NAIVE = 112  # the same, were there just f T independent frequencies. Too small: at 0.01 by 3
-TOLIMAN_PERIOD_FAP_SINGLE = 113  # at one frequency that was known beforehand: (1 - P)^((N - 3)/2)
-
-# Somewhere on the grid, at this or any other number of samples from five on: for querying while samples come in, after
-# each or whenever one likes, and for stopping when one likes. Of streams of noise one in 100 or less ever has 0.01,
-# whereas BALUEV has it at some time in one of three within 1095 samples. What is pushed must not depend on the values,
-# and none may be taken back: over a window that slides it does not hold. It is an alpha spending (Lan and DeMets 1983,
-# Biometrika 70, 659): half by sample 150, without end; looks count by how much they differ (Siegmund 1985, Sequential
-# Analysis). At 0.01 it is 20 times BALUEV's at 150 samples, 80 at 50, 300 at 1000.
-TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
-
-
-class toliman_period_bootstrap_options(Sized):
-    """How toliman_period_query_bootstrap works. 0 is the default of every member. Since 0.1.
-    threads: own workers; 0 = one a processor. Never changes a bit of any result
-    progress: may be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("threads", c_uint32),
-        ("seed", c_uint64),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-    ]
-
-
-class toliman_track(Structure):
-    """Tracker. One thread at a time; const calls may run together. Since 0.1."""
-
-
-# Verdicts, as above.
-TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
-TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
-TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
-TOLIMAN_TRACK_VERDICT_OUTLIER = 504
-TOLIMAN_TRACK_VERDICT_REJECTED = 505
-TOLIMAN_TRACK_VERDICT_MERGED = 506  # of lines alone: counts of another ledger, or of repeats
-
-# Why a frame is rejected.
-TOLIMAN_TRACK_REASON_NONE = 511
-TOLIMAN_TRACK_REASON_SHAPE = 512  # other rows or columns than the tracker's
-TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # a pixel above the bit depth
-TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # so many bytes of pixels of 0 in a row as a lost packet leaves
-TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # a pixel that is NaN or infinite
-TOLIMAN_TRACK_REASON_CLOCK = 516  # a time without TAI, or too far off for the periodogram
-TOLIMAN_TRACK_REASON_ESTIMATE = 517  # the estimator failed, or gave no finite value or a sigma out of range
-
-
 class toliman_frame(Sized):
-    """A frame as it arrived; the pixels are the caller's and need not outlive the call. Since 0.1.
+    """Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
+    together identify a frame; all other members must be identical if the frame is pushed again.
     struct_size: sizeof(toliman_frame)
-    pixel: TOLIMAN_PIXEL_... of image.h, big-endian ones too
-    session: 1 to 64 of A-Z a-z 0-9 . _ - and not beginning with a dot, as is roi
-    frame_id: any number, below 0 too
-    camera_ns: the camera's clock
-    dropped: frames that the camera dropped before this one, up to 65535; 0 where it does not say
-    pixels: [rows][stride], aligned to a pixel
-    stride: pixels from row to row; 0 means cols
-    sigma: of this frame's value, 1 to 32 times the tracker's, which then is the least; 0: the tracker's
-    exposure_s: For estimators and the ledger; a frame that comes again must have the same. Intervals on the target are pairs of
-        start and end in s from the start of the exposure, rising and within it.
-        length of the exposure, up to 1e9; 0: not known
-    intervals: [interval_count][2]; may be NULL where interval_count is 0
-    interval_count: up to 65536; 0: not known
-    window_row: row and column on the detector of the frame's first pixel, up to 2^31
-    window_col: row and column on the detector of the frame's first pixel, up to 2^31"""
+    pixel: TOLIMAN_PIXEL_...
+    session: name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
+    roi: name of the region of interest, likewise
+    frame_id: any number, also negative
+    camera_ns: camera clock, in nanoseconds
+    dropped: frames that the camera dropped before this one, at most 65535; 0 = none or unknown
+    pixels: [rows][stride], aligned to the size of a pixel
+    rows: shape
+    cols: shape
+    stride: pixels from row to row; 0 = cols
+    sigma: standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
+    exposure_s: length of the exposure, at most 1e9 s; 0 = unknown
+    intervals: [interval_count][2]: intervals on target, start and end in s from the start of the
+        exposure, increasing and within it; NULL if interval_count is 0
+    interval_count: at most 65536; 0 = unknown
+    window_row: row and column of the first pixel on the detector, at most 2^31
+    window_col: row and column of the first pixel on the detector, at most 2^31"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -978,42 +688,17 @@ class toliman_frame(Sized):
     ]
 
 
-class toliman_track_outcome(Sized):
-    """What became of a frame. Since 0.1.
-    struct_size: in: sizeof(toliman_track_outcome), of the first at least
-    verdict: TOLIMAN_TRACK_VERDICT_...
-    reason: of rejected ones, TOLIMAN_TRACK_REASON_...
-    row: of the pixel that is over range, not finite or completes a hole; of shape: the frame's
-    col: of the pixel that is over range, not finite or completes a hole; of shape: the frame's
-    pixel: its value
-    value: of accepted ones and outliers: the estimate
-    tai_ns: their time
-    chi_square: of the same frames, per pixel, against the estimator's model; NaN where that has none"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("verdict", c_int32),
-        ("reason", c_int32),
-        ("reserved", c_int32),
-        ("row", c_int64),
-        ("col", c_int64),
-        ("pixel", c_double),
-        ("value", c_double),
-        ("tai_ns", c_int64),
-        ("chi_square", c_double),
-    ]
-
-
 class toliman_estimate_input(Sized):
-    """What an estimator of the caller gets: an image, as crop and bin leave it, and what is known of it. Since 0.2.
+    """Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame.
+    Since 0.2.
     struct_size: sizeof(toliman_estimate_input) of the library
     image: [rows][stride]
-    tai_ns: the frame's time, by the tracker's clock
-    variance_scale: square of the frame's own sigma over the tracker's; 1 where the frame has none
-    exposure_s: as toliman_frame has it, like the intervals
-    intervals: [interval_count][2]
-    window_row: row and column on the detector of the image's first pixel
-    window_col: row and column on the detector of the image's first pixel"""
+    tai_ns: time of the frame in TAI, from the tracker's clock table
+    variance_scale: (sigma of the frame / sigma of the tracker)^2; 1 if the frame has no sigma of its own
+    exposure_s: as in toliman_frame
+    intervals: [interval_count][2], as in toliman_frame
+    window_row: row and column of the image's first pixel on the detector
+    window_col: row and column of the image's first pixel on the detector"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1033,14 +718,17 @@ class toliman_estimate_input(Sized):
 
 
 class toliman_estimate(Sized):
-    """What it gives. The library's arrays hold NaN, other members what is said behind the colon. Since 0.2.
+    """Output of a user-supplied estimator. The library presets the arrays to NaN, chi_square to NaN and other members to
+    0. Since 0.2.
     struct_size: sizeof(toliman_estimate) of the library
-    flags: bits of the estimator's own, kept in the column "flags"; none: 0
-    values: [value_count]: the first is the frame's value, the others are kept in their columns
-    value_count: 1, and 1 for each name of toliman_track_options.values
-    covariance: [value_count][value_count], upper triangle; kept but for the first's variance, sigma^2
-    sigma: of the first value, 1 to 32 times the tracker's; 0: the frame's or the tracker's
-    chi_square: of the image against the estimator's model, per pixel; NaN: not known"""
+    flags: bits defined by the estimator, stored in the ledger column "flags"
+    values: [value_count]: values[0] is the value of the frame, the others are stored in columns
+    value_count: 1 + number of names in toliman_track_options.values
+    covariance: [value_count][value_count], upper triangle; stored in columns, except the variance of
+        values[0], which is sigma^2
+    sigma: standard deviation of values[0], 1 to 32 times the tracker's; 0 = the frame's, or the
+        tracker's
+    chi_square: chi-square per pixel of the image against the estimator's model; NaN = unknown"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1053,83 +741,428 @@ class toliman_estimate(Sized):
     ]
 
 
-# Estimator of the caller: what *input says, and nothing else, decides what it gives. Nonzero, a first value that is
-# not finite or a sigma out of range rejects the frame. With several threads it is called from all of them at once.
-# Since 0.2.
+# User-supplied estimator. Its result must depend on *input only. A nonzero return value, a non-finite values[0] or a
+# sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since 0.2.
 # Arguments: input, estimate, user_data.
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
-# Flags. READ_ONLY takes up the folder, beside its writer if need be; nothing can be pushed or saved. REBUILD makes the
-# sums anew from the ledger, on the grid and clock of these options; frames that were rejected for their time must come
-# again. SALVAGE is for toliman_track_merge alone. ALLOW_ZERO_RUNS rejects no frame for a run of zero pixels.
-TOLIMAN_TRACK_READ_ONLY = 1
-TOLIMAN_TRACK_REBUILD = 2
-TOLIMAN_TRACK_SALVAGE = 4
-TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
-# When a frame's line is brought to the disk, and so acknowledged. The count of repeated frames is brought there by
-# commit and save, and by the next push if it waits for a second.
-TOLIMAN_TRACK_SYNC_GROUP = 521  # every `group` lines, and lines that wait for a second at the next push
-TOLIMAN_TRACK_SYNC_FRAME = 522  # every line
-TOLIMAN_TRACK_SYNC_NONE = 523  # by the system: a power cut may lose what get_info calls committed
+class toliman_linear(Structure):
+    """Template estimator: weighted least-squares estimate of the separation from one frame. It projects the residual
+    against the reference image of the scene on the derivative by the separation, made orthogonal to the nuisances of
+    preprocess.project. Functions that take a const estimator may run on one estimator from several threads."""
+
+
+class toliman_linear_options(Sized):
+    """Options of an estimator. Since 0.2.
+    reserved: 0
+    allocator: for the large arrays of the object; NULL = malloc"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+class toliman_period(Structure):
+    """Streaming periodogram. Functions that take a const periodogram may run on one object from several threads."""
+
+
+# Flags of toliman_period_options.
+TOLIMAN_PERIOD_FIXED_MEAN = 1  # subtract the weighted mean once, instead of fitting it at each frequency
+TOLIMAN_PERIOD_DOUBLE_LIMB = 2  # double-limb accumulators: 178 instead of 128 bits, 50 more per term
+
+
+class toliman_period_options(Sized):
+    """Options fixed at creation, because the bits of the accumulators depend on them.
+    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
+    time_offset: subtracted exactly from every t; give the first time if time stamps have many digits
+    value_offset: subtracted exactly from every y; give a typical value if the mean is large
+    value_bound: largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it
+        (double-limb: 2^-150), enough for a standard deviation of 2.6e-17 of it if every sigma is
+        sigma_floor
+    sigma_floor: smallest sigma accepted; 0 = 1
+    sigma_ceiling: Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
+        sigma_floor the accumulators are single-limb, with weights (sigma_floor/sigma)^2 rounded to 2^-50. Above, or
+        with TOLIMAN_PERIOD_DOUBLE_LIMB, they are double-limb: a push takes 3 times as long, a query 1.5 times.
+    time_offset_ns: for times in whole nanoseconds: subtracted exactly from t_ns. The instant t_ns =
+        time_offset_ns is the instant t = time_offset
+    unit_ns: nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
+    allocator: for the large arrays of the object; NULL = malloc"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("time_offset", c_double),
+        ("value_offset", c_double),
+        ("value_bound", c_double),
+        ("sigma_floor", c_double),
+        ("sigma_ceiling", c_double),
+        ("time_offset_ns", c_int64),
+        ("unit_ns", c_double),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+# Flag of toliman_period_sample: the time is t_ns.
+TOLIMAN_PERIOD_TIME_NS = 256
+
+
+class toliman_period_sample(Sized):
+    """Sample whose time has more digits than a double. Since 0.2.
+    struct_size: sizeof(toliman_period_sample)
+    flags: 0: the time is t + t_low; TOLIMAN_PERIOD_TIME_NS: the time is t_ns
+    t: time as the sum of two doubles; t_low is the small one
+    t_low: time as the sum of two doubles; t_low is the small one
+    t_ns: time in nanoseconds: (t_ns - time_offset_ns)/unit_ns units of t
+    sigma: 0 = unweighted"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("t", c_double),
+        ("t_low", c_double),
+        ("t_ns", c_int64),
+        ("y", c_double),
+        ("sigma", c_double),
+    ]
+
+
+class toliman_period_info(Sized):
+    """Properties of a periodogram. Members with names of toliman_period_options hold the options in force.
+    struct_size: in: sizeof(toliman_period_info)
+    count: number of samples
+    digest: hash of grid and options. Accumulators with equal digests can be compared bit by bit
+    weighted: 1: a sample has a sigma other than sigma_floor"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("nf", c_int64),
+        ("f0", c_double),
+        ("df", c_double),
+        ("time_offset", c_double),
+        ("value_offset", c_double),
+        ("value_bound", c_double),
+        ("sigma_floor", c_double),
+        ("count", c_int64),
+        ("digest", c_uint64),
+        ("sigma_ceiling", c_double),
+        ("time_offset_ns", c_int64),
+        ("unit_ns", c_double),
+        ("weighted", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+# Normalisations of the power, named as in astropy. R is the residual sum of squares of the model, R0 that of the
+# mean alone. 1 - P is resolved to 1e-14; MODEL and LOG use at least 1e-15 for it and are therefore finite.
+TOLIMAN_PERIOD_POWER_STANDARD = 101  # P = 1 - R/R0, in [0, 1]
+TOLIMAN_PERIOD_POWER_MODEL = 102  # R0/R - 1
+TOLIMAN_PERIOD_POWER_LOG = 103  # -ln(R/R0)
+TOLIMAN_PERIOD_POWER_PSD = 104  # (R0 - R)/2 with weights 1/sigma^2; in units of y^2 if every sigma is 1
+
+# Flag of a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3.
+# For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of
+# 1/(2 step), where a regular series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB reduces the bound by a factor 1e13.
+TOLIMAN_PERIOD_INACCURATE = 16
+
+
+class toliman_period_model(Sized):
+    """Sinusoid fitted at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase).
+    struct_size: in: sizeof(toliman_period_model)
+    rank: 2; 1 if cosine and sine coincide at every sample and only one is fitted; 0 if none is
+    frequency: f0 + k df
+    power: P
+    phase: rad
+    amplitude_error: standard errors, scaled by the residual; +infinity if the
+        samples do not determine them; 0 for a fixed offset
+    phase_error: standard errors, scaled by the residual; +infinity if the
+        samples do not determine them; 0 for a fixed offset
+    offset_error: standard errors, scaled by the residual; +infinity if the
+        samples do not determine them; 0 for a fixed offset
+    flags: TOLIMAN_PERIOD_INACCURATE"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("rank", c_uint32),
+        ("frequency", c_double),
+        ("power", c_double),
+        ("amplitude", c_double),
+        ("phase", c_double),
+        ("offset", c_double),
+        ("amplitude_error", c_double),
+        ("phase_error", c_double),
+        ("offset_error", c_double),
+        ("flags", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+# Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
+TOLIMAN_PERIOD_AT_EDGE = 4
+
+# Flag of a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the
+# window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.
+TOLIMAN_PERIOD_ALIAS = 8
+
+# Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
+# than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
+TOLIMAN_PERIOD_COARSE = 32
+
+# Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the
+# times are given, as in toliman_period_query_fit, because the accumulators do not contain the step.
+TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
+
+
+class toliman_period_peak(Sized):
+    """Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
+    give.
+    struct_size: in: sizeof(toliman_period_peak)
+    flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
+        _ABOVE_NYQUIST (query_fit only)
+    frequency: frequency of highest power, interpolated between grid points, within the grid
+    period: 1/frequency
+    power: P, in [0, 1]
+    log10_residual: log10(1 - power), computed from residual/total; at least -4900
+    fwhm: full width at half maximum in frequency; +infinity if a side stays above half
+    fwhm_period: fwhm/f^2, a width: the chapter's formula for the error of the period
+    half_width_period: half of fwhm_period, a width: the error that the chapter's table prints
+    frequency_error: least-squares standard error; +infinity if not determined; NaN from query_peak. Like all
+        errors here it is scaled by the residual: only the ratios of the sigmas matter
+    amplitude: amplitude of the sinusoid; NaN from query_peak
+    amplitude_error: standard error; NaN from query_peak
+    phase: rad, as in toliman_period_model; NaN from query_peak
+    offset: mean of the sinusoid; NaN from query_peak
+    log10_fap: Baluev's upper bound of the false alarm probability on this grid, for one query. For a
+        query after every sample: toliman_period_query_fap with SEQUENTIAL
+    period_error: standard error of the period, frequency_error/frequency^2; NaN from query_peak"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("frequency", c_double),
+        ("period", c_double),
+        ("power", c_double),
+        ("log10_residual", c_double),
+        ("fwhm", c_double),
+        ("fwhm_period", c_double),
+        ("half_width_period", c_double),
+        ("frequency_error", c_double),
+        ("amplitude", c_double),
+        ("amplitude_error", c_double),
+        ("phase", c_double),
+        ("offset", c_double),
+        ("log10_fap", c_double),
+        ("period_error", c_double),
+    ]
+
+
+# Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+# error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+
+class toliman_period_sampling(Sized):
+    """Sampling diagnostics: whether the grid suits the times of the samples.
+    struct_size: in: sizeof(toliman_period_sampling)
+    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+    baseline: T: time span plus one step
+    coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+    nyquist: 1/(2 step); +infinity if all times are equal
+    independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("baseline", c_double),
+        ("coarsest_df", c_double),
+        ("nyquist", c_double),
+        ("independent", c_double),
+    ]
+
+
+# Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance.
+TOLIMAN_PERIOD_DIRECT = 512
+
+
+class toliman_period_batch_options(Sized):
+    """Options of toliman_period_batch.
+    flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
+    tolerance: largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("tolerance", c_double),
+        ("threads", c_uint32),
+        ("reserved", c_uint32),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+# FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
+# one query. Peaks contain it.
+TOLIMAN_PERIOD_FAP_BALUEV = 111
+
+# FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
+TOLIMAN_PERIOD_FAP_NAIVE = 112
+
+# FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
+TOLIMAN_PERIOD_FAP_SINGLE = 113
+
+# FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
+# of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
+# series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+# 
+# Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
+# method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
+# sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
+# 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000.
+TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
+
+
+class toliman_period_bootstrap_options(Sized):
+    """Options of toliman_period_query_bootstrap.
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    seed: of the random resamplings
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("seed", c_uint64),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_track(Structure):
+    """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
+    use."""
+
+
+# Verdicts, explained above.
+TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
+TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
+TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
+TOLIMAN_TRACK_VERDICT_OUTLIER = 504
+TOLIMAN_TRACK_VERDICT_REJECTED = 505
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # ledger records only: counts of repeated frames or of a merged ledger
+
+# Reasons for rejection.
+TOLIMAN_TRACK_REASON_NONE = 511
+TOLIMAN_TRACK_REASON_SHAPE = 512  # number of rows or columns differs from the tracker's
+TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # pixel above the bit depth
+TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # run of zero pixels of at least zero_run_bytes (lost packet)
+TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
+TOLIMAN_TRACK_REASON_CLOCK = 516  # time that has no TAI, or that the periodogram cannot represent
+TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
+
+
+class toliman_track_outcome(Sized):
+    """Outcome of a pushed frame.
+    struct_size: in: sizeof(toliman_track_outcome)
+    verdict: TOLIMAN_TRACK_VERDICT_...
+    reason: TOLIMAN_TRACK_REASON_... of a rejected frame
+    row: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
+    col: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
+    pixel: value of that pixel
+    value: accepted frames and outliers: the estimate
+    tai_ns: accepted frames and outliers: time in TAI
+    chi_square: accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without
+        one"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("verdict", c_int32),
+        ("reason", c_int32),
+        ("reserved", c_int32),
+        ("row", c_int64),
+        ("col", c_int64),
+        ("pixel", c_double),
+        ("value", c_double),
+        ("tai_ns", c_int64),
+        ("chi_square", c_double),
+    ]
+
+
+# Flags of toliman_track_options.
+TOLIMAN_TRACK_READ_ONLY = 1  # opens the folder for reading, also while another tracker writes to it
+
+# Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
+# time must be pushed again.
+TOLIMAN_TRACK_REBUILD = 2
+TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
+
+# Durability of ledger records. A frame is acknowledged once its record has been fsync'ed. The count of repeated
+# frames is fsync'ed by commit and save, and by a push once it has waited for a second.
+TOLIMAN_TRACK_SYNC_GROUP = 521  # fsync per `group` records; records older than a second at the next push
+TOLIMAN_TRACK_SYNC_FRAME = 522  # fsync per record
+TOLIMAN_TRACK_SYNC_NONE = 523  # no fsync: a power failure may lose records that get_info counts as committed
 
 
 class toliman_track_options(Sized):
-    """What a tracker is. 0 is the default of every member. Since 0.1.
+    """Options of a tracker.
     flags: TOLIMAN_TRACK_...
-    folder: of ledger, setup and checkpoint, made unless it is there; NULL: in memory, 64 bytes per
-        frame more and 8 per column
-    capacity: frames at most, up to 2^28, 24 bytes each and 3.2 MB; 0: 2^20
-    cae: The estimator: one of the three, which must outlive the tracker and not be trained meanwhile; or none of them
-        where nothing is pushed.
-    estimator_id: tells one `estimate` from another, and what lines were made by if there is none; of cae
-        and linear the library makes it
-    values: names of further values of `estimate`, separated by commas ("dx,dy"): up to 7, each of 1
-        to 24 of a-z 0-9 _; columns of a new ledger
-    sigma: of a value; 0: the Cramer-Rao bound that cae and linear know
-    value_limit: values further from 0 are outliers; 0: 10,000 sigma
-    rows: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    cols: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    crop_row: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    crop_col: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    bin: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    image_rows: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    image_cols: Frames of rows x cols arrive; of these bin x bin pixels each are added up, from (crop_row, crop_col) on, to the
-        image that the estimator takes. 0: bin 1; the image that cae and linear know, or as much as there is
-        of the frame; frames as large as the image asks for.
-    bit_depth: up to 32; a pixel of 2^bit_depth or more rejects the frame; 0: none does
-    zero_run_bytes: pixels of 0 in a row that have so many bytes reject it; 0: 4096
-    f0: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
-        with time_offset_ns, unit_ns and period_flags.
-    df: The periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the folder's,
-        with time_offset_ns, unit_ns and period_flags.
-    time_offset_ns: TAI that is time 0
-    unit_ns: 0: 86400e9, days
+    folder: folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
+        64 bytes more per frame and 8 per column
+    capacity: largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
+    cae: Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and a
+        network must not be trained meanwhile.
+    estimator_id: identifies `estimate`, or the estimator of the ledger if there is none. Ignored with cae
+        and linear, for which the library computes it
+    values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
+        1 to 24 characters a-z 0-9 _; columns of a new ledger
+    sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
+    value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
+    rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    crop_row: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    crop_col: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    bin: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    image_rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    image_cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
+        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
+        the frame as fits; frames just large enough for the image.
+    bit_depth: at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit
+    zero_run_bytes: a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096
+    f0: Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of the
+        folder, with its time_offset_ns, unit_ns and period_flags.
+    df: Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of the
+        folder, with its time_offset_ns, unit_ns and period_flags.
+    time_offset_ns: TAI of time 0
+    unit_ns: 0 = 86400e9, days
     period_flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
-    threads: that estimate; 0: one per processor, but 1 with `estimate`, which need then not be safe
-        for threads. Never changes a bit
-    clock: Camera nanoseconds -> TAI nanoseconds by straight lines: pairs [clock_points][2], both rising. One pair: a
-        constant difference, (0, 0) none. Beyond the ends the nearest line goes on. No pairs: the folder's clock, also
-        with REBUILD; of a new one the camera's time is TAI. If the folder's file of grid and clock is lost, both must be
-        given.
-    sync: TOLIMAN_TRACK_SYNC_...; 0: GROUP
-    group: lines, 1 to 65536; 0: 64
-    allocator: of the object's large arrays; NULL: the system's memory
-    log: Receives a warning for each damage that toliman_track_create finds and repairs or ignores, and only during that
-        call: a checkpoint that is damaged, missing or of another ledger, bytes behind the ledger's last whole record,
-        names of sessions that are lost. May be NULL."""
+    threads: threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not
+        be thread-safe. Results do not depend on the number
+    clock: Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
+        interpolation between pairs and extrapolation beyond them; one pair is a constant difference, (0, 0) none. No
+        pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the setup
+        file of the folder is lost, both grid and clock table must be given.
+    sync: TOLIMAN_TRACK_SYNC_..., 0 = GROUP
+    group: records per fsync, 1 to 65536; 0 = 64
+    allocator: for the large arrays of the object; NULL = malloc
+    log: Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call only:
+        a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
+        session names. May be NULL."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1171,17 +1204,16 @@ class toliman_track_options(Sized):
 
 
 class toliman_track_record(Sized):
-    """A line of the ledger: a frame as it arrived, and what it is by now; or one of the verdict
-    TOLIMAN_TRACK_VERDICT_MERGED. Since 0.1.
-    struct_size: sizeof(toliman_track_record), of the first at least
-    verdict: TOLIMAN_TRACK_VERDICT_...; of a frame that was denied later, quarantined
-    reason: of rejected ones, TOLIMAN_TRACK_REASON_...
+    """Record of the ledger: a frame as it arrived and its present verdict, or counts with TOLIMAN_TRACK_VERDICT_MERGED.
+    struct_size: sizeof(toliman_track_record)
+    verdict: TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
+    reason: TOLIMAN_TRACK_REASON_... of a rejected frame
     content: CRC32 of the frame
-    stream: FNV-1a of session and region
-    camera_ns: by the tracker's clock
-    tai_ns: by the tracker's clock
-    value: 0 and the tracker's where there was none
-    sigma: 0 and the tracker's where there was none"""
+    stream: FNV-1a hash of session and region
+    camera_ns: camera time, and TAI from the tracker's clock table
+    tai_ns: camera time, and TAI from the tracker's clock table
+    value: if the frame has no value: 0 and the sigma of the tracker
+    sigma: if the frame has no value: 0 and the sigma of the tracker"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1204,12 +1236,12 @@ TOLIMAN_TRACK_COLUMN_I64 = 532
 
 
 class toliman_track_column(Sized):
-    """A column of the ledger, which lines have beside the members of toliman_track_record. Every ledger of this version has
-    chi_square and flags as estimates have them; exposure_s, window_row and window_col as frames have them; shift_s, the
-    mean time of a frame's intervals minus the middle of its exposure, 0 without intervals. Then come the names of
-    toliman_track_options.values, and cov_A_B, the covariance of the values A and B, of which the first is called value
-    and cov_A_A is a variance. Since 0.2.
-    struct_size: sizeof(toliman_track_column), of the first at least
+    """Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
+    columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
+    shift_s: mean time of the intervals on target minus the middle of the exposure, 0 without intervals. Then follow
+    the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named
+    "value"; cov_A_A is a variance. Since 0.2.
+    struct_size: sizeof(toliman_track_column)
     type: TOLIMAN_TRACK_COLUMN_..."""
 
     _fields_ = [
@@ -1220,24 +1252,23 @@ class toliman_track_column(Sized):
 
 
 class toliman_track_info(Sized):
-    """Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
-    arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
-    ledger: a crash loses those of what was not committed, a lost checkpoint none. Since 0.1.
+    """Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
+    The ledger holds all counts: a crash loses those of uncommitted frames only.
     struct_size: in: sizeof(toliman_track_info)
     flags: TOLIMAN_TRACK_..., as given
-    received: frames, by this or earlier runs
-    accepted: in the periodogram now
+    received: arrived frames, in this and earlier runs
+    accepted: frames in the periodogram
     quarantined: keys
-    repeated: later arrivals of keys that are known, same or other bytes; here or in folders that were
-        merged
-    rejected: for all reasons; toliman_track_get_rejected has those for one
+    repeated: later arrivals of known keys, with the same or other content, here or in merged folders
+    rejected: for any reason; see toliman_track_get_rejected
     expected: frame ids from the first to the last of each session and region
-    missing: of these, ids that are neither accepted nor outlier nor quarantined
-    dropped: by the camera, as accepted frames and outliers tell
-    sessions: and regions
-    records: of the ledger; in memory, frames that came as good ones
-    committed: lines that are acknowledged; of READ_ONLY those that the files tell to be
-    sigma: of a value"""
+    missing: expected ids that are neither accepted nor outlier nor quarantined
+    dropped: frames dropped by the camera, as reported by accepted frames and outliers
+    sessions: number of pairs of session and region
+    records: records of the ledger; in memory, valid frames
+    committed: acknowledged records; with READ_ONLY, records that the files show to be acknowledged
+    sigma: standard deviation of a value"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1262,14 +1293,14 @@ class toliman_track_info(Sized):
 
 
 class toliman_track_stream(Sized):
-    """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
-    streams.txt was lost and no frame of it came since. Since 0.1.
-    struct_size: sizeof(toliman_track_stream), of the first at least
-    stream: FNV-1a of both, as in toliman_track_record
-    first_id: frame ids
-    last_id: frame ids
-    frames: keys: those of accepted frames, outliers and quarantined ones
-    missing: ids from the first to the last that are none of these"""
+    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    was lost and none of their frames has arrived since.
+    struct_size: sizeof(toliman_track_stream)
+    stream: FNV-1a hash of both names, as in toliman_track_record
+    first_id: lowest and highest frame id
+    last_id: lowest and highest frame id
+    frames: keys that are accepted, outlier or quarantined
+    missing: other ids between first_id and last_id"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1369,62 +1400,61 @@ OF_OBJECTS = {
 FUNCTIONS = {
     "toliman_status_name": (
         c_char_p, (("status", c_int32),),
-        """Name of a code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown one. Static text, never NULL. Since 0.1.""",
+        """Returns the name of a status code ("TOLIMAN_E_SCENE"), or "TOLIMAN_E_?" for an unknown code. Static text, never
+NULL.""",
     ),
     "toliman_last_error": (
         c_char_p, (),
-        """Message of the last failed call on this thread, "" when none failed yet. Valid until the next failing call on this
-thread; never NULL. One line; numbers have a decimal point in every locale. Since 0.1.""",
+        """Returns the message of the last failed call on this thread, "" if no call has failed. Never NULL. The text is one
+line, with a decimal point in every locale. It is valid until the next failed call on this thread.""",
     ),
     "toliman_last_error_copy": (
         c_size_t, (("text", c_char_p), ("size", c_size_t)),
-        """Copies the last message into text[size], cut to fit and always ended by a zero byte when size > 0 (text may be NULL
-when size is 0). Returns the length of the whole message without its zero byte. Since 0.1.""",
+        """Copies the last message to text[size], truncated to fit and terminated by a zero byte if size > 0. text may be NULL
+if size is 0. Returns the length of the full message without the terminator.""",
     ),
     "toliman_last_error_field": (
         c_char_p, (),
-        """Name of what was wrong in the last failed call on this thread, as its message has it, so that no program needs to
-parse the message: an argument ("sigma"), a member of a struct ("options->bin", "frames[3].sigma"), a key of a scene
-("telescope.aperture_m"), or the path of a file that is missing, malformed or lost, or cannot be written. "" when
-none failed yet, and where a failure has no such name (out of memory, cancelled, too few samples). Valid until the
-next failing call on this thread; never NULL. Since 0.2.""",
+        """Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread, so
+that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or
+the path of a file. "" if no call has failed, and for failures without such a name (out of memory, cancelled, too
+few samples). Never NULL. Valid until the next failed call on this thread. Since 0.2.""",
     ),
     "toliman_load_options_init": (
         None, (("options", POINTER(toliman_load_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
     ),
     "toliman_version": (
         c_char_p, (),
-        """Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch. Compare the number with
-TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1.""",
+        """Returns the version of the running library as text ("0.2.0").""",
     ),
     "toliman_version_number": (
         c_int32, (),
-        """Version of the library that is running: "0.2.0", and 10000 major + 100 minor + patch. Compare the number with
-TOLIMAN_VERSION_NUMBER of the header you compiled against. Since 0.1.""",
+        """Returns the version of the running library as 10000 major + 100 minor + patch. Compare it with
+TOLIMAN_VERSION_NUMBER, the version of the headers.""",
     ),
     "toliman_abi_version": (
         c_int32, (),
-        """Number of the binary interface; it changes only when an old caller would break. Equals TOLIMAN_ABI_VERSION of the
-header when the two fit. Since 0.1.""",
+        """Returns the number of the binary interface. A program can run with this library if the number equals the
+TOLIMAN_ABI_VERSION that it was compiled with.""",
     ),
     "toliman_get_struct_size": (
         c_size_t, (("name", c_char_p),),
-        """Bytes of a public struct ("toliman_machine") in the library that is running; 0 for a name it does not know. For
-bindings: a struct of theirs that is larger needs a newer library. Since 0.1.""",
+        """Returns the size in bytes of a public struct ("toliman_machine") in the running library, 0 for an unknown name. For
+language bindings: a binding whose struct is larger needs a newer library.""",
     ),
     "toliman_get_machine": (
         c_int32, (("out", POINTER(toliman_machine)),),
-        """Fills *out; out->struct_size must be set. TOLIMAN_E_ARGUMENT if out is NULL or its size unknown. Since 0.1.""",
+        """Writes the properties of the machine to *out, whose struct_size must be set.""",
     ),
     "toliman_get_blas_speed": (
         c_int32, (("gflops", POINTER(c_double)),),
-        """Speed of OpenBLAS in double precision, in 1e9 operations a second: best of a few 512 x 512 x 512 products, about 50
-ms in all. TOLIMAN_E_ARGUMENT if gflops is NULL, TOLIMAN_E_MEMORY. Since 0.1.""",
+        """Measures the speed of OpenBLAS in double precision, in 1e9 operations per second: the best of a few products of
+512 x 512 matrices. Takes about 50 ms.""",
     ),
     "toliman_sim_options_init": (
         None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_sim_create_file": (
         c_int32, (
@@ -1432,9 +1462,10 @@ ms in all. TOLIMAN_E_ARGUMENT if gflops is NULL, TOLIMAN_E_MEMORY. Since 0.1."""
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(POINTER(toliman_sim))),
         ),
-        """Simulator of the scene file at path (schema toliman-scene/1); relative file names inside it start at its folder.
-options may be NULL. The caller destroys *out. TOLIMAN_E_NOT_FOUND or _FORMAT for this or a named file, _SCENE for
-impossible content, _UNSUPPORTED, _CANCELLED, _MEMORY. Since 0.1.""",
+        """Creates a simulator from the scene file at path (schema toliman-scene/1). File names in the scene are relative to
+its folder. options may be NULL. The caller destroys *out.
+Errors: TOLIMAN_E_NOT_FOUND and _FORMAT for the scene file or a file that it names, _SCENE for impossible values,
+_UNSUPPORTED, _CANCELLED.""",
     ),
     "toliman_sim_create_json": (
         c_int32, (
@@ -1444,16 +1475,16 @@ impossible content, _UNSUPPORTED, _CANCELLED, _MEMORY. Since 0.1.""",
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(POINTER(toliman_sim))),
         ),
-        """The same from JSON text of `size` bytes in memory; folder is where relative file names start (NULL = the current
-one). Since 0.1.""",
+        """Creates a simulator from a scene in memory, JSON text of `size` bytes. File names in the scene are relative to
+folder; NULL = the current directory. Otherwise as toliman_sim_create_file.""",
     ),
     "toliman_sim_destroy": (
         None, (("sim", POINTER(toliman_sim)),),
-        """Ends a simulator; NULL is allowed. Since 0.1.""",
+        """Destroys a simulator. NULL is allowed.""",
     ),
     "toliman_sim_get_info": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_info))),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
+        """Writes the properties of the scene to *out, whose struct_size must be set.""",
     ),
     "toliman_sim_plan_file": (
         c_int32, (
@@ -1461,9 +1492,9 @@ one). Since 0.1.""",
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(toliman_sim_plan_info)),
         ),
-        """The plan of the scene file at path, without making its images; arguments and errors as toliman_sim_create_file, *out
-as toliman_sim_get_plan. The log hears what it would of toliman_sim_create_file; pixels that meet the full well or
-the bit depth are counted on a rough image. Since 0.1.""",
+        """Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
+Arguments, errors and log messages are those of toliman_sim_create_file; the numbers of pixels that reach the full
+well or exceed the bit depth are estimated from a coarse image.""",
     ),
     "toliman_sim_plan_json": (
         c_int32, (
@@ -1473,12 +1504,13 @@ the bit depth are counted on a rough image. Since 0.1.""",
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(toliman_sim_plan_info)),
         ),
-        """The same of JSON text of `size` bytes in memory, as toliman_sim_create_json takes it. Since 0.1.""",
+        """Writes the plan of a scene in memory to *out. Arguments as toliman_sim_create_json, otherwise as
+toliman_sim_plan_file.""",
     ),
     "toliman_sim_stage_name": (
         c_char_p, (("stage", c_int32),),
-        """Returns the name of the stage with the number 0, 1, ... ("photon noise"), NULL behind the last one. Static text; new
-stages may come. Since 0.2.""",
+        """Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage. Static text. Later versions may
+append stages. Since 0.2.""",
     ),
     "toliman_sim_get_stage": (
         c_int32, (
@@ -1486,16 +1518,16 @@ stages may come. Since 0.2.""",
             ("name", c_char_p),
             ("modelled", POINTER(c_int32)),
         ),
-        """Sets *modelled to 1 if a plan models the stage of that name, else to 0. TOLIMAN_E_ARGUMENT for a name that no stage
-has. Since 0.2.""",
+        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown name.
+Since 0.2.""",
     ),
     "toliman_sim_get_plan": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_plan_info))),
-        """The plan that a simulator follows; out->struct_size must be set. Since 0.1.""",
+        """Writes the plan of a simulator to *out, whose struct_size must be set.""",
     ),
     "toliman_sim_get_name": (
         c_char_p, (("sim", POINTER(toliman_sim)),),
-        """Name of the scene; lives as long as sim. "" for NULL. Since 0.1.""",
+        """Returns the name of the scene, "" for NULL. Valid until the simulator is destroyed.""",
     ),
     "toliman_sim_get_series": (
         c_int32, (
@@ -1505,12 +1537,13 @@ has. Since 0.2.""",
             ("times_days", POINTER(c_double)),
             ("displacements_px", POINTER(c_double)),
         ),
-        """Times (days) and true displacements (px) of frames first ... first + count - 1; either array may be NULL.
-TOLIMAN_E_RANGE outside the cadence. Since 0.1.""",
+        """Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of `count`
+elements. Either array may be NULL. TOLIMAN_E_RANGE if a frame is outside the cadence.""",
     ),
     "toliman_sim_image_name": (
         c_char_p, (("kind", c_int32),),
-        """Returns the name of one of them ("shift_x"), "?" for an unknown one. Static text. Since 0.2.""",
+        """Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text.
+Since 0.2.""",
     ),
     "toliman_sim_get_image": (
         c_int32, (
@@ -1519,8 +1552,8 @@ TOLIMAN_E_RANGE outside the cadence. Since 0.1.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Copies one of them into image[rows][stride], stride >= cols in elements. TOLIMAN_E_ARGUMENT for another kind or a
-smaller stride. Since 0.1.""",
+        """Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
+TOLIMAN_E_ARGUMENT for an unknown kind or a smaller stride.""",
     ),
     "toliman_sim_get_pupil": (
         c_int32, (
@@ -1528,8 +1561,8 @@ smaller stride. Since 0.1.""",
             ("amplitude", POINTER(c_double)),
             ("opd_m", POINTER(c_double)),
         ),
-        """Pupil of the scene, each [N][N] with N the pupil_samples of the info: amplitude A in 0..1 (grey edges) and OPD in m,
-of mask and aberrations. Either may be NULL. Since 0.1.""",
+        """Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
+and aberrations in m. N is toliman_sim_info.pupil_samples. Either array may be NULL.""",
     ),
     "toliman_sim_get_spectrum": (
         c_int32, (
@@ -1539,18 +1572,19 @@ of mask and aberrations. Either may be NULL. Since 0.1.""",
             ("weight_a", POINTER(c_double)),
             ("weight_b", POINTER(c_double)),
         ),
-        """Spectrum as used: wavelengths (m) and photon weights of A and B a frame (whole star, before cropping); count must be
-`wavelengths` of the info, else TOLIMAN_E_ARGUMENT. The weights of a star that is not there are 0. Any array may be
-NULL. Since 0.1.""",
+        """Copies the spectrum: wavelengths (m) and photons per frame of stars A and B at each wavelength, over an infinite
+image. Each array has `count` elements and may be NULL. The weights of an absent star are 0. TOLIMAN_E_ARGUMENT
+unless count is toliman_sim_info.wavelengths.""",
     ),
     "toliman_sim_get_plate_scale": (
         c_int32, (("sim", POINTER(toliman_sim)), ("count", c_size_t), ("relative_error", POINTER(c_double))),
-        """Relative error of the plate scale at each wavelength of the spectrum: by how much the padded FFT makes its image too
-large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. Since 0.1.""",
+        """Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
+which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+toliman_sim_get_spectrum.""",
     ),
     "toliman_sim_get_offsets": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_offsets))),
-        """Fills *out; out->struct_size must be set. Since 0.2.""",
+        """Writes the positions of the stars to *out, whose struct_size must be set. Since 0.2.""",
     ),
     "toliman_sim_propagate": (
         c_int32, (
@@ -1559,9 +1593,9 @@ large, p D N_out / (lambda N_E) - 1; 0 for the matrix DFT. count as above. Since
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Expected image with the moving star displaced by displacement_px, each wavelength propagated anew (no series):
-slow, exact, for tests and large displacements. In the frame's unit, without systematics but jitter.
-|displacement_px| <= 100, else TOLIMAN_E_RANGE. Since 0.1.""",
+        """Computes the expected image for a displacement by propagating every wavelength again, without Taylor expansion, to
+image[rows][stride] in the unit of the frame. Slow and exact: for tests and large displacements. Includes jitter
+and no other systematics. TOLIMAN_E_RANGE if |displacement_px| > 100.""",
     ),
     "toliman_sim_expect": (
         c_int32, (
@@ -1570,9 +1604,9 @@ slow, exact, for tests and large displacements. In the frame's unit, without sys
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Expected image by the series in the displacement, as frames without systematics use it; no light below 0. Its order
-is that of the plan, chosen for the scene's own signal, at least 2. In the frame's unit. |displacement_px| <= 0.1,
-else TOLIMAN_E_RANGE. Since 0.1.""",
+        """Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
+image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is that of the plan, chosen for
+the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1.""",
     ),
     "toliman_sim_frame": (
         c_int32, (
@@ -1583,12 +1617,14 @@ else TOLIMAN_E_RANGE. Since 0.1.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Frame k >= 0 with the given displacement (as toliman_sim_expect; up to 100 px where the plan says exact_frames) and
-seed: disturbed by the systematics of (seed, k), then through the detector's stages with noise of (seed, k). A frame
-depends on (scene, displacement, seed, k) alone: the same on any thread and in any order, and on any machine given
-the same image bytes (across CPU types the images agree to 1e-14 of peak, so that rare counts may differ).
-TOLIMAN_E_RANGE also where a pixel would expect more than 1e12 electrons (photons, without qe). Calls from several
-threads run side by side; with anchors (toliman_sim_plan_info) all wait while one of them makes the next. Since 0.1.""",
+        """Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed, k).
+Writes image[rows][stride].
+
+A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
+peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the
+plan has anchors, all wait while one thread computes the next anchor.
+Errors: TOLIMAN_E_RANGE if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel expects more
+than 1e12 electrons (photons, without qe).""",
     ),
     "toliman_sim_frame_many": (
         c_int32, (
@@ -1600,14 +1636,15 @@ threads run side by side; with anchors (toliman_sim_plan_info) all wait while on
             ("threads", c_uint32),
             ("images", POINTER(c_double)),
         ),
-        """Frames first ... first + count - 1 into images[count][rows][cols], computed on `threads` workers (0 = one a
-processor). With displacements NULL they are frames of the cadence with the scene's own signal, TOLIMAN_E_RANGE
-outside it; with displacements[count] they may have any numbers from 0. Errors as toliman_sim_frame; after one, or
-without memory, images may hold some of them. Since 0.1.""",
+        """Simulates frames first ... first + count - 1 to images[count][rows][cols].
+  displacements_px  [count], or NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside
+                    it)
+  threads           worker threads, 0 = one per processor
+Errors as toliman_sim_frame. After an error, images may hold some of the frames.""",
     ),
     "toliman_cae_options_init": (
         None, (("options", POINTER(toliman_cae_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_cae_create": (
         c_int32, (
@@ -1616,19 +1653,21 @@ without memory, images may hold some of them. Since 0.1.""",
             ("options", POINTER(toliman_cae_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
-        """Network with random weights drawn from seed, preprocessing taken from the scene; sim is not kept; options may be
-NULL. With FLIGHT and WHITENED, the defaults, its latent is scaled to pixels along the scene's signal, so that it may
-be encoded with as it is: the untrained control. Otherwise the latent has no unit. TOLIMAN_E_UNSUPPORTED when frames
-are smaller than 256x256 or preprocess.project meets an input that is not whitened, TOLIMAN_E_SCENE when its
-nuisances leave nothing of the signal's derivative. The caller destroys *out. Since 0.1.""",
+        """Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
+afterwards. options may be NULL. The caller destroys *out.
+
+With the default layout and input, the latent of the untrained network is scaled to pixels along the signal of the
+scene, so that the network can encode as an untrained control. Otherwise its latent has no unit.
+Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
+WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.""",
     ),
     "toliman_cae_destroy": (
         None, (("cae", POINTER(toliman_cae)),),
-        """Ends a network; NULL is allowed. Since 0.1.""",
+        """Destroys a network. NULL is allowed.""",
     ),
     "toliman_cae_train_options_init": (
         None, (("options", POINTER(toliman_cae_train_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_cae_train": (
         c_int32, (
@@ -1636,23 +1675,28 @@ nuisances leave nothing of the signal's derivative. The caller destroys *out. Si
             ("options", POINTER(toliman_cae_train_options)),
             ("report", POINTER(toliman_cae_training)),
         ),
-        """Trains from the network's own seed, or goes on: a training that was cancelled is taken up where it stood, and an
-unsupervised one can be given more epochs, when mode, steps, learning rate, batch and numbers of frames are as before
-(toliman_cae_get_train_options); anything else starts anew. options and report may be NULL. On any failure the
-network is as before, and its last training too, unless the new one has done a step (TIED) or an epoch
-(UNSUPERVISED): then that can be taken up. TOLIMAN_E_CANCELLED, TOLIMAN_E_RANGE when a learning rate makes
-UNSUPERVISED diverge or a loaded target leaves weights out of range, TOLIMAN_E_UNSUPPORTED for TIED with another
-layout or input, TOLIMAN_E_STATE when a loaded network has no signal to be trained on. Since 0.1.""",
+        """Trains a network, or resumes its last training. Writes the training result to *report.
+options and report may be NULL.
+
+A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
+unchanged (see toliman_cae_get_train_options). With more epochs, a finished UNSUPERVISED training continues. Any
+other options start a new training from the network's seed.
+
+On failure the network keeps its weights. Its last training also remains, unless the new training completed a step
+(TIED) or an epoch (UNSUPERVISED); then the new training can be resumed.
+Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or a loaded target
+leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it needs;
+TOLIMAN_E_STATE if a loaded network has no signal to train on.""",
     ),
     "toliman_cae_get_train_options": (
         c_int32, (("cae", POINTER(toliman_cae)), ("out", POINTER(toliman_cae_train_options))),
-        """Options of the training that toliman_cae_train can go on with: mode, steps, learning_rate, frame_count, validation
-and batch as they were, epochs those that are done; no callbacks. out->struct_size must be set. TOLIMAN_E_STATE when
-there is none: nothing was trained, or the blob was saved without. Since 0.1.""",
+        """Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
+learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks. TOLIMAN_E_STATE if
+there is none: the network is untrained, or was loaded from a blob without training state.""",
     ),
     "toliman_cae_get_info": (
         c_int32, (("cae", POINTER(toliman_cae)), ("out", POINTER(toliman_cae_info))),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
+        """Writes the properties of a network to *out, whose struct_size must be set.""",
     ),
     "toliman_cae_encode": (
         c_int32, (
@@ -1661,12 +1705,14 @@ there is none: nothing was trained, or the blob was saved without. Since 0.1."""
             ("stride", c_size_t),
             ("latent_px", POINTER(c_double)),
         ),
-        """Latent (px) of one frame of counts[rows][stride]. TOLIMAN_E_ARGUMENT for a non-finite count in the crop, with its row
-and column; TOLIMAN_E_RANGE for counts so far from the scene's that the latent overflows. The slope is 1 for small
-displacements. Frames brighter or fainter than the scene's are off by what preprocess.project would project out, and
-by far more than their slope: the chapter's by -6e-6 px for 0.1 % more light. ELU bends latent over displacement to
-about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 and 0.97 at the same negative ones
-(chapter's scene; in another training it bends a third more or less). Allocates nothing that lasts. Since 0.1.""",
+        """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Keeps no memory after the call.
+
+Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear: the ratio is
+about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at the same negative
+displacements (chapter scene; one third more or less in other trainings). A flux error shifts the latent unless
+preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in the chapter scene.
+Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
+counts are so far from the scene that the latent overflows.""",
     ),
     "toliman_cae_encode_many": (
         c_int32, (
@@ -1677,16 +1723,18 @@ about 0.9996 at 1e-4 px, 0.996 at 1e-3 and 0.96 at 1e-2, and to 0.9996, 0.997 an
             ("latents_px", POINTER(c_double)),
             ("chi_square", POINTER(c_double)),
         ),
-        """Latents of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_cae_encode for
-the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
-of freedom of what the scene's linear model leaves of each frame's crop,
+        """Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
+  threads     worker threads, 0 = one per processor
+  latents_px  [count]
+  chi_square  [count], or NULL: mean square residual per degree of freedom against the linear model of the scene,
 
-  |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel.
+    |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
 
-u_k are the K orthonormal images that are projected out, t is that of toliman_cae_get_target. Weights and input do
-not enter. Frames of the scene have 1 with the standard deviation sqrt(2/65536), damaged ones far more; see
-toliman_linear_encode_many. Errors as of toliman_cae_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an
-image of another shape, TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2.""",
+u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. Weights
+and input do not enter. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/65536); a damaged
+frame has a far larger value. See also toliman_linear_encode_many.
+Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
+larger than the address space. Since 0.2.""",
     ),
     "toliman_cae_decode": (
         c_int32, (
@@ -1695,15 +1743,16 @@ image of another shape, TOLIMAN_E_RANGE for one that does not fit in memory. Sin
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Whitened residual image[256][stride] (dimensionless, in sigmas of a pixel) that the decoder paints for a latent in
-px; linear in it up to 1 px. With another input, the input that it paints. TOLIMAN_E_UNSUPPORTED for layout PAPER;
-|latent_px| <= 1e6, else TOLIMAN_E_ARGUMENT; TOLIMAN_E_RANGE when a loaded network's
-weights are so large that it overflows. Since 0.1.""",
+        """Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
+residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. Otherwise it has the scaling
+of the input.
+Errors: TOLIMAN_E_UNSUPPORTED for layout PAPER; TOLIMAN_E_ARGUMENT if |latent_px| > 1e6; TOLIMAN_E_RANGE if the
+weights of a loaded network make the output overflow.""",
     ),
     "toliman_cae_get_target": (
         c_int32, (("cae", POINTER(toliman_cae)), ("image", POINTER(c_double)), ("stride", c_size_t)),
-        """Whitened, projected derivative image[256][stride], per px: what the decoder should paint for a latent of 1. Since
-0.1.""",
+        """Writes the training target to image[256][stride]: the whitened derivative image with nuisances projected out, per
+px. It is the ideal decoder output for a latent of 1 px.""",
     ),
     "toliman_cae_reconstruct": (
         c_int32, (
@@ -1716,17 +1765,20 @@ weights are so large that it overflows. Since 0.1.""",
             ("mssim", POINTER(c_double)),
             ("photon_floor", POINTER(c_double)),
         ),
-        """The frame as the network sees it again, image[256][stride] in counts: what the decoder paints for the frame's latent,
-with whitened input times sqrt(variance) and added to the reference; what was projected out stays away. mmse and
-mssim (either may be NULL) compare it with the frame, both scaled to 0..1 by the frame's own extremes: mean squared
-error, and mean structural similarity (Wang et al. 2004: 11x11 Gaussian window of 1.5 px, K1 0.01, K2 0.03, over the
-pixels whose whole window lies in the image). photon_floor (may be NULL) is the mmse that noise alone leaves. With
-any of the three a constant frame is TOLIMAN_E_ARGUMENT. Errors as of toliman_cae_encode; TOLIMAN_E_RANGE also for
-counts so far from the scene's that their latent is beyond 1e6 or a result overflows. Since 0.1.""",
+        """Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride] in
+counts. With input WHITENED, the decoder output is multiplied by sqrt(variance) and added to the reference image;
+nuisances that were projected out are not restored.
+  mmse, mssim   mean squared error and mean structural similarity between crop and reconstruction, both scaled to
+                0..1 by the extremes of the crop. Similarity after Wang et al. (2004): 11x11 Gaussian window of 1.5
+                px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies inside the image
+  photon_floor  mmse expected from noise alone
+mmse, mssim and photon_floor may be NULL.
+Errors: as toliman_cae_encode; TOLIMAN_E_ARGUMENT for a constant frame if one of the three is requested;
+TOLIMAN_E_RANGE if the latent exceeds 1e6 px or a result overflows.""",
     ),
     "toliman_cae_save_options_init": (
         None, (("options", POINTER(toliman_cae_save_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults: float32. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_cae_save": (
         c_int32, (
@@ -1736,9 +1788,9 @@ counts so far from the scene's that their latent is beyond 1e6 or a result overf
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """Weights blob; options NULL = the defaults. With bytes NULL only *needed is set; otherwise capacity must be at least
-that (TOLIMAN_E_CAPACITY). The same network gives the same bytes, and so does the network loaded from them.
-TOLIMAN_E_RANGE for numbers above 2^100, which no blob holds. Since 0.1.""",
+        """Saves a network as a weights blob. options may be NULL. If bytes is NULL, only *needed is set, to the size of the
+blob; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same network always gives the same
+bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes.""",
     ),
     "toliman_cae_load": (
         c_int32, (
@@ -1747,9 +1799,9 @@ TOLIMAN_E_RANGE for numbers above 2^100, which no blob holds. Since 0.1.""",
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
-        """Network from a blob of exactly size bytes. TOLIMAN_E_FORMAT for a wrong magic, version, layout, size or checksum and
-for numbers that are not finite, above 2^100 or subnormal; nothing larger than the layout implies is allocated.
-options may be NULL. The caller destroys *out. Since 0.1.""",
+        """Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Never
+allocates more than the layout implies. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or
+checksum, and for numbers that are not finite, subnormal or above 2^100.""",
     ),
     "toliman_cae_save_file": (
         c_int32, (
@@ -1757,7 +1809,7 @@ options may be NULL. The caller destroys *out. Since 0.1.""",
             ("options", POINTER(toliman_cae_save_options)),
             ("path", c_char_p),
         ),
-        """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1.""",
+        """Saves a network to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains.""",
     ),
     "toliman_cae_load_file": (
         c_int32, (
@@ -1765,11 +1817,11 @@ options may be NULL. The caller destroys *out. Since 0.1.""",
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
-        """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Since 0.1.""",
+        """Loads a network from a file. Otherwise as toliman_cae_load.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_components_create": (
         c_int32, (
@@ -1777,13 +1829,13 @@ options may be NULL. The caller destroys *out. Since 0.1.""",
             ("options", POINTER(toliman_components_options)),
             ("out", POINTER(POINTER(toliman_components))),
         ),
-        """Empty collection for frames of a scene; options may be NULL, sim is not kept. Takes all memory of the frames here, 4
-bytes a (binned) pixel and frame: residuals are held as float32, wrong by 6e-8 of themselves at most. The caller
-destroys *out. TOLIMAN_E_ARGUMENT for impossible options. Since 0.1.""",
+        """Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
+pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL. The simulator
+is not needed afterwards. The caller destroys *out.""",
     ),
     "toliman_components_destroy": (
         None, (("components", POINTER(toliman_components)),),
-        """Ends a collection; NULL is allowed. Since 0.1.""",
+        """Destroys a collection. NULL is allowed.""",
     ),
     "toliman_components_push": (
         c_int32, (
@@ -1791,9 +1843,9 @@ destroys *out. TOLIMAN_E_ARGUMENT for impossible options. Since 0.1.""",
             ("counts", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Adds a frame of counts[rows][stride] (shape of the scene) and forgets what was trained. TOLIMAN_E_ARGUMENT for a
-non-finite count, with its row and column; TOLIMAN_E_RANGE for one beyond float32; TOLIMAN_E_CAPACITY when full.
-Since 0.1.""",
+        """Adds one frame of counts[rows][stride], in the shape of the scene. Discards the trained components.
+Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column; TOLIMAN_E_RANGE for a count beyond
+the range of float32; TOLIMAN_E_CAPACITY if the collection is full.""",
     ),
     "toliman_components_push_many": (
         c_int32, (
@@ -1801,17 +1853,17 @@ Since 0.1.""",
             ("image", POINTER(toliman_image)),
             ("count", c_size_t),
         ),
-        """Adds `count` frames of image, of any kind of pixels, in their order. Errors as of toliman_components_push, with the
-number of the frame, of which no frame is then added; TOLIMAN_E_ARGUMENT for another shape, TOLIMAN_E_RANGE for
-frames that do not fit in memory. Since 0.2.""",
+        """Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
+Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
+image larger than the address space. Since 0.2.""",
     ),
     "toliman_components_reset": (
         c_int32, (("components", POINTER(toliman_components)),),
-        """Forgets every frame; options and memory stay. Since 0.1.""",
+        """Removes every frame. Options and memory remain.""",
     ),
     "toliman_components_train_options_init": (
         None, (("options", POINTER(toliman_components_train_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_components_train": (
         c_int32, (
@@ -1819,16 +1871,19 @@ frames that do not fit in memory. Since 0.2.""",
             ("options", POINTER(toliman_components_train_options)),
             ("report", POINTER(toliman_components_training)),
         ),
-        """Finds components of the frames pushed, whose mean is subtracted first. The products of all frames with all, which
-take the time, are kept, 8 bytes each, for further trainings until the next push. options and report may be NULL.
-  PCA         leading eigenvectors; series j is that of the frames' components along the j-th principal image.
-  dictionary  codes a and atoms D, |D_j| <= 1, that make the sum of |x - D a|^2/2 + lambda rms |a|_1 small, from
-              random atoms in the frames' span: a local minimum. Sorted by energy.
-The element of a series with the largest magnitude is positive. Equal frames have series of zeros; where eigenvalues
-are equal, any basis of their space may come. Same frames, options and seed, same bits, as long as OpenBLAS runs as
-many threads (PCA's last bits depend on it). TOLIMAN_E_STATE for fewer than components + 1 frames,
-TOLIMAN_E_ARGUMENT, TOLIMAN_E_CANCELLED; what was trained before then stays. Source: Jolliffe (2002); Mairal, Bach,
-Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
+        """Finds components of the pushed frames, after subtracting their mean. Writes the result to *report. options and
+report may be NULL.
+  PCA         leading eigenvectors. Value k of series j is the projection of frame k on principal image j.
+  DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda rms |a|_1,
+              starting from random atoms in the span of the frames. Finds a local minimum. Sorted by energy.
+The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
+eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
+OpenBLAS uses the same number of threads (the last bits of PCA depend on it).
+
+The inner products of all pairs of frames, which dominate the run time, are kept for the next training, 8 bytes
+each, until the next push.
+Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Earlier components then remain.
+Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames in one batch.""",
     ),
     "toliman_components_get_series": (
         c_int32, (
@@ -1837,18 +1892,20 @@ Ponce, Sapiro (2009), with all frames at once. Since 0.1.""",
             ("values", POINTER(c_double)),
             ("share", POINTER(c_double)),
         ),
-        """Series of component 0, 1, ... into values[frames], and its share of the frames' sum of squares about their mean
-(atoms are not orthogonal: their shares need not add up); either may be NULL. In the units of the (binned) residuals:
-of PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. TOLIMAN_E_STATE before training,
-TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
+        """Writes the series of a component, counted from 0.
+  values  [frames], in units of the (binned) residuals; for PCA the mean square is the eigenvalue of the covariance
+          matrix sum x x^T/frames. May be NULL
+  share   share of the component in the sum of squares of the frames about their mean. Shares of a dictionary need
+          not add up to 1, because atoms are not orthogonal. May be NULL
+Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was not trained.""",
     ),
     "toliman_components_get_info": (
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
+        """Writes the properties of a collection to *out, whose struct_size must be set.""",
     ),
     "toliman_linear_options_init": (
         None, (("options", POINTER(toliman_linear_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
     ),
     "toliman_linear_create": (
         c_int32, (
@@ -1856,12 +1913,12 @@ TOLIMAN_E_RANGE for a component beyond those trained. Since 0.1.""",
             ("options", POINTER(toliman_linear_options)),
             ("out", POINTER(POINTER(toliman_linear))),
         ),
-        """Template estimator of a scene; sim is not kept, options may be NULL. TOLIMAN_E_SCENE when the nuisances of
-preprocess.project leave nothing of the separation's derivative. The caller destroys *out. Since 0.1.""",
+        """Creates the template estimator of a scene. The simulator is not needed afterwards. options may be NULL. The caller
+destroys *out. TOLIMAN_E_SCENE if the nuisances of preprocess.project span the derivative by the separation.""",
     ),
     "toliman_linear_destroy": (
         None, (("linear", POINTER(toliman_linear)),),
-        """Ends an estimator; NULL is allowed. Since 0.1.""",
+        """Destroys an estimator. NULL is allowed.""",
     ),
     "toliman_linear_encode": (
         c_int32, (
@@ -1870,8 +1927,9 @@ preprocess.project leave nothing of the separation's derivative. The caller dest
             ("stride", c_size_t),
             ("value_px", POINTER(c_double)),
         ),
-        """Displacement (px) of one frame of counts[rows][stride] (shape of the scene). TOLIMAN_E_ARGUMENT for a non-finite
-count, with its row and column. Source: Gauss-Markov; equals maximum likelihood to first order. Since 0.1.""",
+        """Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px. By the
+Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood.
+TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column.""",
     ),
     "toliman_linear_encode_many": (
         c_int32, (
@@ -1882,26 +1940,29 @@ count, with its row and column. Source: Gauss-Markov; equals maximum likelihood 
             ("values_px", POINTER(c_double)),
             ("chi_square", POINTER(c_double)),
         ),
-        """Values of `count` frames of image on `threads` workers (0 = one per processor): the bits of toliman_linear_encode for
-the same counts, for any number of workers. Unless it is NULL, chi_square[count] becomes the mean square per degree
-of freedom of what the model leaves of each frame,
+        """Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
+toliman_linear_encode.
+  threads     worker threads, 0 = one per processor
+  values_px   [count]
+  chi_square  [count], or NULL: mean square residual per degree of freedom,
 
-  |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel.
+    |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel
 
-u_k are the K images of preprocess.project over sigma, made orthonormal; w is the derivative over sigma, made
-orthogonal to them. Frames of the scene have 1 with the standard deviation sqrt(2/pixels), or sqrt(sum(2 +
-1/m))/pixels where pixels expect few electrons m. Damaged frames have far more, as do systematics that are not
-projected out; an empty frame has about 0 where both fluxes are projected out. +infinity where it overflows. Errors
-as of toliman_linear_encode, with the number of the frame; TOLIMAN_E_ARGUMENT for an image of another shape,
-TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2.""",
+u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
+to them. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/pixels), or sqrt(sum(2 + 1/m))/pixels
+if pixels expect few electrons m. It is far larger for damaged frames and for systematics that are not projected
+out. It is about 0 for an empty frame if both fluxes are projected out, and +infinity if it overflows.
+Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
+image larger than the address space. Since 0.2.""",
     ),
     "toliman_linear_get_sigma": (
         c_int32, (("linear", POINTER(toliman_linear)), ("sigma_px", POINTER(c_double))),
-        """Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free. Since 0.1.""",
+        """Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
+preprocess.project unknown.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_period_suggest": (
         c_int32, (
@@ -1915,12 +1976,16 @@ TOLIMAN_E_RANGE for one that does not fit in memory. Since 0.2.""",
             ("nf", POINTER(c_int64)),
             ("options", POINTER(toliman_period_options)),
         ),
-        """Suggests a grid and options for samples: f0 = 1.5/T, df = 0.1/T, up to 1/(2 s), T the time span with one step, s the
-median step between different times. y, sigma and options may be NULL; options->struct_size must be set.
-mission_span = 0: these are all samples. mission_span > 0 (in units of t): more come until T = mission_span, whose
-values may spread 2^20 times as far and whose sigmas may be 8 times smaller or 4 times larger; with n = 0, s is 1.
-*options gets wide sums and the offsets and bounds of these samples. TOLIMAN_E_ARGUMENT for numbers that are not
-finite or sigma <= 0; TOLIMAN_E_STATE for one time only; TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
+        """Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
+options->struct_size must be set.
+
+The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s): T is the time span plus one step, s the median step between
+different times. *options receives double-limb accumulators, offsets and bounds for the samples.
+  mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
+                bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
+                larger. With n = 0 the step is 1
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal;
+TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -1930,21 +1995,26 @@ finite or sigma <= 0; TOLIMAN_E_STATE for one time only; TOLIMAN_E_RANGE for mor
             ("options", POINTER(toliman_period_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
-        """Periodogram on a grid: f0 >= 0, df > 0, 1 <= nf <= 2^26, not of frequency 0 alone. options may be NULL. All memory is
-taken here, 129 bytes a frequency (225 with wide sums); pushes and queries take none but query_fit, which copies the
-samples, and saving, which makes the bytes. The caller destroys *out. Since 0.1.""",
+        """Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only frequency 0.
+options may be NULL. The caller destroys *out.
+
+Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing, except
+toliman_period_query_fit, which copies the samples, and the save functions.""",
     ),
     "toliman_period_destroy": (
         None, (("period", POINTER(toliman_period)),),
-        """Ends a periodogram; NULL is allowed. Since 0.1.""",
+        """Destroys a periodogram. NULL is allowed.""",
     ),
     "toliman_period_push": (
         c_int32, (("period", POINTER(toliman_period)), ("t", c_double), ("y", c_double), ("sigma", c_double)),
-        """Adds a sample. TOLIMAN_E_ARGUMENT if one of them is not finite or sigma <= 0; TOLIMAN_E_RANGE if the value or sigma
-is beyond what the options promised, f (t - time_offset) exceeds 2^50 cycles, |t - time_offset| exceeds 1e100, or
-2^43 samples are in; the sums are then unchanged. Unweighted data: give 1 (or sigma_floor) everywhere. Several
-samples may have one time. Each counts as evidence: a series pushed five times has the same power, but log10 FAP -32
-instead of -4.5. Since 0.1.""",
+        """Adds one sample: time t, value y, standard deviation sigma. Samples may share a time. For unweighted data, pass
+sigma = 1 (or sigma_floor) throughout.
+
+Each sample counts as evidence: pushing a series five times leaves its power unchanged, but may reduce log10 FAP
+from -4.5 to -32.
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_RANGE if y or sigma is outside the
+bounds of the options, |t - time_offset| exceeds 1e100 or 2^50 cycles of the highest frequency, or 2^43 samples are
+present.""",
     ),
     "toliman_period_push_many": (
         c_int32, (
@@ -1954,9 +2024,10 @@ instead of -4.5. Since 0.1.""",
             ("sigma", POINTER(c_double)),
             ("n", c_size_t),
         ),
-        """Adds n samples; sigma may be NULL: all are unweighted and count as sigma_floor. All or none: a bad sample is named by
-its index. TOLIMAN_E_STATE for samples without sigma beside samples whose sigma is not sigma_floor, in either order;
-state bytes tell of the latter only. Since 0.1.""",
+        """Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
+unweighted and count as sigma_floor.
+Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
+sigma_floor. State bytes do not record that samples were unweighted.""",
     ),
     "toliman_period_push_samples": (
         c_int32, (
@@ -1964,17 +2035,20 @@ state bytes tell of the latter only. Since 0.1.""",
             ("samples", POINTER(toliman_period_sample)),
             ("n", c_size_t),
         ),
-        """Adds n samples; their kinds of time may differ. TOLIMAN_E_ARGUMENT for a time in the member that flags do not choose;
-other errors as of toliman_period_push_many. Since 0.2.""",
+        """Adds n samples, whose kinds of time may differ.
+Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0. Since
+0.2.""",
     ),
     "toliman_period_retract": (
         c_int32, (("period", POINTER(toliman_period)), ("t", c_double), ("y", c_double), ("sigma", c_double)),
-        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
-pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
-that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
-samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
-then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
-TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
+        """Removes a sample previously pushed with exactly these values. The accumulators become bit-identical to never having
+pushed it, in any order. For a sliding window, push the newest sample and retract the oldest. No FAP method
+accounts for repeated queries of a sliding window: multiply the FAP of one query by their number.
+
+The library cannot check that the sample was pushed. A wrong retract may leave a power above 1 at some frequency;
+queries then return TOLIMAN_E_STATE.
+Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if the remaining sums of
+weights, values and times are impossible for any samples.""",
     ),
     "toliman_period_retract_many": (
         c_int32, (
@@ -1984,12 +2058,8 @@ TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
             ("sigma", POINTER(c_double)),
             ("n", c_size_t),
         ),
-        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
-pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
-that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
-samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
-then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
-TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
+        """Removes n samples, or none if one is refused. Otherwise as toliman_period_retract; sigma may be NULL as in
+toliman_period_push_many.""",
     ),
     "toliman_period_retract_samples": (
         c_int32, (
@@ -1997,39 +2067,37 @@ TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
             ("samples", POINTER(toliman_period_sample)),
             ("n", c_size_t),
         ),
-        """Removes samples previously pushed with exactly these values, one or n. The sums become bit-identical to never having
-pushed them, in any order. A sliding window is a push and a retract; no FAP holds for many looks at one: multiply
-that of a single look by their number. The library cannot check that a sample was pushed. TOLIMAN_E_STATE for more
-samples than are in, and where sums of weights, values and times remain that no samples have: nothing is removed
-then. A wrong retract that leaves possible totals may make the power at some frequency exceed 1: queries then give
-TOLIMAN_E_STATE. Other errors as of the pushes. Since 0.1.""",
+        """Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. Since 0.2.""",
     ),
     "toliman_period_merge": (
         c_int32, (("period", POINTER(toliman_period)), ("other", POINTER(toliman_period))),
-        """Adds all samples of another periodogram, which stays as it is. With equal digests (grid and options) the result has
-the bits that pushing all samples into one would give, in whatever shards and order. With other references of time or
-value, or other bounds, the other's sums are turned to this one's first: power then as accurate still, but not
-the same bits. TOLIMAN_E_MISMATCH for other frequencies or kinds of mean, for narrow sums into wide ones, and for
-another time_offset_ns or unit_ns, which shards must share, and for samples without sigma and others whose sigma is
-not sigma_floor; TOLIMAN_E_RANGE where the root mean square of the other's values, from this value_offset, is above
-this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_ARGUMENT for other = period. Since
-0.1.""",
+        """Adds all samples of `other`, which does not change. If both have the same digest (same grid and options), the
+result is bit-identical to pushing all samples into one periodogram, in any number of shards. Otherwise the
+accumulators of `other` are first re-referenced (phase-rotated) to this time_offset and value_offset: the power is
+as accurate, but not bit-identical.
+Errors:
+  - TOLIMAN_E_MISMATCH if the grids, the kinds of mean, time_offset_ns or unit_ns differ, if single-limb
+    accumulators would be added to double-limb ones, or if unweighted samples would mix with samples whose sigma is
+    not sigma_floor;
+  - TOLIMAN_E_RANGE if the rms of the other's values about this value_offset exceeds this value_bound, or the mean
+    of its 1/sigma^2 is outside these sigma bounds;
+  - TOLIMAN_E_ARGUMENT if other is period.""",
     ),
     "toliman_period_copy": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(POINTER(toliman_period)))),
-        """A periodogram of its own with the same grid, options and samples. The caller destroys *out. Since 0.1.""",
+        """Creates an independent copy: same grid, options and samples. The caller destroys *out.""",
     ),
     "toliman_period_reset": (
         c_int32, (("period", POINTER(toliman_period)),),
-        """Forgets every sample; grid and options stay. Since 0.1.""",
+        """Removes every sample. Grid and options remain.""",
     ),
     "toliman_period_count": (
         c_int64, (("period", POINTER(toliman_period)),),
-        """Samples pushed so far; 0 for NULL. Since 0.1.""",
+        """Returns the number of samples, 0 for NULL.""",
     ),
     "toliman_period_get_info": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_info))),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
+        """Writes the properties of a periodogram to *out, whose struct_size must be set.""",
     ),
     "toliman_period_query_power": (
         c_int32, (
@@ -2039,13 +2107,16 @@ this value_bound, or the mean of their 1/sigma^2 beyond these sigmas; TOLIMAN_E_
             ("count", c_size_t),
             ("power", POINTER(c_double)),
         ),
-        """Power at frequencies first ... first + count - 1. toliman_period_query_sampling has TOLIMAN_PERIOD_INACCURATE where
-some power of the grid may be wrong by more than 1e-3. Never NaN: fewer than two distinct values give 0, as many free
-parameters as samples give P = 1, a frequency at which cosine and sine coincide is solved in the one that is left.
-Takes 2 to 4 ns a frequency by vectors, some 100 ns where doubles do not carry 13 digits: where cosine or sine hardly
-varies, and everywhere if the mean is more than 30,000 standard deviations away from value_offset. TOLIMAN_E_RANGE
-if the values scatter too little for value_bound. TOLIMAN_E_STATE where the power would exceed 1 beyond rounding: a
-sample was retracted that was never pushed. Since 0.1.""",
+        """Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
+TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
+the grid may be wrong by more than 1e-3.
+
+The power is never NaN. It is 0 for fewer than two distinct values, and P = 1 for as many free parameters as
+samples. If cosine and sine coincide at a frequency, one of them is fitted. A frequency takes 2 to 4 ns, or about
+100 ns where doubles do not carry 13 digits: where cosine or sine hardly varies, and everywhere if the mean is more
+than 30,000 standard deviations from value_offset.
+Errors: TOLIMAN_E_RANGE if the values scatter too little for value_bound; TOLIMAN_E_STATE if the power would exceed
+1, because a sample was retracted that was never pushed.""",
     ),
     "toliman_period_query_model": (
         c_int32, (
@@ -2053,15 +2124,15 @@ sample was retracted that was never pushed. Since 0.1.""",
             ("k", c_int64),
             ("out", POINTER(toliman_period_model)),
         ),
-        """Least squares at frequency k of the grid, from the sums. TOLIMAN_E_RANGE for k outside the grid and as query_power,
-TOLIMAN_E_STATE with fewer than five samples or constant values. Since 0.1.""",
+        """Writes the least-squares sinusoid at grid frequency k to *out, from the accumulators.
+Errors: as toliman_period_query_power; TOLIMAN_E_RANGE if k is outside the grid; TOLIMAN_E_STATE for fewer than
+five samples or constant values.""",
     ),
     "toliman_period_query_peak": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_peak))),
-        """Highest peak of the grid: the frequency is refined by a parabola, power and FAP are those of the highest grid point.
-So they never claim more than the peak has, and up to 1 % less power where df is 0.1/T; 1 - power is resolved to
-1e-14 only. TOLIMAN_E_STATE with fewer than five samples or constant values, TOLIMAN_E_RANGE as query_power. Since
-0.1.""",
+        """Writes the highest peak of the grid to *out. The frequency is refined by a parabola; power and FAP are those of the
+highest grid point. They never overstate the peak, and understate its power by up to 1 % if df = 0.1/T.
+Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values.""",
     ),
     "toliman_period_query_peaks": (
         c_int32, (
@@ -2070,9 +2141,10 @@ So they never claim more than the peak has, and up to 1 % less power where df is
             ("peaks", POINTER(toliman_period_peak)),
             ("count", POINTER(c_size_t)),
         ),
-        """The highest peaks of the grid, local maxima refined likewise, highest first: at most `capacity`, 1 to 64, into
-peaks[capacity], whose first has its struct_size set; *count is how many there are. Each is judged as if it were the
-only one: power and FAP of lower ones still hold the higher ones' scatter. Errors as of query_peak. Since 0.1.""",
+        """Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
+highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
+judged alone: power and FAP of a lower peak still contain the scatter due to higher ones. Errors as
+toliman_period_query_peak.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (
@@ -2083,12 +2155,12 @@ only one: power and FAP of lower ones still hold the higher ones' scatter. Error
             ("n", c_size_t),
             ("out", POINTER(toliman_period_peak)),
         ),
-        """The highest peak refined against the samples themselves, which must be those pushed (their number is checked; sigma
-may be NULL): least squares in frequency, amplitude, phase and offset with 64-bit mantissas, 1 - power from the
-residuals and therefore right even when it is 1e-31. Never worse than the highest grid point. Where cosine and sine
-coincide at every sample, as at the Nyquist frequency of even times, the one that is left is fitted; here they
-coincide below 1e-17 of the sum of both eigenvalues. TOLIMAN_PERIOD_INACCURATE tells of the grid point from which the
-fit started. Since 0.1.""",
+        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
+sigma may be NULL. A least-squares fit of frequency, amplitude, phase and offset, with 64-bit significands; 1 -
+power is computed from the residuals, accurate down to 1e-31. The result is never worse than the highest grid
+point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of both), as at the Nyquist
+frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which
+the fit starts. Errors as toliman_period_query_peak.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -2097,10 +2169,9 @@ fit started. Since 0.1.""",
             ("n", c_size_t),
             ("out", POINTER(toliman_period_sampling)),
         ),
-        """Fills *out; out->struct_size must be set. With t, the n times that were pushed (their number is checked), the step is
-the median one; with t NULL they are taken as evenly spread, T from their variance, which is right for regular
-samples and makes the ceiling of samples in groups too low. Looks at every frequency, as toliman_period_query_power
-does. Since 0.1.""",
+        """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
     ),
     "toliman_period_save": (
         c_int32, (
@@ -2109,10 +2180,10 @@ does. Since 0.1.""",
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """State bytes ("TLMP", formats.md). With bytes NULL only *needed is set, at no cost; otherwise capacity must be at
-least that (TOLIMAN_E_CAPACITY). The same samples give the same bytes, whatever their order. TOLIMAN_E_STATE for sums
-that no samples have, which could not be loaded again: samples were taken back that never came, or that came by a
-merge of other references, which is not exact. Since 0.1.""",
+        """Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
+otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
+order. TOLIMAN_E_STATE if the accumulators are impossible for any samples, so that the state could not be loaded: a
+sample was retracted that was never pushed, or that was added by a merge with other offsets, which is not exact.""",
     ),
     "toliman_period_load": (
         c_int32, (
@@ -2121,13 +2192,13 @@ merge of other references, which is not exact. Since 0.1.""",
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
-        """Periodogram from exactly size state bytes. TOLIMAN_E_FORMAT for a wrong magic, version, size or checksum and for
-impossible content: before 1.0 only this version's bytes load. options may be NULL. Destroy *out. Since 0.1.""",
+        """Loads a periodogram from exactly `size` state bytes. options may be NULL. The caller destroys *out.
+TOLIMAN_E_FORMAT for a wrong magic number, version, size or checksum, and for impossible content. Before version
+1.0, a library loads only the bytes of its own format version.""",
     ),
     "toliman_period_save_file": (
         c_int32, (("period", POINTER(toliman_period)), ("path", c_char_p)),
-        """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
-reads the header first, and no more of a file that has not the size it tells. Since 0.1.""",
+        """Saves a periodogram to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains.""",
     ),
     "toliman_period_load_file": (
         c_int32, (
@@ -2135,12 +2206,11 @@ reads the header first, and no more of a file that has not the size it tells. Si
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
-        """The same to and from a file; saving replaces it as a whole or not at all (TOLIMAN_E_WRITE). Loading
-reads the header first, and no more of a file that has not the size it tells. Since 0.1.""",
+        """Loads a periodogram from a file, whose size must be the one in its header. Otherwise as toliman_period_load.""",
     ),
     "toliman_period_batch_options_init": (
         None, (("options", POINTER(toliman_period_batch_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_period_batch": (
         c_int32, (
@@ -2154,17 +2224,21 @@ reads the header first, and no more of a file that has not the size it tells. Si
             ("options", POINTER(toliman_period_batch_options)),
             ("power", POINTER(c_double)),
         ),
-        """Power of an archive of n samples at f0 + k df, k < nf, into power[nf], with the model, weights and grid of a
-streaming periodogram, but without a state. sigma and options may be NULL; n may be 0. Every power is within the
-tolerance of the exact one: a non-uniform FFT gives sums of known error, and powers that are not good enough are
-computed again by compensated direct sums, or where these cancel by exact ones; small archives are summed directly.
-Special cases are as of query_power, but cosine and sine coincide where the smaller eigenvalue is below 1e-17 of
-both. Memory while it runs: 35 bytes per sample and 170 per frequency, 20 more on each further thread up to six; 225
-more per frequency if exact sums are needed. Same input, same bits on one kind of processor: FFTW's last bits differ
-between kinds. TOLIMAN_E_ARGUMENT for what is not finite, sigma <= 0 and impossible grids; TOLIMAN_E_RANGE for
-another tolerance, |t| above 1e100, |y| above 1e300, phases of more than 2^50 cycles, n beyond all memory, and where
-exact sums are needed but sigmas differ by more than 1e8; TOLIMAN_E_MEMORY; TOLIMAN_E_CANCELLED. power is written as
-a whole or not at all. Since 0.1.""",
+        """Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
+period.h. sigma and options may be NULL; n may be 0. On failure power is not written.
+
+Accuracy: every power is within the tolerance of the exact one. A non-uniform FFT computes the sums with a known
+error bound. Powers that are not accurate enough are computed again by compensated direct sums, and by exact sums
+where these cancel. Small archives use direct sums throughout. Special cases are those of
+toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
+both.
+
+Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each further thread up to six,
+and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the same kind;
+the last bits of FFTW differ between kinds.
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
+tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
+space holds, or if exact sums are needed and the sigmas differ by more than 1e8; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_query_fap": (
         c_int32, (
@@ -2173,9 +2247,11 @@ a whole or not at all. Since 0.1.""",
             ("log10_residual", c_double),
             ("log10_fap", POINTER(c_double)),
         ),
-        """log10 of the false alarm probability of a power P given as log10(1 - P), in [-4900, 0], for the samples pushed. 0 for
-P = 0, whatever the samples; never NaN or infinite. TOLIMAN_E_ARGUMENT for other methods and powers, TOLIMAN_E_STATE
-for P > 0 with fewer than five samples or constant values. Since 0.1.""",
+        """Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
+  log10_residual  log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples
+The result is never NaN or infinite.
+Errors: TOLIMAN_E_ARGUMENT for an unknown method or a power out of range; TOLIMAN_E_STATE if P > 0 with fewer than
+five samples or constant values.""",
     ),
     "toliman_period_query_threshold": (
         c_int32, (
@@ -2184,12 +2260,13 @@ for P > 0 with fewer than five samples or constant values. Since 0.1.""",
             ("log10_fap", c_double),
             ("log10_residual", POINTER(c_double)),
         ),
-        """The level of a false alarm probability, the inverse: log10(1 - P) of the highest power that has it. log10_fap from
-that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1.""",
+        """Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
+of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
+Errors as toliman_period_query_fap.""",
     ),
     "toliman_period_bootstrap_options_init": (
         None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_period_query_bootstrap": (
         c_int32, (
@@ -2202,13 +2279,15 @@ that of log10(1 - P) = -4900 to 0; errors as above. Since 0.1.""",
             ("count", c_size_t),
             ("log10_residuals", POINTER(c_double)),
         ),
-        """Bootstrap: log10(1 - P) of the highest peak of each of `count` resamplings of the samples pushed (their number is
-checked; sigma may be NULL), sorted, the strongest first. A resampling keeps the times and draws to each a value with
-its sigma, with replacement. If k of the entries are at or below the log10_residual of query_peak (not of
-query_fit: these are of grid points), its FAP is (k + 1)/(count + 1); entry a count - 1 is the level of FAP a.
-Assumes no distribution of the noise, but takes a push of all samples and a query a time, and the memory of a
-periodogram a thread. options may be NULL. TOLIMAN_E_CANCELLED by the progress callback, errors else as query_fit.
-Since 0.1.""",
+        """Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
+sorted, strongest peak first. A resampling keeps the times and draws values with their sigmas with replacement.
+  t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
+  options      may be NULL
+If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that
+peak is (k + 1)/(count + 1). Entry a count - 1 is the detection threshold of FAP a. The bootstrap assumes no
+distribution of the noise. Each resampling takes the time to push all samples and query once; each thread needs the
+memory of a periodogram.
+Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),
@@ -2216,32 +2295,37 @@ Since 0.1.""",
     ),
     "toliman_track_reason_name": (
         c_char_p, (("reason", c_int32),),
-        """A few words for a reason ("zero run"), "?" for an unknown one. Static text. Since 0.1.""",
+        """Returns the name of a reason ("zero run"), "?" for an unknown one. Static text.""",
     ),
     "toliman_track_options_init": (
         None, (("options", POINTER(toliman_track_options)), ("size", c_size_t)),
-        """Fills *options, which has `size` bytes, with the defaults. Since 0.1.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
-        """Fills *options, whose struct_size is set, with what a folder was made with, for toliman_track_create: folder (the
-pointer given), estimator_id, values, sigma, limits (one of flags), geometry, grid, and a capacity for twice the
-lines there are; nf = 0 if the file of grid and clock is lost. The rest are defaults. TOLIMAN_E_NOT_FOUND,
-TOLIMAN_E_FORMAT. Since 0.1.""",
+        """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
+given pointer), estimator_id, values, sigma, limits with their flag, geometry, grid (nf = 0 if the setup file is
+lost), and a capacity of twice the number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
+TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
-        """Tracker, which takes up what the folder holds. All its memory is taken here. TOLIMAN_E_MISMATCH for a folder of
-another estimator, other values, frames or limits, and, without REBUILD, another grid or clock; TOLIMAN_E_STATE if
-another tracker is writing to it; TOLIMAN_E_LOST for a ledger that has lost lines, which SALVAGE of
-toliman_track_merge leaves out; TOLIMAN_E_FORMAT for one that is damaged otherwise, that is missing though other
-files of the folder are there, or that is no regular file; TOLIMAN_E_CAPACITY if it holds more frames;
-TOLIMAN_E_NOT_FOUND if there is nothing to read; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system has no random
-numbers to give. The ledger itself is locked until the tracker is destroyed. The caller destroys *out. Since 0.1.""",
+        """Creates a tracker, or opens an existing folder and continues with its frames. Allocates all memory and locks the
+ledger until the tracker is destroyed. The caller destroys *out.
+Errors:
+  - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, or, without REBUILD,
+    another grid or clock table;
+  - TOLIMAN_E_STATE if another tracker writes to the folder;
+  - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
+  - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
+    not a regular file;
+  - TOLIMAN_E_CAPACITY if the folder holds more frames than capacity;
+  - TOLIMAN_E_NOT_FOUND if a folder to be read does not exist; TOLIMAN_E_WRITE; TOLIMAN_E_INTERNAL if the system
+    provides no random numbers.""",
     ),
     "toliman_track_destroy": (
         None, (("track", POINTER(toliman_track)),),
-        """Ends a tracker; NULL is allowed. Lines that are not committed are dropped, as by a crash. Since 0.1.""",
+        """Destroys a tracker. NULL is allowed. Uncommitted records are lost, as in a crash.""",
     ),
     "toliman_track_push": (
         c_int32, (
@@ -2251,22 +2335,24 @@ numbers to give. The ledger itself is locked until the tracker is destroyed. The
             ("outcomes", POINTER(toliman_track_outcome)),
             ("done", POINTER(c_size_t)),
         ),
-        """Takes frames[count] and says what became of each in outcomes[count]. On an error *done frames are in, the next is
-not: TOLIMAN_E_ARGUMENT for an impossible frame, of which none of all is then taken; TOLIMAN_E_CAPACITY for a frame,
-or a session and region (65,536), too many; TOLIMAN_E_WRITE where the ledger cannot be written: nothing more is taken
-then until the folder is opened anew; TOLIMAN_E_LOST, before a group of lines is written, if the ledger was
-removed, renamed, replaced or changed by another program: nothing more is acknowledged then; TOLIMAN_E_STATE without
-an estimator and in READ_ONLY. Rejected frames are no error. Several frames at once are needed for several threads.
-Since 0.1.""",
+        """Processes frames[count] in order and writes outcomes[count]. A rejected frame is an outcome, not an error. Pass
+several frames per call to use several threads. On an error, *done frames have been processed and the next one has
+not. Errors:
+  - TOLIMAN_E_ARGUMENT if a frame is invalid; then no frame is processed;
+  - TOLIMAN_E_CAPACITY if the number of frames, or of sessions and regions (65,536), is exhausted;
+  - TOLIMAN_E_WRITE if the ledger cannot be written. The tracker then takes no more frames; open the folder again;
+  - TOLIMAN_E_LOST if another program removed, renamed, replaced or changed the ledger. It is checked before each
+    group of records is written; no more frames are acknowledged;
+  - TOLIMAN_E_STATE without an estimator, and with READ_ONLY.""",
     ),
     "toliman_track_commit": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """Brings every line and the count of repeated frames to the disk: all frames that were pushed are then acknowledged.
-Errors as of push. Since 0.1.""",
+        """Writes and fsyncs all records and the count of repeated frames. Every pushed frame is then acknowledged. Errors as
+toliman_track_push.""",
     ),
     "toliman_track_save": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """The same and a checkpoint, so that taking up is quick. After an error lines may be on the disk. Since 0.1.""",
+        """Commits and writes a checkpoint, so that the folder opens fast. After an error, records may have been committed.""",
     ),
     "toliman_track_merge": (
         c_int32, (
@@ -2275,17 +2361,18 @@ Errors as of push. Since 0.1.""",
             ("flags", c_uint32),
             ("lost", POINTER(c_int64)),
         ),
-        """Takes the lines of another folder, also of one that is being written to, as if its frames had been pushed here, in
-whatever shards and order, and commits. A folder may be merged again as it grows: only what came since counts. The
-grid and clock are this one's. Of a frame that several folders have the value that came first stays; networks on
-machines of unlike instruction sets may give values that differ by 1e-5 sigma. received, repeated and rejected become
-those of both, also of frames that the other folder merged from a third. With flags = TOLIMAN_TRACK_SALVAGE lines of
-a damaged ledger are left out, and all others count as new; else flags = 0. *lost (may be NULL) becomes how many were
-left out, and how many more the checkpoint counts. Frames of which no line is left at all are not among them:
-toliman_track_get_streams tells how many frame ids are missing.
-TOLIMAN_E_MISMATCH for another estimator, other frames or limits, or a column that this ledger does not have;
-TOLIMAN_E_ARGUMENT for the tracker's own folder;
-errors as of create and push, after which some lines may be in, and count again when it is merged again. Since 0.1.""",
+        """Adds the records of another folder, as if its frames had been pushed here, and commits. The other folder may be in
+use. Shards may be merged in any order, and a folder may be merged again as it grows: only new records count. Grid
+and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
+folders.
+  flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
+  lost   may be NULL: number of skipped records, plus those that the checkpoint counts in addition. Frames without
+         any record are not included: toliman_track_get_streams counts the missing frame ids
+If several folders hold a frame, the value that was added first remains; networks on CPUs with different
+instruction sets may differ by 1e-5 sigma.
+Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
+column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
+have been added; they count again if the merge is repeated.""",
     ),
     "toliman_track_get_records": (
         c_int32, (
@@ -2295,10 +2382,10 @@ errors as of create and push, after which some lines may be in, and count again 
             ("records", POINTER(toliman_track_record)),
             ("done", POINTER(c_size_t)),
         ),
-        """Lines from number `first` on, as many as there are, up to count, in the order of arrival; *done tells how many. A
-duplicate has none. Without a folder there are lines of frames alone that came as good ones. The last values are
-those from (lines of toliman_track_get_info) - count on. TOLIMAN_E_FORMAT if the ledger was damaged since: some lines
-may then be written. Since 0.1.""",
+        """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
+start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only valid frames have
+records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
+written.""",
     ),
     "toliman_track_get_columns": (
         c_int32, (
@@ -2307,8 +2394,8 @@ may then be written. Since 0.1.""",
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Columns to columns[capacity], in the order of the ledger; *count is how many there are. columns may be NULL where
-capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.2.""",
+        """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
+number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
     ),
     "toliman_track_get_column": (
         c_int32, (
@@ -2319,24 +2406,23 @@ capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity
             ("values", POINTER(c_double)),
             ("done", POINTER(c_size_t)),
         ),
-        """Numbers of a column, of the lines that toliman_track_get_records gives for the same `first` and count; NaN where a
-line has none, 0 in columns of whole numbers. Those beyond 2^53 are rounded. TOLIMAN_E_NOT_FOUND for a name that no
-column has; other errors as of get_records. Since 0.2.""",
+        """Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
+same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
+rounded. Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
     ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
-        """Fills *out; out->struct_size must be set. Since 0.1.""",
+        """Writes the counts and properties of a tracker to *out, whose struct_size must be set.""",
     ),
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
-        """Fills *options, whose struct_size is set, with what is in force, the defaults by their values: folder and clock,
-whose memory is the tracker's, estimator_id, values, grid and all else but cae, linear, estimate, allocator and log,
-which are NULL. Since 0.2.""",
+        """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
+point to memory of the tracker. cae, linear, estimate, allocator and log are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),
-        """Frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or a later one: *frames of info's rejected.
-TOLIMAN_E_ARGUMENT for a reason that toliman_track_reason_name does not know. Since 0.2.""",
+        """Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
+TOLIMAN_E_ARGUMENT for an unknown reason. Since 0.2.""",
     ),
     "toliman_track_get_streams": (
         c_int32, (
@@ -2345,8 +2431,8 @@ TOLIMAN_E_ARGUMENT for a reason that toliman_track_reason_name does not know. Si
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Sessions and regions, sorted by name, to streams[capacity]; *count is how many there are. streams may be NULL where
-capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity. Since 0.1.""",
+        """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
+number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_track_get_clock": (
         c_int32, (
@@ -2355,21 +2441,21 @@ capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for too little capacity
             ("capacity", c_size_t),
             ("points", POINTER(c_size_t)),
         ),
-        """The clock: its pairs to clock[capacity][2], as toliman_track_options has them, none where the camera's time is TAI;
-*points is how many there are. clock may be NULL where capacity is 0: to ask for the number. TOLIMAN_E_CAPACITY for
-too little capacity. Since 0.1.""",
+        """Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number, 0
+if camera time is TAI. To query the number, pass capacity 0 and clock NULL. TOLIMAN_E_CAPACITY if capacity is too
+small.""",
     ),
     "toliman_track_get_period": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(POINTER(toliman_period)))),
-        """The tracker's own periodogram, for all queries of period.h; it follows every push and ends with the tracker.
-Since 0.1.""",
+        """Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
+the tracker, which destroys it.""",
     ),
     "toliman_track_query_fit": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_period_peak))),
-        """The highest peak refined against the values themselves, as toliman_period_query_fit on what is in the periodogram by
-now, whatever order it came in: period, amplitude, phase at TAI time_offset_ns and their standard errors. Reads all
-lines and takes 100 bytes a frame meanwhile. Errors as of that, and TOLIMAN_E_FORMAT if the ledger was damaged since.
-Since 0.1.""",
+        """Refines the highest peak with the accepted values, as toliman_period_query_fit: period, amplitude, phase at TAI
+time_offset_ns, and standard errors. The result does not depend on the order of arrival. Reads all records and
+temporarily takes 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been
+damaged since it was opened.""",
     ),
 }
 

@@ -7,146 +7,148 @@ from ._shown import Result, result, told
 
 @result
 class Machine(Result):
-    """What the library found on this machine; the texts are static, the processors those that are online."""
+    """Properties of the machine, as the library detects them. All texts are static."""
 
-    processors: int
-    isa: str = told("kernels in use: \"baseline\", \"avx2\" or \"avx512\"")
-    blas_core: str = told("OpenBLAS kernels in use, e.g. \"SkylakeX\"")
+    processors: int = told("number of online processors")
+    isa: str = told("instruction set of the kernels in use: \"baseline\", \"avx2\" or \"avx512\"")
+    blas_core: str = told("OpenBLAS kernels in use, such as \"SkylakeX\"")
     blas_config: str = told("OpenBLAS version and build options")
-    blas_threads: int = told("threads OpenBLAS would use in a call")
-    blas_is_slow: bool = told("the kernels are older than the CPU (set OPENBLAS_CORETYPE before start)")
-    blas_better: str = told("OPENBLAS_CORETYPE that fits this CPU, \"\" when the kernels already do")
+    blas_threads: int = told("threads that OpenBLAS uses in a call")
+    blas_is_slow: bool = told("1 if the OpenBLAS kernels are older than the CPU (set OPENBLAS_CORETYPE before start)")
+    blas_better: str = told("value of OPENBLAS_CORETYPE that fits this CPU; \"\" if the kernels in use fit")
     fftw: str = told("FFTW version")
 
 
 @result
 class SceneInfo(Result):
-    """Facts of a ready scene."""
+    """Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
+    unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation."""
 
-    wavelengths: int = told("samples of the spectrum")
-    rows: int = told("of a frame")
-    cols: int = told("of a frame")
-    frames: int = told("of the cadence")
-    pupil_samples: int = told("N of the N x N pupil")
+    wavelengths: int = told("number of wavelengths of the spectrum")
+    rows: int = told("shape of a frame")
+    cols: int = told("shape of a frame")
+    frames: int = told("number of frames of the cadence")
+    pupil_samples: int = told("N: the pupil has N x N samples")
     seed: int = told("noise.seed of the scene")
-    amplitude_px: float = told("of the signal; 0 without one. A planet's: semi-major axis of its star's orbit")
-    period_days: float = told("of the signal; 0 without one")
-    separation_px: float = told("0 for a single star")
-    flux_ratio: float = told("photons of A over photons of B; 0 for a single star")
+    amplitude_px: float = told("amplitude of the signal, 0 without one; for a planet, semi-major axis of its star")
+    period_days: float = told("period of the signal; 0 without one")
+    separation_px: float = told("separation of the stars; 0 for a single star")
+    flux_ratio: float = told("photons of A / photons of B; 0 for a single star")
     peak_photons: float = told("brightest pixel of the mean frame, before the detector")
-    total_photons: float = told("in the frame, before the detector")
-    crb_px: float = told("Cramer-Rao bounds of the separation a frame; infinite where the frame tells nothing of it: all else known; finite where the scene has a signal")
-    crb_flux_shift_px: float = told("the same with both fluxes and the common shift unknown")
-    crb_projected_px: float = told("the same with exactly preprocess.project unknown; the yardstick of efficiency")
-    truncation: float = told("error of the series in the displacement, largest pixel over that of the signal, at the signal's largest displacement; above the scene's accuracy it is logged as a warning")
-    min_displacement_px: float = told("of the signal over the cadence")
-    max_displacement_px: float = told("of the signal over the cadence")
-    amplitude_uas: float = told("amplitude_px on the sky, microarcsec")
-    aperture_m: float = told("diameter")
-    pixel_scale_arcsec: float = told("of a detector pixel")
-    scene_digest: int = told("FNV-1a of the scene's text, as in the weights trained for it")
-    whole_counts: bool = told("1 if frames hold whole numbers (photon noise alone, or a bit depth), else 0")
+    total_photons: float = told("sum over the frame, before the detector")
+    crb_px: float = told("Cramer-Rao bound with all else known")
+    crb_flux_shift_px: float = told("Cramer-Rao bound with both fluxes and the common shift unknown")
+    crb_projected_px: float = told("Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
+    truncation: float = told("error of the Taylor expansion at the largest displacement of the signal: largest error of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds the accuracy of the scene")
+    min_displacement_px: float = told("range of the signal over the cadence")
+    max_displacement_px: float = told("range of the signal over the cadence")
+    amplitude_uas: float = told("amplitude of the signal on the sky, microarcseconds")
+    aperture_m: float = told("diameter of the aperture")
+    pixel_scale_arcsec: float = told("size of a detector pixel on the sky")
+    scene_digest: int = told("FNV-1a hash of the scene text, also stored in weights trained on the scene")
+    whole_counts: bool = told("1 if counts are integers (photon noise only, or a bit depth), else 0")
     crb_marginal_px: float = told("Cramer-Rao bound with all eight nuisances unknown; may be infinite")
-    peak_counts: float = told("brightest pixel of the mean frame, in the frame's unit")
-    unit: str = told("of frames and expected images: photon, electron or dn", words="TOLIMAN_SIM_UNIT")
-    bit_depth: int = told("of the scene's detector; 0 = counts are not rounded")
+    peak_counts: float = told("brightest pixel of the mean frame, in the unit of the frame")
+    unit: str = told("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
+    bit_depth: int = told("bits per pixel of the detector; 0 = counts are not rounded")
 
 
 @result
 class Plan(Result):
-    """What a scene needs at its accuracy, and what each choice is expected to cost. Errors are max error / peak of the
-    expected image against the scene without that choice; a test holds them against the true ones."""
+    """Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
+    cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
+    peak."""
 
-    engine: str = told("matrix_dft or padded_fft", words="TOLIMAN_SIM_ENGINE")
-    scene_wavelengths: int = told("of the spectrum as the scene has it")
-    wavelengths: int = told("propagated: as many, or fewer Chebyshev nodes in 1/lambda")
-    order: int = told("of the series in the displacement")
-    exact_frames: bool = told("no series pays, every frame is propagated anew")
+    engine: str = told("...", words="TOLIMAN_SIM_ENGINE")
+    scene_wavelengths: int = told("wavelengths of the spectrum of the scene")
+    wavelengths: int = told("wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda")
+    order: int = told("order of the Taylor expansion in the displacement")
+    exact_frames: bool = told("the Taylor expansion is not worthwhile; every frame is re-propagated")
     oversampling: int = told("point samples per pixel and axis")
-    filter_taps: int = told("of the filter that integrates over pixels; 0 = none")
-    pupil_samples: int = told("N of N x N")
+    filter_taps: int = told("taps of the filter that integrates over pixels; 0 = no filter")
+    pupil_samples: int = told("N: the pupil has N x N samples")
     stages: tuple[str, ...] = told("names of those that are modelled")
-    accuracy: float = told("what the scene asks for")
-    pupil_error: float = told("of N samples against a pupil without any; not held to the accuracy, N is the scene's")
-    spectrum_error: float = told("of the nodes; 0 when every wavelength is propagated")
-    series_error: float = told("of the series, largest pixel over that of the signal, at its largest displacement")
-    pixel_error: float = told("of the filter")
-    plate_scale_error: float = told("relative, of the padded FFT at its worst wavelength; 0 for the matrix DFT")
-    rounding_error: float = told("of double precision")
-    setup_flops: float = told("all images, once")
-    frame_flops: float = told("each expected frame, before its noise")
-    bytes: float = told("memory, with as many frames made at a time as there are workers")
-    setup_s: float = told("on one core of this machine, noise included; a rough guide")
-    frame_s: float = told("on one core of this machine, noise included; a rough guide")
-    place_order: int = told("of the series in the places of both stars, for systematics and orbits; 0 = none")
-    place_error: float = told("of that series, over the signal's largest pixel, for disturbances of 4 sigma")
-    scale_focus_error: float = told("of scale to first and focus to second order, for disturbances of 4 sigma")
-    anchors: int = told("points of the orbit about which that series is made anew; 0 = at time 0 only")
-    orbit_px: float = told("that a star moves along its orbit from time 0 to any frame, at most: speed times time")
+    accuracy: float = told("accuracy that the scene requests")
+    pupil_error: float = told("error of N samples; not limited by the accuracy, as the scene sets N")
+    spectrum_error: float = told("error of the Chebyshev nodes; 0 if every wavelength is propagated")
+    series_error: float = told("error of the Taylor expansion, defined as toliman_sim_info.truncation")
+    pixel_error: float = told("error of the pixel integration")
+    plate_scale_error: float = told("largest relative plate-scale error of the padded FFT; 0 for the matrix DFT")
+    rounding_error: float = told("error of double precision")
+    setup_flops: float = told("floating-point operations of the setup (all images, once)")
+    frame_flops: float = told("floating-point operations of each expected frame, without noise")
+    bytes: float = told("memory, with one frame in work per worker thread")
+    setup_s: float = told("expected seconds on one core of this machine, with noise; a rough guide")
+    frame_s: float = told("expected seconds on one core of this machine, with noise; a rough guide")
+    place_order: int = told("order of the expansion in the positions of both stars, for systematics and orbits; 0 = none")
+    place_error: float = told("error of that expansion for systematics of 4 sigma / largest change by the signal")
+    scale_focus_error: float = told("error of first order in scale and second order in focus, for systematics of 4 sigma")
+    anchors: int = told("expansion points (anchors) along the orbit; 0 = time 0 only")
+    orbit_px: float = told("upper limit of the motion of a star along its orbit over the cadence")
 
 
 @result
 class Training(Result):
-    """What a training came to."""
+    """Training result. Members that do not apply to the mode are 0."""
 
-    steps: int = told("in all")
-    epochs: int = told("UNSUPERVISED: in all; else 0")
-    loss: float = told("TIED: squared distance of the unit target and its part along the painted image, 0.02 when well trained; UNSUPERVISED: mean squared error of the last epoch, in units of the input")
-    cosine: float = told("TIED: between d latent/d residual and the whitened derivative, the predicted efficiency; else 0")
-    validation_loss: float = told("UNSUPERVISED: of the frames kept back; else 0, and so the next three")
-    mmse: float = told("means over those frames, as of toliman_cae_reconstruct")
-    mssim: float = told("means over those frames, as of toliman_cae_reconstruct")
-    photon_floor: float
+    steps: int = told("total number of steps")
+    epochs: int = told("UNSUPERVISED: total number of epochs")
+    loss: float = told("TIED: squared distance between the unit target and its projection on the decoder output, 0.02 when well trained. UNSUPERVISED: mean squared error of the last epoch, in units of the input")
+    cosine: float = told("TIED: cosine between d latent/d residual and the whitened derivative image: the predicted efficiency, Cramer-Rao bound / standard deviation of the latent")
+    validation_loss: float = told("UNSUPERVISED: loss of the validation frames")
+    mmse: float = told("UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct")
+    mssim: float = told("UNSUPERVISED: means over the validation frames, see toliman_cae_reconstruct")
+    photon_floor: float = told("UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct")
 
 
 @result
 class NetworkInfo(Result):
-    """Facts of a network."""
+    """Properties of a network."""
 
     trained: bool = told("0 or 1")
     layout: str = told("\"flight\" or \"paper\"; static text")
-    layout_hash: int = told("FNV-1a of the layout's tensor table")
-    scene_digest: int = told("of the scene the preprocessing came from")
+    layout_hash: int = told("FNV-1a hash of the tensor table of the layout")
+    scene_digest: int = told("toliman_sim_info.scene_digest of the scene")
     parameters: int = told("number of weights")
-    rows: int = told("of the frames it takes")
-    cols: int = told("of the frames it takes")
+    rows: int = told("shape of the frames that the network takes")
+    cols: int = told("shape of the frames that the network takes")
     crop_row: int = told("first row and column of the 256x256 crop")
     crop_col: int = told("first row and column of the 256x256 crop")
-    projected: int = told("nuisance images projected out")
+    projected: int = told("number of nuisance images projected out")
     input: str = told("...", words="TOLIMAN_CAE_INPUT")
-    crb_px: float = told("Cramer-Rao bound with exactly those free")
-    cosine: float = told("after training; 0 before")
+    crb_px: float = told("Cramer-Rao bound with these nuisances unknown")
+    cosine: float = told("toliman_cae_training.cosine; 0 before training")
     input_scale: float = told("factor between the input and the first convolution: 1e-3 for TIED, else 1")
-    seed: int = told("of the random weights")
+    seed: int = told("seed of the random weights")
 
 
 @result
 class ComponentsTraining(Result):
-    """What a training came to."""
+    """Training result."""
 
-    iterations: int = told("done; 0 for PCA")
-    converged: bool = told("the last iteration added less than 1e-5 of the gain; 0: their number ended it")
-    objective: float = told("of the dictionary over that of no atoms, 0 ... 1; 0 for PCA and for frames that are equal")
+    iterations: int = told("dictionary: number of iterations; 0 for PCA")
+    converged: bool = told("the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the limit on iterations")
+    objective: float = told("dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames")
 
 
 @result
 class ComponentsInfo(Result):
-    """Facts of a collection."""
+    """Properties of a collection."""
 
-    raw: bool
-    bin: int
-    projected: int = told("nuisance images projected out; 0 if raw")
-    capacity: int
-    frames: int
-    pixels: int = told("of a frame, after binning")
-    components: int = told("trained; 0 before")
-    crb_px: float = told("Cramer-Rao bound of a frame's binned pixels with the projected images free; NaN if raw")
-    threshold_px: float = told("Amplitude of a sinusoid of the separation below which the leading principal component knows nothing of it, when frames and pixels are many: p = pixels - projected white ones and N frames have an eigenvalue A^2/(2 crb^2), which must exceed sqrt(p/N), hence A = crb sqrt(2 sqrt(p/N)). +infinity without frames, NaN if raw. Source: Baik, Ben Arous, Peche (2005); above it, with the eigenvalue l, the principal image's squared cosine with the signal's is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), the series' squared correlation (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).")
+    raw: bool = told("as in the options")
+    bin: int = told("as in the options")
+    projected: int = told("number of nuisance images projected out; 0 if raw")
+    capacity: int = told("largest number of frames")
+    frames: int = told("number of frames pushed")
+    pixels: int = told("pixels of a frame after binning")
+    components: int = told("number of trained components; 0 before training")
+    crb_px: float = told("Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw")
+    threshold_px: float = told("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. N frames and p = pixels - projected white pixels have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
 
 
 @result
 class PeriodogramInfo(Result):
-    """Facts of a periodogram."""
+    """Properties of a periodogram. Members with names of toliman_period_options hold the options in force."""
 
     nf: int
     f0: float
@@ -155,118 +157,119 @@ class PeriodogramInfo(Result):
     value_offset: float
     value_bound: float
     sigma_floor: float
-    count: int = told("samples")
-    digest: int = told("identity of grid and options; equal digests may be compared sum by sum")
+    count: int = told("number of samples")
+    digest: int = told("hash of grid and options. Accumulators with equal digests can be compared bit by bit")
     sigma_ceiling: float
     time_offset_ns: int
     unit_ns: float
-    weighted: bool = told("some sample's sigma is not sigma_floor")
-    fixed_mean: bool = told("subtract the weighted mean once instead of fitting it at each f", flag=1)
-    double_limb: bool = told("wide sums, 50 bits more for every term", flag=2)
+    weighted: bool = told("a sample has a sigma other than sigma_floor")
+    fixed_mean: bool = told("subtract the weighted mean once, instead of fitting it at each frequency", flag=1)
+    double_limb: bool = told("double-limb accumulators: 178 instead of 128 bits, 50 more per term", flag=2)
 
 
 @result
 class Model(Result):
-    """The model at one frequency, y = offset + amplitude sin(2 pi f (t - time_offset) + phase)."""
+    """Sinusoid fitted at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase)."""
 
-    rank: int = told("2; 1 where cosine and sine coincide at every sample and only one is fitted; 0 none")
+    rank: int = told("2; 1 if cosine and sine coincide at every sample and only one is fitted; 0 if none is")
     frequency: float = told("f0 + k df")
     power: float = told("P")
     amplitude: float
     phase: float = told("rad")
     offset: float
-    amplitude_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    phase_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    offset_error: float = told("standard errors, scaled by the residual; +infinity where the samples cannot tell, 0 of a fixed offset")
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
+    amplitude_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
+    phase_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
+    offset_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
 
 
 @result
 class Peak(Result):
-    """A peak and what it means."""
+    """Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
+    give."""
 
-    frequency: float = told("between grid points, where the power is greatest; never outside the grid")
+    frequency: float = told("frequency of highest power, interpolated between grid points, within the grid")
     period: float = told("1/frequency")
-    power: float = told("in [0, 1]")
-    log10_residual: float = told("log10(1 - power), formed from residual/total; -4900 at least")
-    fwhm: float = told("full width at half maximum of the peak, in frequency; +infinity if a side never falls so low")
-    fwhm_period: float = told("fwhm/f^2: error of the period as the chapter's formula prints it")
-    half_width_period: float = told("half of it, as the chapter's table prints it")
-    frequency_error: float = told("least-squares standard error, +infinity if the samples cannot tell; NaN from peak, which sees no samples. As all errors scaled by the residuals: of the sigmas only the proportions count")
-    amplitude: float = told("of the sinusoid; NaN from peak")
-    amplitude_error: float = told("the same; NaN from peak")
-    phase: float = told("rad, y = offset + amplitude sin(2 pi f (t - time_offset) + phase); NaN as above")
-    offset: float = told("NaN as above")
-    log10_fap: float = told("Baluev's upper bound of the chance that noise alone peaks so high on this grid, at one look. For a look after every sample: log10_fap(log10_residual, \"sequential\")")
-    period_error: float = told("frequency_error/frequency^2: the standard error of the period; NaN as above")
-    at_edge: bool = told("a peak at the grid's first or last frequency: beyond it the power may be greater, and the period another.", flag=4)
-    alias: bool = told("a peak half of whose power or more the sampling could make of a higher one: by the window function at the distance or at the sum of their frequencies, as far as these are on the grid; or within 2.5/T of it, T the time span.", flag=8)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
-    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have ABOVE_NYQUIST, as sums do not tell the step; fit takes both from the times.", flag=32)
-    above_nyquist: bool = told("", flag=64)
+    power: float = told("P, in [0, 1]")
+    log10_residual: float = told("log10(1 - power), computed from residual/total; at least -4900")
+    fwhm: float = told("full width at half maximum in frequency; +infinity if a side stays above half")
+    fwhm_period: float = told("fwhm/f^2, a width: the chapter's formula for the error of the period")
+    half_width_period: float = told("half of fwhm_period, a width: the error that the chapter's table prints")
+    frequency_error: float = told("least-squares standard error; +infinity if not determined; NaN from peak. Like all errors here it is scaled by the residual: only the ratios of the sigmas matter")
+    amplitude: float = told("amplitude of the sinusoid; NaN from peak")
+    amplitude_error: float = told("standard error; NaN from peak")
+    phase: float = told("rad, as in toliman_period_model; NaN from peak")
+    offset: float = told("mean of the sinusoid; NaN from peak")
+    log10_fap: float = told("Baluev's upper bound of the false alarm probability on this grid, for one query. For a query after every sample: fap with SEQUENTIAL")
+    period_error: float = told("standard error of the period, frequency_error/frequency^2; NaN from peak")
+    at_edge: bool = told("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
+    alias: bool = told("a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.", flag=8)
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
+    coarse: bool = told("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
+    above_nyquist: bool = told("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
 
 
 @result
 class Sampling(Result):
-    """What the samples' times are worth, and whether the grid suits them."""
+    """Sampling diagnostics: whether the grid suits the times of the samples."""
 
-    baseline: float = told("T: time span and one step")
-    coarsest_df: float = told("1/(5 T); +infinity while all times are one")
-    nyquist: float = told("1/(2 step); the same")
-    independent: float = told("frequencies of the grid that are independent of each other: its last one times T, or 1")
-    coarse: bool = told("Flags of a peak and of toliman_period_sampling: df > 1/(5 T), so that peaks may lie unseen between two frequencies; the grid goes beyond 1/(2 step), where even samples repeat what is below. Both are usual where the grid is in another unit than the times. peak and peaks take T from the variance of the times, and never have ABOVE_NYQUIST, as sums do not tell the step; fit takes both from the times.", flag=32)
-    above_nyquist: bool = told("", flag=64)
-    needs_double_limb: bool = told("toliman_period_sampling. At some frequency above 0 narrow sums may give the power to less than 1e-9: as where cosine and sine hardly differ, or coincide, which narrow sums cannot tell from each other.", flag=128)
-    inaccurate: bool = told("Flag: the error bound of the power (Accuracy, above), computed from the sums, exceeds 1e-3. Of a peak or a model: at its grid point. Of toliman_period_sampling: at some frequency above 0 that is no multiple of 1/(2 step) (to 1e-9), where an even series has one phase. double_limb lowers the bound by 1e13.", flag=16)
+    baseline: float = told("T: time span plus one step")
+    coarsest_df: float = told("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
+    nyquist: float = told("1/(2 step); +infinity if all times are equal")
+    independent: float = told("number of independent frequencies: last frequency of the grid times T, at least 1")
+    coarse: bool = told("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
+    above_nyquist: bool = told("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
+    needs_double_limb: bool = told("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
 
 
 @result
 class Outcome(Result):
-    """What became of a frame."""
+    """Outcome of a pushed frame."""
 
     verdict: str = told("...", words="TOLIMAN_TRACK_VERDICT")
-    reason: str = told("of rejected ones, ...", words="TOLIMAN_TRACK_REASON")
-    row: int = told("of the pixel that is over range, not finite or completes a hole; of shape: the frame's")
-    col: int = told("of the pixel that is over range, not finite or completes a hole; of shape: the frame's")
-    pixel: float = told("its value")
-    value: float = told("of accepted ones and outliers: the estimate")
-    tai_ns: int = told("their time")
-    chi_square: float = told("of the same frames, per pixel, against the estimator's model; NaN where that has none")
+    reason: str = told("... of a rejected frame", words="TOLIMAN_TRACK_REASON")
+    row: int = told("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
+    col: int = told("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
+    pixel: float = told("value of that pixel")
+    value: float = told("accepted frames and outliers: the estimate")
+    tai_ns: int = told("accepted frames and outliers: time in TAI")
+    chi_square: float = told("accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without one")
 
 
 @result
 class TrackInfo(Result):
-    """Counts. received = accepted + outlier + quarantined + repeated + all rejected. received, repeated and rejected count
-    arrivals: a frame that is pushed again counts again, also after the folder was opened anew. All counts are in the
-    ledger: a crash loses those of what was not committed, a lost checkpoint none."""
+    """Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
+    The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
-    received: int = told("frames, by this or earlier runs")
-    accepted: int = told("in the periodogram now")
+    received: int = told("arrived frames, in this and earlier runs")
+    accepted: int = told("frames in the periodogram")
     outlier: int
     quarantined: int = told("keys")
-    repeated: int = told("later arrivals of keys that are known, same or other bytes; here or in folders that were merged")
-    rejected: int = told("for all reasons; toliman_track_get_rejected has those for one")
+    repeated: int = told("later arrivals of known keys, with the same or other content, here or in merged folders")
+    rejected: int = told("for any reason; see toliman_track_get_rejected")
     expected: int = told("frame ids from the first to the last of each session and region")
-    missing: int = told("of these, ids that are neither accepted nor outlier nor quarantined")
-    dropped: int = told("by the camera, as accepted frames and outliers tell")
-    sessions: int = told("and regions")
-    records: int = told("of the ledger; in memory, frames that came as good ones")
-    committed: int = told("lines that are acknowledged; of READ_ONLY those that the files tell to be")
+    missing: int = told("expected ids that are neither accepted nor outlier nor quarantined")
+    dropped: int = told("frames dropped by the camera, as reported by accepted frames and outliers")
+    sessions: int = told("number of pairs of session and region")
+    records: int = told("records of the ledger; in memory, valid frames")
+    committed: int = told("acknowledged records; with READ_ONLY, records that the files show to be acknowledged")
     capacity: int
     estimator_id: int
-    sigma: float = told("of a value")
+    sigma: float = told("standard deviation of a value")
     value_limit: float
 
 
 @result
 class Stream(Result):
-    """A session and region, by its names, which are empty where they are not known: without a folder, or if its line of
-    streams.txt was lost and no frame of it came since."""
+    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    was lost and none of their frames has arrived since."""
 
-    stream: int = told("FNV-1a of both, as in toliman_track_record")
-    first_id: int = told("frame ids")
-    last_id: int = told("frame ids")
-    frames: int = told("keys: those of accepted frames, outliers and quarantined ones")
-    missing: int = told("ids from the first to the last that are none of these")
+    stream: int = told("FNV-1a hash of both names, as in toliman_track_record")
+    first_id: int = told("lowest and highest frame id")
+    last_id: int = told("lowest and highest frame id")
+    frames: int = told("keys that are accepted, outlier or quarantined")
+    missing: int = told("other ids between first_id and last_id")
     session: str
     roi: str
