@@ -42,8 +42,8 @@ module toliman
     ! valid request that this version does not support
     integer(c_int32_t), parameter, public :: TOLIMAN_E_UNSUPPORTED = 7
     integer(c_int32_t), parameter, public :: TOLIMAN_E_WRITE = 8 ! output file cannot be written
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_CANCELLED = 9 ! stopped by the progress callback
-    ! argument outside the range fixed at creation or by the format
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_CANCELLED = 9 ! stopped by a callback
+    ! number outside the range fixed at creation, by the function or by a file format
     integer(c_int32_t), parameter, public :: TOLIMAN_E_RANGE = 10
     integer(c_int32_t), parameter, public :: TOLIMAN_E_MISMATCH = 11 ! two objects or files do not belong together
     ! caller's buffer too small, or capacity exhausted
@@ -154,8 +154,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
 
-    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
-    ! k frame_stride + row stride + column of pixels. Since 0.2.
+    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    ! frame_stride + row * stride + column]. Since 0.2.
     type, bind(C), public :: toliman_image
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
@@ -164,12 +164,13 @@ module toliman
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
-        integer(c_int64_t) :: frame_stride = 0 ! pixels from frame to frame, at least 1; 0 = rows times stride
+        ! pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride
+        integer(c_int64_t) :: frame_stride = 0
     end type
 
     ! Engines: how light is propagated from the pupil to the detector. See Engines above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
-    ! baseline of the book chapter; no mask, amplitude or OPD files
+    ! baseline of the chapter; no mask, amplitude or OPD files
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_PADDED_FFT = 332
 
     ! Options of a simulator.
@@ -201,12 +202,12 @@ module toliman
         integer(c_int64_t) :: frames = 0 ! number of frames of the cadence
         integer(c_int64_t) :: pupil_samples = 0 ! N: the pupil has N x N samples
         integer(c_int64_t) :: seed = 0 ! noise.seed of the scene
-        ! amplitude of the signal, 0 without one; for a planet, semi-major axis of its star
+        ! amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's orbit
         real(c_double) :: amplitude_px = 0.0_c_double
         real(c_double) :: period_days = 0.0_c_double ! period of the signal; 0 without one
         real(c_double) :: separation_px = 0.0_c_double ! separation of the stars; 0 for a single star
         real(c_double) :: flux_ratio = 0.0_c_double ! photons of A / photons of B; 0 for a single star
-        real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the mean frame, before the detector
+        real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the expected frame, before the detector
         real(c_double) :: total_photons = 0.0_c_double ! sum over the frame, before the detector
         real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with all else known
         ! Cramer-Rao bound with both fluxes and the common shift unknown
@@ -214,8 +215,9 @@ module toliman
         ! Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an
         ! estimator
         real(c_double) :: crb_projected_px = 0.0_c_double
-        ! error of the Taylor expansion at the largest displacement of the signal: largest error of a pixel / largest
-        ! change of a pixel by the signal. A warning is logged if it exceeds the accuracy of the scene
+        ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
+        ! by the largest change of any pixel by the signal. A warning is logged if it exceeds the accuracy of the
+        ! scene
         real(c_double) :: truncation = 0.0_c_double
         real(c_double) :: min_displacement_px = 0.0_c_double ! range of the signal over the cadence
         real(c_double) :: max_displacement_px = 0.0_c_double
@@ -227,14 +229,14 @@ module toliman
         integer(c_int64_t) :: whole_counts = 0 ! 1 if counts are integers (photon noise only, or a bit depth), else 0
         ! Cramer-Rao bound with all eight nuisances unknown; may be infinite
         real(c_double) :: crb_marginal_px = 0.0_c_double
-        real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the mean frame, in the unit of the frame
+        real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the expected frame, in its unit
         integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
     end type
 
     ! Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
-    ! cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
-    ! peak.
+    ! cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
+    ! image, divided by the peak of the image.
     type, bind(C), public :: toliman_sim_plan_info
         integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_plan_info)
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_...
@@ -246,7 +248,7 @@ module toliman
         integer(c_int32_t) :: oversampling = 0 ! point samples per pixel and axis
         integer(c_int32_t) :: filter_taps = 0 ! taps of the filter that integrates over pixels; 0 = no filter
         integer(c_int64_t) :: pupil_samples = 0 ! N: the pupil has N x N samples
-        integer(c_int64_t) :: stages = 0 ! modelled stages; read with toliman_sim_get_stage
+        integer(c_int64_t) :: stages = 0 ! bit set of the modelled stages; read it with toliman_sim_get_stage
         real(c_double) :: accuracy = 0.0_c_double ! accuracy that the scene requests
         ! error of N samples; not limited by the accuracy, as the scene sets N
         real(c_double) :: pupil_error = 0.0_c_double
@@ -266,9 +268,9 @@ module toliman
         real(c_double) :: frame_s = 0.0_c_double
         ! order of the expansion in the positions of both stars, for systematics and orbits; 0 = none
         integer(c_int64_t) :: place_order = 0
-        ! error of that expansion for systematics of 4 sigma / largest change by the signal
+        ! error of that expansion for systematics of 4 sigma, divided by the largest change of any pixel by the signal
         real(c_double) :: place_error = 0.0_c_double
-        ! error of first order in scale and second order in focus, for systematics of 4 sigma
+        ! error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma
         real(c_double) :: scale_focus_error = 0.0_c_double
         integer(c_int64_t) :: anchors = 0 ! expansion points (anchors) along the orbit; 0 = time 0 only
         ! upper limit of the motion of a star along its orbit over the cadence
@@ -291,8 +293,9 @@ module toliman
     ! derivative by a common shift towards higher rows, per px
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_Y = 317
 
-    ! Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
-    ! photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel.
+    ! Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
+    ! draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
+    ! are counted for every pixel.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_VARIANCE = 318
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! derivative by the roll, per rad
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! derivative by the relative plate scale
@@ -311,13 +314,13 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
-    ! Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
-    ! channels and a dense layer to the latent, and a decoder in reverse order.
-    ! 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited
+    ! Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
+    ! convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order.
+    ! 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_FLIGHT = 201
 
-    ! Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
-    ! belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
+    ! Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
+    ! to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_PAPER = 202
 
     ! Inputs: how the 256x256 crop of a frame is scaled for the network.
@@ -325,7 +328,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_WHITENED = 211
     ! (counts - reference)/mean sigma of the frame
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RESIDUAL = 212
-    ! counts, scaled so that the reference image spans 0..1; as in the chapter
+    ! counts, scaled so that the reference image spans 0..1, as in the chapter
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RAW = 213
 
     ! Network options.
@@ -337,22 +340,23 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
-    ! derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
-    ! tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
-    ! change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
-    ! scenes from any seed. Needs layout FLIGHT and input WHITENED.
+    ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
+    ! of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
+    ! latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
+    ! whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
+    ! diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
+    ! from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_TIED = 221
 
-    ! Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+    ! Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
     ! caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
     abstract interface
         ! Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
         ! returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
-        ! time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
-        ! train or destroy the network; neither must the progress callback.
+        ! time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
+        ! the network that is trained return TOLIMAN_E_STATE.
         function toliman_frames_fn(first, count, counts, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: first, count
@@ -385,7 +389,8 @@ module toliman
         integer(c_int32_t) :: threads = 0
         ! [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
         type(c_ptr) :: losses = c_null_ptr
-        integer(c_int64_t) :: loss_count = 0 ! later steps, and steps before a training was resumed, are not written
+        ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
+        integer(c_int64_t) :: loss_count = 0
     end type
 
     ! Training result. Members that do not apply to the mode are 0.
@@ -450,7 +455,7 @@ module toliman
         integer(c_int32_t) :: struct_size = 24
         ! 0: residuals (counts - reference)/sigma, with preprocess.project projected out; 1: counts
         integer(c_int32_t) :: raw = 0
-        ! sums blocks of bin x bin pixels first and whitens the sums; divides rows and columns; 0 = 1
+        ! sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0 = 1
         integer(c_int32_t) :: bin = 0
         ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
         integer(c_int32_t) :: capacity = 0
@@ -469,8 +474,7 @@ module toliman
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
         integer(c_int32_t) :: iterations = 0 ! dictionary: largest number of iterations; 0 = 200
         integer(c_int32_t) :: reserved = 0 ! 0
-        ! dictionary: weight of the L1 norm of the codes / rms pixel; in [0, 1e6], 0 = 1
-        real(c_double) :: lambda = 0.0_c_double
+        real(c_double) :: lambda = 0.0_c_double ! dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
         integer(c_int64_t) :: seed = 0 ! dictionary: seed of the random initial atoms
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
@@ -501,24 +505,27 @@ module toliman
         ! Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
         real(c_double) :: crb_px = 0.0_c_double
         ! Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        ! separation that the leading principal component responds to. N frames and p = pixels - projected white
-        ! pixels have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2
-        ! sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image
-        ! and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
-        ! is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.
+        ! separation that the leading principal component responds to. For N frames of p = pixels - projected
+        ! independent pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+        ! sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
+        ! cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared
+        ! correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
+        ! +infinity without frames, NaN if raw.
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
     ! Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
-    ! together identify a frame; all other members must be identical if the frame is pushed again.
+    ! together are the key of a frame. A second frame with the same key is a duplicate if its content is the same:
+    ! pixels, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
-        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...; there is no default
         ! name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
         type(c_ptr) :: session = c_null_ptr
         type(c_ptr) :: roi = c_null_ptr ! name of the region of interest, likewise
         integer(c_int64_t) :: frame_id = 0 ! any number, also negative
-        integer(c_int64_t) :: camera_ns = 0 ! camera clock, in nanoseconds
+        ! time of the frame by the camera clock, in nanoseconds: best the middle of the exposure
+        integer(c_int64_t) :: camera_ns = 0
         ! frames that the camera dropped before this one, at most 65535; 0 = none or unknown
         integer(c_int64_t) :: dropped = 0
         type(c_ptr) :: pixels = c_null_ptr ! [rows][stride], aligned to the size of a pixel
@@ -528,8 +535,8 @@ module toliman
         ! standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
         real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure, at most 1e9 s; 0 = unknown
-        ! [interval_count][2]: intervals on target, start and end in s from the start of the exposure, increasing and
-        ! within it; NULL if interval_count is 0
+        ! [interval_count][2]: good-time intervals (on target), start and end in s from the start of the exposure,
+        ! increasing and within it; NULL if interval_count is 0
         type(c_ptr) :: intervals = c_null_ptr
         integer(c_size_t) :: interval_count = 0 ! at most 65536; 0 = unknown
         integer(c_int64_t) :: window_row = 0 ! row and column of the first pixel on the detector, at most 2^31
@@ -545,7 +552,7 @@ module toliman
         integer(c_size_t) :: rows = 0
         integer(c_size_t) :: cols = 0
         integer(c_size_t) :: stride = 0
-        integer(c_int64_t) :: tai_ns = 0 ! time of the frame in TAI, from the tracker's clock table
+        integer(c_int64_t) :: tai_ns = 0 ! time of the frame in TAI nanoseconds, from the tracker's clock table
         ! (sigma of the frame / sigma of the tracker)^2; 1 if the frame has no sigma of its own
         real(c_double) :: variance_scale = 0.0_c_double
         real(c_double) :: exposure_s = 0.0_c_double ! as in toliman_frame
@@ -555,8 +562,8 @@ module toliman
         integer(c_int64_t) :: window_col = 0
     end type
 
-    ! Output of a user-supplied estimator. The library presets the arrays to NaN, chi_square to NaN and other members to
-    ! 0. Since 0.2.
+    ! Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
+    ! their elements and chi_square to NaN, flags and sigma to 0. Since 0.2.
     type, bind(C), public :: toliman_estimate
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_estimate) of the library
         integer(c_int32_t) :: flags = 0 ! bits defined by the estimator, stored in the ledger column "flags"
@@ -595,7 +602,7 @@ module toliman
     ! Flags of toliman_period_options.
     ! subtract the weighted mean once, instead of fitting it at each frequency
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
-    ! double-limb accumulators: 178 instead of 128 bits, 50 more per term
+    ! double-limb accumulators, see Exactness above
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DOUBLE_LIMB = 2
 
     ! Options fixed at creation, because the bits of the accumulators depend on them.
@@ -606,8 +613,8 @@ module toliman
         real(c_double) :: time_offset = 0.0_c_double
         ! subtracted exactly from every y; give a typical value if the mean is large
         real(c_double) :: value_offset = 0.0_c_double
-        ! largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it (double-limb: 2^-150),
-        ! enough for a standard deviation of 2.6e-17 of it if every sigma is sigma_floor
+        ! largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it (double-limb: 2^-150). If
+        ! every sigma is sigma_floor, values may scatter as little as 2.6e-17 of it (standard deviation)
         real(c_double) :: value_bound = 0.0_c_double
         real(c_double) :: sigma_floor = 0.0_c_double ! smallest sigma accepted; 0 = 1
         ! Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
@@ -667,7 +674,7 @@ module toliman
 
     ! Flag of a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3.
     ! For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of
-    ! 1/(2 step), where a regular series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB reduces the bound by a factor 1e13.
+    ! 1/(2 step), where cosine and sine of regular samples always coincide. With TOLIMAN_PERIOD_DOUBLE_LIMB it is rare.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INACCURATE = 16
 
     ! Sinusoid fitted at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase).
@@ -692,8 +699,9 @@ module toliman
     ! Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 4
 
-    ! Flag of a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the
-    ! window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.
+    ! Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
+    ! two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
+    ! peak is closer than 2.5/T.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
 
     ! Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -704,8 +712,8 @@ module toliman
     ! times are given, as in toliman_period_query_fit, because the accumulators do not contain the step.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
-    ! Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
-    ! give.
+    ! Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
+    ! accumulators do not contain the samples.
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
         ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (query_fit only)
@@ -714,26 +722,25 @@ module toliman
         real(c_double) :: frequency = 0.0_c_double
         real(c_double) :: period = 0.0_c_double ! 1/frequency
         real(c_double) :: power = 0.0_c_double ! P, in [0, 1]
-        ! log10(1 - power), computed from residual/total; at least -4900
+        ! log10(1 - power), at least -4900; meaningful down to -14 from the accumulators, to -31 from query_fit
         real(c_double) :: log10_residual = 0.0_c_double
         ! full width at half maximum in frequency; +infinity if a side stays above half
         real(c_double) :: fwhm = 0.0_c_double
-        ! fwhm/f^2, a width: the chapter's formula for the error of the period
+        ! fwhm/f^2: width of the peak in period. Not a standard error, although the chapter's formula uses it as one
         real(c_double) :: fwhm_period = 0.0_c_double
-        ! half of fwhm_period, a width: the error that the chapter's table prints
+        ! half of fwhm_period: width that the chapter's table prints as error
         real(c_double) :: half_width_period = 0.0_c_double
-        ! least-squares standard error; +infinity if not determined; NaN from query_peak. Like all errors here it is
-        ! scaled by the residual: only the ratios of the sigmas matter
+        ! fit: least-squares standard error; +infinity if not determined. All errors are scaled by the residual: only
+        ! the ratios of the sigmas matter
         real(c_double) :: frequency_error = 0.0_c_double
-        real(c_double) :: amplitude = 0.0_c_double ! amplitude of the sinusoid; NaN from query_peak
-        real(c_double) :: amplitude_error = 0.0_c_double ! standard error; NaN from query_peak
-        real(c_double) :: phase = 0.0_c_double ! rad, as in toliman_period_model; NaN from query_peak
-        real(c_double) :: offset = 0.0_c_double ! mean of the sinusoid; NaN from query_peak
+        real(c_double) :: amplitude = 0.0_c_double ! fit: amplitude of the sinusoid
+        real(c_double) :: amplitude_error = 0.0_c_double ! fit: standard error of the amplitude
+        real(c_double) :: phase = 0.0_c_double ! fit: rad, as in toliman_period_model
+        real(c_double) :: offset = 0.0_c_double ! fit: mean of the sinusoid
         ! Baluev's upper bound of the false alarm probability on this grid, for one query. For a query after every
         ! sample: toliman_period_query_fap with SEQUENTIAL
         real(c_double) :: log10_fap = 0.0_c_double
-        ! standard error of the period, frequency_error/frequency^2; NaN from query_peak
-        real(c_double) :: period_error = 0.0_c_double
+        real(c_double) :: period_error = 0.0_c_double ! fit: standard error of the period, frequency_error/frequency^2
     end type
 
     ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
@@ -744,7 +751,7 @@ module toliman
     type, bind(C), public :: toliman_period_sampling
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-        real(c_double) :: baseline = 0.0_c_double ! T: time span plus one step
+        real(c_double) :: baseline = 0.0_c_double ! T
         ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
         real(c_double) :: coarsest_df = 0.0_c_double
         real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
@@ -768,7 +775,7 @@ module toliman
     end type
 
     ! FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
-    ! one query. Peaks contain it.
+    ! one query. toliman_period_peak.log10_fap is this FAP.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_BALUEV = 111
 
     ! FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
@@ -777,14 +784,15 @@ module toliman
     ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-    ! FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
-    ! of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
-    ! series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+    ! FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
+    ! fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
+    ! most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
     !
     ! Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
-    ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
-    ! sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
-    ! 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000.
+    ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
+    ! used for queries up to sample 150, the other half for all later ones. Successive queries are correlated; their
+    ! effective number is that of Siegmund (1985, Sequential Analysis). A SEQUENTIAL FAP of 0.01 is 80, 20 and 300 times
+    ! the BALUEV FAP of the same peak at 50, 150 and 1000 samples.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
 
     ! Options of toliman_period_query_bootstrap.
@@ -802,7 +810,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
-    ! ledger records only: counts of repeated frames or of a merged ledger
+    ! records only: no frame, but counts of repeats or of a merged ledger
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
 
     ! Reasons for rejection.
@@ -813,7 +821,7 @@ module toliman
     ! run of zero pixels of at least zero_run_bytes (lost packet)
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! pixel that is NaN or infinite
-    ! time that has no TAI, or that the periodogram cannot represent
+    ! camera time outside the clock table's or the periodogram's range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! estimator failed, or gave a non-finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
@@ -846,11 +854,12 @@ module toliman
     ! rejects no frame for a run of zero pixels
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
-    ! Durability of ledger records. A frame is acknowledged once its record has been fsync'ed. The count of repeated
-    ! frames is fsync'ed by commit and save, and by a push once it has waited for a second.
-    ! fsync per `group` records; records older than a second at the next push
+    ! Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
+    ! toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
+    ! first push more than a second after it changed.
+    ! fsync after `group` records, and at a push if a record is older than 1 s
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! fsync per record
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! fsync after every record
     ! no fsync: a power failure may lose records that get_info counts as committed
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_NONE = 523
 
@@ -869,8 +878,8 @@ module toliman
         type(c_ptr) :: linear = c_null_ptr
         type(c_funptr) :: estimate = c_null_funptr
         type(c_ptr) :: estimate_data = c_null_ptr
-        ! identifies `estimate`, or the estimator of the ledger if there is none. Ignored with cae and linear, for
-        ! which the library computes it
+        ! number that identifies `estimate`; without an estimator, the one that wrote the ledger. Ignored with cae and
+        ! linear, for which the library computes it
         integer(c_int64_t) :: estimator_id = 0
         ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
         ! a-z 0-9 _; columns of a new ledger
@@ -878,8 +887,9 @@ module toliman
         real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
         real(c_double) :: value_limit = 0.0_c_double ! a frame with |value| above it is an outlier; 0 = 10,000 sigma
         ! Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        ! image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        ! the frame as fits; frames just large enough for the image.
+        ! image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols =
+        ! the shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols
+        ! = the smallest frame that holds the image.
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: crop_row = 0
@@ -903,9 +913,10 @@ module toliman
         ! Results do not depend on the number
         integer(c_int32_t) :: threads = 0
         ! Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
-        ! interpolation between pairs and extrapolation beyond them; one pair is a constant difference, (0, 0) none.
-        ! No pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the
-        ! setup file of the folder is lost, both grid and clock table must be given.
+        ! interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0,
+        ! 0) means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new
+        ! folder the camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be
+        ! given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
         integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_..., 0 = GROUP
@@ -918,7 +929,8 @@ module toliman
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! Record of the ledger: a frame as it arrived and its present verdict, or counts with TOLIMAN_TRACK_VERDICT_MERGED.
+    ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
+    ! instead of a frame.
     type, bind(C), public :: toliman_track_record
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
@@ -939,9 +951,9 @@ module toliman
 
     ! Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
     ! columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
-    ! shift_s: mean time of the intervals on target minus the middle of the exposure, 0 without intervals. Then follow
-    ! the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named
-    ! "value"; cov_A_A is a variance. Since 0.2.
+    ! shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
+    ! the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
+    ! The first value is named "value"; cov_A_A is a variance. Since 0.2.
     type, bind(C), public :: toliman_track_column
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
         integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
@@ -966,7 +978,7 @@ module toliman
         integer(c_int64_t) :: dropped = 0 ! frames dropped by the camera, as reported by accepted frames and outliers
         integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
         integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, valid frames
-        ! acknowledged records; with READ_ONLY, records that the files show to be acknowledged
+        ! committed records; with READ_ONLY, records that the files show to be committed
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
         integer(c_int64_t) :: estimator_id = 0
@@ -1129,7 +1141,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage.
+        ! Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"),
+        ! NULL after the last one.
         function toliman_sim_stage_name(stage) bind(C) result(answer)
             import
             integer(c_int32_t), value :: stage
@@ -1588,8 +1601,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only
-        ! frequency 0. options may be NULL.
+        ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26.
         function toliman_period_create(f0, df, nf, options, out) bind(C) result(answer)
             import
             real(c_double), value :: f0, df
@@ -1833,8 +1845,8 @@ module toliman
         end function
 
         ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual:
-        ! log10(1 - P) of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of
-        ! log10(1 - P) = -4900.
+        ! log10(1 - P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is
+        ! at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
         function toliman_period_query_threshold(period, method, log10_fap, log10_residual) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1887,8 +1899,8 @@ module toliman
         end subroutine
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
-        ! (the given pointer), estimator_id, values, sigma, limits with their flag, geometry, grid (nf = 0 if the
-        ! setup file is lost), and a capacity of twice the number of records.
+        ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag,
+        ! geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the number of records.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -2238,9 +2250,10 @@ module toliman
         final :: component_set_finish
     end type
 
-    ! Template estimator: weighted least-squares estimate of the separation from one frame. It projects the residual
-    ! against the reference image of the scene on the derivative by the separation, made orthogonal to the nuisances
-    ! of preprocess.project. Functions that take a const estimator may run on one estimator from several threads.
+    ! Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
+    ! frame. It projects the residual against the reference image of the scene on the derivative by the separation,
+    ! made orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one
+    ! estimator from several threads.
     type, public :: toliman_linear_estimator
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2633,7 +2646,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage.
+    ! Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
+    ! after the last one.
     function simulator_stage_name(stage) result(answer)
         integer(c_int32_t), intent(in) :: stage
         character(len=:), allocatable :: answer
@@ -3240,8 +3254,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only frequency
-    ! 0. options may be NULL.
+    ! Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26.
     subroutine periodogram_create(self, f0, df, nf, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         real(c_double), intent(in) :: f0, df
@@ -3559,8 +3572,8 @@ contains
     end subroutine
 
     ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 -
-    ! P) of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) =
-    ! -4900.
+    ! P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and
+    ! at least the log10 FAP of log10(1 - P) = -4900.
     subroutine periodogram_query_threshold(self, method, log10_fap, log10_residual, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method

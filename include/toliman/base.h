@@ -14,8 +14,8 @@
  *   Machine                  toliman_get_machine, toliman_get_blas_speed
  *
  * Conventions of all headers
- *   - Errors. A function that can fail returns a toliman_status. Its results are written through pointers, which are
- *     the last arguments. If it fails, it writes no output and leaves the object unchanged, unless its comment says
+ *   - Errors. A function that can fail returns a toliman_status. It writes its results through pointers, which follow
+ *     the inputs. If it fails, it writes no output and leaves the object unchanged, unless its comment says
  *     otherwise. toliman_last_error() then describes the wrong argument or file field, its value and the allowed
  *     values. The message belongs to the calling thread. A successful call does not clear it.
  *   - Common errors. Any function may return TOLIMAN_E_ARGUMENT (a pointer is NULL that must not be NULL, a
@@ -24,26 +24,30 @@
  *   - Objects are opaque. toliman_X_create(..., &x) creates an object, which the caller destroys with
  *     toliman_X_destroy(x). Destroying NULL does nothing.
  *   - Structs begin with struct_size, the size that the caller compiled with. Initialise a struct with its _INIT
- *     macro. In an options struct, 0 in a member selects the default. New members are only appended. In an array of
- *     structs the struct_size of the first element applies to all.
+ *     macro, or, in a language without C macros, with its _init function. Both give the same. In an options struct, 0
+ *     in a member selects the default. New members are only appended. In an array of structs the struct_size of the
+ *     first element applies to all.
  *   - Enumerations are int32_t. A constant is named after its header and its enumeration (TOLIMAN_PERIOD_FAP_NAIVE).
  *     No two enumerations share a value, so that a constant of the wrong enumeration is refused with
- *     TOLIMAN_E_ARGUMENT. A result may hold a constant that a newer library has added. Flags are uint32_t, one bit
- *     each.
+ *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
+ *     define. Flags are uint32_t, one bit each.
  *   - Arrays belong to the caller and are in C order. Images are [row][column] with a row stride in elements.
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
- *     object may run on one object from several threads. Other functions need exclusive use: a concurrent call on the
- *     same object, or a call from a callback on the object that runs the callback, returns TOLIMAN_E_STATE at once
- *     and changes nothing. toliman_X_destroy of an object in use only sets toliman_last_error().
+ *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
+ *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
+ *     calls from its own callbacks. toliman_X_destroy of an object in use only sets toliman_last_error().
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
- *   - Callbacks may be written in C++. An exception that leaves a callback stops the call, which returns
- *     TOLIMAN_E_CANCELLED.
+ *   - Callbacks may be written in C++. An exception that leaves a callback, except an allocator's, stops the call,
+ *     which returns TOLIMAN_E_CANCELLED.
  *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object
  *     on which no call was running in the parent.
  *   - Process state. The library never prints, exits, reads the environment, or changes the locale, the signal
  *     handlers, the rounding mode or the state of BLAS. It does not depend on the locale. Calls fail with
  *     TOLIMAN_E_UNSUPPORTED unless the floating-point rounding mode is round-to-nearest, the default.
+ *   - Documents. The files glossary.md (terms) and formats.md (file formats) are installed in share/doc/toliman, the
+ *     schema of a scene in share/toliman/schema. "The chapter" is the book chapter by Delli Veneri et al., Periodic
+ *     Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent Astrophysics, Springer (2021).
  *   - Units are SI unless the name states another: _px, _days, _nm, _arcsec, _ns.
  *   - Versions. A declaration without "Since" is part of the interface since 0.1.
  */
@@ -76,8 +80,8 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_SCENE 6       /* scene physically impossible or inconsistent */
 #define TOLIMAN_E_UNSUPPORTED 7 /* valid request that this version does not support */
 #define TOLIMAN_E_WRITE 8       /* output file cannot be written */
-#define TOLIMAN_E_CANCELLED 9   /* stopped by the progress callback */
-#define TOLIMAN_E_RANGE 10      /* argument outside the range fixed at creation or by the format */
+#define TOLIMAN_E_CANCELLED 9   /* stopped by a callback */
+#define TOLIMAN_E_RANGE 10      /* number outside the range fixed at creation, by the function or by a file format */
 #define TOLIMAN_E_MISMATCH 11   /* two objects or files do not belong together */
 #define TOLIMAN_E_CAPACITY 12   /* caller's buffer too small, or capacity exhausted */
 #define TOLIMAN_E_STATE 13      /* object not ready for this call, such as too few samples or an untrained network */

@@ -1,8 +1,8 @@
-/* libtoliman, convolutional autoencoder (CAE): compresses a frame of 256x256 counts to one number, the latent: the
- * separation in pixels.
+/* libtoliman, convolutional autoencoder (CAE): compresses the 256x256 crop of a frame to one number, the latent. The
+ * latent measures the displacement: the separation of the stars minus that of the undisturbed scene, in px.
  *
- * Every encoded frame counts as one sample, also a repeated one. track.h handles downlinked frames, which may be
- * duplicated, out of order or damaged.
+ * The encoder does not recognise repeated frames: if both latents are pushed to a periodogram, they count as two
+ * samples. For downlinked frames, which may be duplicated, out of order or damaged, use track.h.
  *
  * Data flow (functions toliman_cae_...)
  *
@@ -18,7 +18,7 @@
  *                             destroy
  *
  * A network contains the preprocessing of its scene: crop, reference image, variance, nuisance images, input scale.
- * They are trained with the weights and stored in the weights blob (formats.md, "TLMW").
+ * The weights are trained for this preprocessing; both are stored in the weights blob (formats.md, "TLMW").
  */
 #ifndef TOLIMAN_CAE_H
 #define TOLIMAN_CAE_H
@@ -32,17 +32,17 @@ TOLIMAN_BEGIN_DECLS
 /* Network. Functions that take a const network may run on one network from several threads. */
 typedef struct toliman_cae toliman_cae;
 
-/* Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
- * channels and a dense layer to the latent, and a decoder in reverse order. */
-#define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited */
-/* Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
- * belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
+/* Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
+ * convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order. */
+#define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling; reaches the photon limit */
+/* Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
+ * to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
 #define TOLIMAN_CAE_LAYOUT_PAPER 202
 
 /* Inputs: how the 256x256 crop of a frame is scaled for the network. */
 #define TOLIMAN_CAE_INPUT_WHITENED 211 /* (counts - reference)/sigma per pixel, nuisances projected out */
 #define TOLIMAN_CAE_INPUT_RESIDUAL 212 /* (counts - reference)/mean sigma of the frame */
-#define TOLIMAN_CAE_INPUT_RAW 213      /* counts, scaled so that the reference image spans 0..1; as in the chapter */
+#define TOLIMAN_CAE_INPUT_RAW 213      /* counts, scaled so that the reference image spans 0..1, as in the chapter */
 
 /* Network options. */
 typedef struct toliman_cae_options {
@@ -60,8 +60,8 @@ TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t s
 /* Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
  * afterwards. options may be NULL. The caller destroys *out.
  *
- * With the default layout and input, the latent of the untrained network is scaled to pixels along the signal of the
- * scene, so that the network can encode as an untrained control. Otherwise its latent has no unit.
+ * With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
+ * displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
  * Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
  * WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
@@ -71,20 +71,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_s
 /* Destroys a network. NULL is allowed. */
 TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
-/* Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
- * derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
- * tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
- * change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
- * scenes from any seed. Needs layout FLIGHT and input WHITENED. */
+/* Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
+ * of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
+ * latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
+ * whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
+ * diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
+ * from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
-/* Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+/* Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
  * caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary. */
 #define TOLIMAN_CAE_MODE_UNSUPERVISED 222
 
 /* Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
  * returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
- * time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
- * train or destroy the network; neither must the progress callback. */
+ * time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
+ * the network that is trained return TOLIMAN_E_STATE. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
 /* Training options. */
@@ -104,7 +105,8 @@ typedef struct toliman_cae_train_options {
     uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
     uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
     double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
-    uint64_t loss_count;  /* later steps, and steps before a training was resumed, are not written */
+    uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
+                             not written */
 } toliman_cae_train_options;
 #define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
 
@@ -132,14 +134,15 @@ typedef struct toliman_cae_training {
  * options and report may be NULL.
  *
  * A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
- * unchanged (see toliman_cae_get_train_options). With more epochs, a finished UNSUPERVISED training continues. Any
- * other options start a new training from the network's seed.
+ * unchanged (see toliman_cae_get_train_options). A finished training with the same options returns its result at
+ * once. A finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new
+ * training from the network's seed.
  *
- * On failure the network keeps its weights. Its last training also remains, unless the new training completed a step
- * (TIED) or an epoch (UNSUPERVISED); then the new training can be resumed.
- * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or a loaded target
- * leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it needs;
- * TOLIMAN_E_STATE if a loaded network has no signal to train on. */
+ * On failure the network keeps its weights. Its training state changes only if the new training has completed a step
+ * (TIED) or an epoch (UNSUPERVISED); the next call then resumes the new training.
+ * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or the target image of
+ * a loaded network leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it
+ * needs; TOLIMAN_E_STATE if the target image of a loaded network is 0. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae,
                                                                 const toliman_cae_train_options *options,
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
@@ -173,12 +176,13 @@ typedef struct toliman_cae_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Keeps no memory after the call.
+/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames.
  *
- * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear: the ratio is
- * about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at the same negative
- * displacements (chapter scene; one third more or less in other trainings). A flux error shifts the latent unless
- * preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in the chapter scene.
+ * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
+ * latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at
+ * the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
+ * flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
+ * chapter.json.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
  * counts are so far from the scene that the latent overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
@@ -217,9 +221,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_target(const tolim
 /* Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride] in
  * counts. With input WHITENED, the decoder output is multiplied by sqrt(variance) and added to the reference image;
  * nuisances that were projected out are not restored.
- *   mmse, mssim   mean squared error and mean structural similarity between crop and reconstruction, both scaled to
- *                 0..1 by the extremes of the crop. Similarity after Wang et al. (2004): 11x11 Gaussian window of 1.5
- *                 px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies inside the image
+ *   mmse, mssim   mean squared error and mean structural similarity (the chapter's names) between crop and
+ *                 reconstruction, both scaled to 0..1 by the extremes of the crop. Similarity after Wang et al.
+ *                 (2004): 11x11 Gaussian window of 1.5 px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies
+ *                 inside the image
  *   photon_floor  mmse expected from noise alone
  * mmse, mssim and photon_floor may be NULL.
  * Errors: as toliman_cae_encode; TOLIMAN_E_ARGUMENT for a constant frame if one of the three is requested;
@@ -256,7 +261,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae
 
 /* Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Never
  * allocates more than the layout implies. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or
- * checksum, and for numbers that are not finite, subnormal or above 2^100. */
+ * checksum, and for numbers that are subnormal, above 2^100, infinite or NaN. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_load(const void *bytes, size_t size,
                                                                const toliman_load_options *options,
                                                                toliman_cae **out) TOLIMAN_NOEXCEPT;

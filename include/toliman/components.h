@@ -27,7 +27,8 @@ typedef struct toliman_components_options {
     uint32_t struct_size;
     uint32_t raw;      /* 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
                           1: counts */
-    uint32_t bin;      /* sums blocks of bin x bin pixels first and whitens the sums; divides rows and columns; 0 = 1 */
+    uint32_t bin;      /* sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
+                          = 1 */
     uint32_t capacity; /* largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_components_options;
@@ -75,7 +76,7 @@ typedef struct toliman_components_train_options {
     uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
     uint32_t iterations;          /* dictionary: largest number of iterations; 0 = 200 */
     uint32_t reserved;            /* 0 */
-    double lambda;                /* dictionary: weight of the L1 norm of the codes / rms pixel; in [0, 1e6], 0 = 1 */
+    double lambda;                /* dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1 */
     uint64_t seed;                /* dictionary: seed of the random initial atoms */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
@@ -135,11 +136,11 @@ typedef struct toliman_components_info {
     int64_t components;   /* number of trained components; 0 before training */
     double crb_px;        /* Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw */
     /* Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-     * separation that the leading principal component responds to. N frames and p = pixels - projected white pixels
-     * have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N))
-     * (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is
-     * (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is
-     * (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw. */
+     * separation that the leading principal component responds to. For N frames of p = pixels - projected independent
+     * pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A =
+     * crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal
+     * image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
+     * is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw. */
     double threshold_px;
 } toliman_components_info;
 #define TOLIMAN_COMPONENTS_INFO_INIT TOLIMAN_INIT(toliman_components_info)

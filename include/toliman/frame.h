@@ -13,22 +13,23 @@
 TOLIMAN_BEGIN_DECLS
 
 /* Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
- * together identify a frame; all other members must be identical if the frame is pushed again. */
+ * together are the key of a frame. A second frame with the same key is a duplicate if its content is the same:
+ * pixels, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
-    int32_t pixel;        /* TOLIMAN_PIXEL_... */
+    int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */
     const char *session;  /* name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot */
     const char *roi;      /* name of the region of interest, likewise */
     int64_t frame_id;     /* any number, also negative */
-    int64_t camera_ns;    /* camera clock, in nanoseconds */
+    int64_t camera_ns;    /* time of the frame by the camera clock, in nanoseconds: best the middle of the exposure */
     int64_t dropped;      /* frames that the camera dropped before this one, at most 65535; 0 = none or unknown */
     const void *pixels;   /* [rows][stride], aligned to the size of a pixel */
     int64_t rows, cols;   /* shape */
     int64_t stride;       /* pixels from row to row; 0 = cols */
     double sigma;         /* standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's */
     double exposure_s;    /* length of the exposure, at most 1e9 s; 0 = unknown */
-    const double *intervals; /* [interval_count][2]: intervals on target, start and end in s from the start of the
-                                exposure, increasing and within it; NULL if interval_count is 0 */
+    const double *intervals; /* [interval_count][2]: good-time intervals (on target), start and end in s from the start
+                                of the exposure, increasing and within it; NULL if interval_count is 0 */
     size_t interval_count;   /* at most 65536; 0 = unknown */
     int64_t window_row, window_col; /* row and column of the first pixel on the detector, at most 2^31 */
 } toliman_frame;
@@ -41,7 +42,7 @@ typedef struct toliman_estimate_input {
     uint32_t reserved;
     const double *image; /* [rows][stride] */
     size_t rows, cols, stride;
-    int64_t tai_ns;          /* time of the frame in TAI, from the tracker's clock table */
+    int64_t tai_ns;          /* time of the frame in TAI nanoseconds, from the tracker's clock table */
     double variance_scale;   /* (sigma of the frame / sigma of the tracker)^2; 1 if the frame has no sigma of its own */
     double exposure_s;       /* as in toliman_frame */
     const double *intervals; /* [interval_count][2], as in toliman_frame */
@@ -50,8 +51,8 @@ typedef struct toliman_estimate_input {
 } toliman_estimate_input;
 #define TOLIMAN_ESTIMATE_INPUT_INIT TOLIMAN_INIT(toliman_estimate_input)
 
-/* Output of a user-supplied estimator. The library presets the arrays to NaN, chi_square to NaN and other members to
- * 0. Since 0.2. */
+/* Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
+ * their elements and chi_square to NaN, flags and sigma to 0. Since 0.2. */
 typedef struct toliman_estimate {
     uint32_t struct_size; /* sizeof(toliman_estimate) of the library */
     uint32_t flags;       /* bits defined by the estimator, stored in the ledger column "flags" */

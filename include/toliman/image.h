@@ -26,15 +26,15 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PIXEL_I16BE 40
 #define TOLIMAN_PIXEL_F32BE 41
 
-/* View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
- * k frame_stride + row stride + column of pixels. Since 0.2. */
+/* View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+ * frame_stride + row * stride + column]. Since 0.2. */
 typedef struct toliman_image {
     uint32_t struct_size; /* sizeof(toliman_image) */
     int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */
     const void *pixels;   /* aligned to the size of a pixel */
     int64_t rows, cols;   /* shape of a frame, which must be the shape that the object expects; 0 = that shape */
     int64_t stride;       /* pixels from row to row, at least cols; 0 = cols */
-    int64_t frame_stride; /* pixels from frame to frame, at least 1; 0 = rows times stride */
+    int64_t frame_stride; /* pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride */
 } toliman_image;
 #define TOLIMAN_IMAGE_INIT TOLIMAN_INIT(toliman_image)
 

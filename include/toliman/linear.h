@@ -16,9 +16,10 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Template estimator: weighted least-squares estimate of the separation from one frame. It projects the residual
- * against the reference image of the scene on the derivative by the separation, made orthogonal to the nuisances of
- * preprocess.project. Functions that take a const estimator may run on one estimator from several threads. */
+/* Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
+ * frame. It projects the residual against the reference image of the scene on the derivative by the separation, made
+ * orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one estimator
+ * from several threads. */
 typedef struct toliman_linear toliman_linear;
 
 /* Options of an estimator. Since 0.2. */
@@ -58,7 +59,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
  * u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
  * to them. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/pixels), or sqrt(sum(2 + 1/m))/pixels
  * if pixels expect few electrons m. It is far larger for damaged frames and for systematics that are not projected
- * out. It is about 0 for an empty frame if both fluxes are projected out, and +infinity if it overflows.
+ * out. Caution: if both fluxes are projected out, they fit an empty frame perfectly; its chi_square is about 0.
+ * chi_square is +infinity if it overflows.
  * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
  * image larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode_many(const toliman_linear *linear,

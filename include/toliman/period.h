@@ -21,27 +21,30 @@
  * evidence, also a repeated one. For frames that may arrive more than once, use track.h, which counts each frame
  * once.
  *
- * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t). The mean c is fitted at each frequency ("floating mean")
- * unless
- *              TOLIMAN_PERIOD_FIXED_MEAN is set.
+ * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t). The mean c is fitted at each frequency ("floating mean");
+ *              with TOLIMAN_PERIOD_FIXED_MEAN it is subtracted once.
  * Weights      1/sigma^2.
  * Power        1 - (residual sum of squares of the model)/(that of the mean alone), in [0, 1]; astropy's "standard".
- * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, as exact real numbers, in cycles per unit of t.
+ * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, not rounded to a double, in cycles per unit of t.
  *              toliman_period_suggest chooses a grid that resolves every peak.
- * Exactness    The accumulators are fixed-point integers: any order of pushes gives the same bits, on every x86-64
- * CPU.
+ * Exactness    The accumulators are fixed-point integers, so that any order of pushes gives the same bits, on every
+ *              x86-64 CPU. Single-limb accumulators, the default, have 128 bits. Double-limb accumulators have 178
+ *              bits: 50 more after the binary point.
  * Accuracy     The error of the power is at most
- *                2e-15 + 4e-15 (1 + m) N/(W l)                         single-limb accumulators, the default
- *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)         double-limb, TOLIMAN_PERIOD_DOUBLE_LIMB
- *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in standard deviations, and l
- *              the smaller eigenvalue of the covariance matrix of cos 2 pi f t and sin 2 pi f t, at most 1/2. Usually
- *              l is near 1/2 and the power has 14 digits. l is small where the samples cover a small part of a cycle:
- *              about (f T)^4 below half a cycle in the time span T, and for short nights or regular sampling near an
- *              alias. toliman_period_query_sampling reports this.
- *              Where l is below 1e-25 (single-limb: 1e-17) of the sum of both eigenvalues, or below 2e-30 N/W + 4e-31
- *              (single-limb: 5e-16 N/W + 4e-16), cosine and sine are treated as coincident and only one is fitted.
+ *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
+ *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb, TOLIMAN_PERIOD_DOUBLE_LIMB
+ *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in weighted standard deviations
+ *              of the values, and l the smaller eigenvalue of the covariance matrix of cos 2 pi f t and sin 2 pi f t.
+ *              For well-sampled data l is near its maximum 1/2, the power has 14 digits, and single-limb accumulators
+ *              suffice. Double-limb accumulators are for small l: less than half a cycle in the time span (l is about
+ *              (f T)^4), or short nights or regular samples near an alias. toliman_period_query_sampling reports this.
+ *              If l is very small, cosine and sine are linearly dependent at the sample times (below: they coincide),
+ *              and only one of them is fitted. The limits are
+ *                l < 1e-17 of the sum of both eigenvalues, or l < 5e-16 N/W + 4e-16   single-limb
+ *                l < 1e-25 of the sum of both eigenvalues, or l < 2e-30 N/W + 4e-31   double-limb
  *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE. TOLIMAN_E_RANGE if the
  *              values scatter too little, relative to value_bound and the sigmas, to have 12 digits.
+ * Time span    T is the time from the first to the last sample plus one step, the median step between different times.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -56,7 +59,7 @@ typedef struct toliman_period toliman_period;
 
 /* Flags of toliman_period_options. */
 #define TOLIMAN_PERIOD_FIXED_MEAN 1u  /* subtract the weighted mean once, instead of fitting it at each frequency */
-#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* double-limb accumulators: 178 instead of 128 bits, 50 more per term */
+#define TOLIMAN_PERIOD_DOUBLE_LIMB 2u /* double-limb accumulators, see Exactness above */
 
 /* Options fixed at creation, because the bits of the accumulators depend on them. */
 typedef struct toliman_period_options {
@@ -65,8 +68,8 @@ typedef struct toliman_period_options {
     double time_offset;  /* subtracted exactly from every t; give the first time if time stamps have many digits */
     double value_offset; /* subtracted exactly from every y; give a typical value if the mean is large */
     double value_bound;  /* largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it
-                            (double-limb: 2^-150), enough for a standard deviation of 2.6e-17 of it if every sigma is
-                            sigma_floor */
+                            (double-limb: 2^-150). If every sigma is sigma_floor, values may scatter as little as
+                            2.6e-17 of it (standard deviation) */
     double sigma_floor;  /* smallest sigma accepted; 0 = 1 */
     /* Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
      * sigma_floor the accumulators are single-limb, with weights (sigma_floor/sigma)^2 rounded to 2^-50. Above, or
@@ -85,8 +88,8 @@ TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, si
 /* Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
  * options->struct_size must be set.
  *
- * The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s): T is the time span plus one step, s the median step between
- * different times. *options receives double-limb accumulators, offsets and bounds for the samples.
+ * The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
+ * double-limb accumulators, offsets and bounds for the samples.
  *   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
  *                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
  *                 larger. With n = 0 the step is 1
@@ -97,11 +100,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
                                                                      double *f0, double *df, int64_t *nf,
                                                                      toliman_period_options *options) TOLIMAN_NOEXCEPT;
 
-/* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only frequency 0.
- * options may be NULL. The caller destroys *out.
+/* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
+ * alone is refused. options may be NULL. The caller destroys *out.
  *
  * Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing, except
- * toliman_period_query_fit, which copies the samples, and the save functions. */
+ * toliman_period_query_fit, which copies the samples, toliman_period_query_bootstrap and the save functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -123,7 +126,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period
 /* Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
  * unweighted and count as sigma_floor.
  * Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
- * sigma_floor. State bytes do not record that samples were unweighted. */
+ * sigma_floor. After loading state bytes, this mixing is no longer detected if all samples were unweighted. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
@@ -155,8 +158,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(tolima
  *
  * The library cannot check that the sample was pushed. A wrong retract may leave a power above 1 at some frequency;
  * queries then return TOLIMAN_E_STATE.
- * Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if the remaining sums of
- * weights, values and times are impossible for any samples. */
+ * Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples can
+ * have the remaining sums of weights, values and times. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract(toliman_period *period, double t, double y,
                                                                      double sigma) TOLIMAN_NOEXCEPT;
 
@@ -225,7 +228,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
 
 /* Flag of a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3.
  * For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of
- * 1/(2 step), where a regular series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB reduces the bound by a factor 1e13. */
+ * 1/(2 step), where cosine and sine of regular samples always coincide. With TOLIMAN_PERIOD_DOUBLE_LIMB it is rare. */
 #define TOLIMAN_PERIOD_INACCURATE 16u
 
 /* Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
@@ -267,8 +270,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher. */
 #define TOLIMAN_PERIOD_AT_EDGE 4u
 
-/* Flag of a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the
- * window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T. */
+/* Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
+ * two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
+ * peak is closer than 2.5/T. */
 #define TOLIMAN_PERIOD_ALIAS 8u
 
 /* Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -279,8 +283,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
  * times are given, as in toliman_period_query_fit, because the accumulators do not contain the step. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
-/* Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
- * give. */
+/* Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
+ * accumulators do not contain the samples. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;     /* in: sizeof(toliman_period_peak) */
     uint32_t flags;           /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
@@ -288,19 +292,21 @@ typedef struct toliman_period_peak {
     double frequency;         /* frequency of highest power, interpolated between grid points, within the grid */
     double period;            /* 1/frequency */
     double power;             /* P, in [0, 1] */
-    double log10_residual;    /* log10(1 - power), computed from residual/total; at least -4900 */
+    double log10_residual;    /* log10(1 - power), at least -4900; meaningful down to -14 from the accumulators, to -31
+                                 from query_fit */
     double fwhm;              /* full width at half maximum in frequency; +infinity if a side stays above half */
-    double fwhm_period;       /* fwhm/f^2, a width: the chapter's formula for the error of the period */
-    double half_width_period; /* half of fwhm_period, a width: the error that the chapter's table prints */
-    double frequency_error; /* least-squares standard error; +infinity if not determined; NaN from query_peak. Like all
-                               errors here it is scaled by the residual: only the ratios of the sigmas matter */
-    double amplitude;       /* amplitude of the sinusoid; NaN from query_peak */
-    double amplitude_error; /* standard error; NaN from query_peak */
-    double phase;           /* rad, as in toliman_period_model; NaN from query_peak */
-    double offset;          /* mean of the sinusoid; NaN from query_peak */
+    double fwhm_period;       /* fwhm/f^2: width of the peak in period. Not a standard error, although the chapter's
+                                 formula uses it as one */
+    double half_width_period; /* half of fwhm_period: width that the chapter's table prints as error */
+    double frequency_error; /* fit: least-squares standard error; +infinity if not determined. All errors are scaled by
+                               the residual: only the ratios of the sigmas matter */
+    double amplitude;       /* fit: amplitude of the sinusoid */
+    double amplitude_error; /* fit: standard error of the amplitude */
+    double phase;           /* fit: rad, as in toliman_period_model */
+    double offset;          /* fit: mean of the sinusoid */
     double log10_fap;       /* Baluev's upper bound of the false alarm probability on this grid, for one query. For a
                                query after every sample: toliman_period_query_fap with SEQUENTIAL */
-    double period_error;    /* standard error of the period, frequency_error/frequency^2; NaN from query_peak */
+    double period_error;    /* fit: standard error of the period, frequency_error/frequency^2 */
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
@@ -321,9 +327,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
 /* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
  * sigma may be NULL. A least-squares fit of frequency, amplitude, phase and offset, with 64-bit significands; 1 -
  * power is computed from the residuals, accurate down to 1e-31. The result is never worse than the highest grid
- * point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of both), as at the Nyquist
- * frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which
- * the fit starts. Errors as toliman_period_query_peak. */
+ * point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of both), as at the
+ * Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point
+ * from which the fit starts. Errors as toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
@@ -336,7 +342,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const tol
 typedef struct toliman_period_sampling {
     uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
     uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE */
-    double baseline;      /* T: time span plus one step */
+    double baseline;      /* T */
     double coarsest_df;   /* 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal */
     double nyquist;       /* 1/(2 step); +infinity if all times are equal */
     double independent;   /* number of independent frequencies: last frequency of the grid times T, at least 1 */
@@ -351,8 +357,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
  * otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
- * order. TOLIMAN_E_STATE if the accumulators are impossible for any samples, so that the state could not be loaded: a
- * sample was retracted that was never pushed, or that was added by a merge with other offsets, which is not exact. */
+ * order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
+ * This happens if a retracted sample was never pushed, or came from a merge between different offsets, which is not
+ * exact. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

@@ -19,20 +19,21 @@
 TOLIMAN_BEGIN_DECLS
 
 /* FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
- * one query. Peaks contain it. */
+ * one query. toliman_period_peak.log10_fap is this FAP. */
 #define TOLIMAN_PERIOD_FAP_BALUEV 111
 /* FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01). */
 #define TOLIMAN_PERIOD_FAP_NAIVE 112
 /* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2). */
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
-/* FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
- * of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
- * series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+/* FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
+ * fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
+ * most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
  *
  * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
- * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
- * sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
- * 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000. */
+ * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
+ * used for queries up to sample 150, the other half for all later ones. Successive queries are correlated; their
+ * effective number is that of Siegmund (1985, Sequential Analysis). A SEQUENTIAL FAP of 0.01 is 80, 20 and 300 times
+ * the BALUEV FAP of the same peak at 50, 150 and 1000 samples. */
 #define TOLIMAN_PERIOD_FAP_SEQUENTIAL 114
 
 /* Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
@@ -45,8 +46,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const tol
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;
 
 /* Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
- * of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
- * Errors as toliman_period_query_fap. */
+ * of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and at
+ * least the log10 FAP of log10(1 - P) = -4900. Errors as toliman_period_query_fap. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_threshold(const toliman_period *period,
                                                                              int32_t method, double log10_fap,
                                                                              double *log10_residual) TOLIMAN_NOEXCEPT;
@@ -70,9 +71,9 @@ TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_
  *   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
  *   options      may be NULL
  * If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that
- * peak is (k + 1)/(count + 1). Entry a count - 1 is the detection threshold of FAP a. The bootstrap assumes no
- * distribution of the noise. Each resampling takes the time to push all samples and query once; each thread needs the
- * memory of a periodogram.
+ * peak is (k + 1)/(count + 1). The detection threshold for a FAP of alpha is log10_residuals[alpha * count - 1]:
+ * peaks with a lower log10_residual are significant. The bootstrap assumes no distribution of the noise. Each
+ * resampling takes the time to push all samples and query once; each thread needs the memory of a periodogram.
  * Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,

@@ -19,27 +19,30 @@
  *
  *   Detector     The centre of pixel j is u_j = (j - (n-1)/2) p, where p is the pixel scale and n the number of
  *                pixels. For even n, the optical axis is the corner shared by the four middle pixels. Offsets are in
- *                pixels from the axis: +x towards higher columns, +y towards higher rows. A rotation is the position
- *                angle of the +y axis of the detector: a star at that position angle lies on the +y axis.
+ *                pixels from the axis: +x towards higher columns, +y towards higher rows. The rotation of the
+ *                detector is the position angle, from north through east, to which its +y axis points.
  *
  *   Pupil        Sample i is the centre of a cell at x_i = (i - (N-1)/2) D/N, where D is the aperture diameter and N
  *                the number of pupil samples. Amplitude A = open fraction of the cell times the transmission t of the
  *                amplitude file (1 without a file), in 0..1. Optical path difference OPD = phase mask + Zernike
- *                polynomials (Noll's order, rms over the full aperture, where A > 0) + OPD file.
+ *                polynomials + OPD file. The polynomials are in Noll's order, with coefficients in rms over the full
+ *                circle; they apply where A > 0.
  *
  *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y
  *                v)/lambda). A star at offset (+ox, +oy) px has OPD +(x ox + y oy) p. Its image is at a higher column
  *                and row.
  *
- *   Angle        Position angle of B as seen from A, from +y towards -x (north up, east left).
+ *   Angle        Position angle of B as seen from A, from north through east. Without rotation of the detector, north
+ *                is +y and east is -x.
  *
- *   Separation   A positive displacement increases the separation: star A moves away from B, or B away from A. A
- *                single star moves towards higher columns.
+ *   Separation   A positive displacement increases the separation: the star named by signal.star moves away from the
+ *                other one. A single star moves towards higher columns.
  *
  *   Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil.
- *                The fractions sum to 1 over an infinite image. Light that the amplitude file absorbs is not counted:
- *                t = 1/2 everywhere changes nothing. photons_per_s of a scene counts photons at the detector. Light
- *                outside the frame is lost.
+ *                The fractions sum to 1 over an infinite image, apart from the sampling of the pupil edge. Light that
+ *                the amplitude file absorbs is not counted: t = 1/2 everywhere changes nothing. photons_per_s of a
+ *                scene counts detected photons, or, with qe, photons that arrive at the detector. Light outside the
+ *                frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
  *                spectral lines are used as given.
@@ -48,10 +51,10 @@
  *
  *   Time         The time of a frame is the middle of its exposure. Nothing is averaged over the exposure: stars and
  *                signal are at their positions of that instant. Light travel time to the barycentre is not modelled.
- *                binary.date is time 0. With an orbit, the stars stay at their positions of time 0; with
- *                binary.moving they follow the orbit, and frames are expanded about anchor points along it.
- *                Everything that describes the scene as a whole (get_image, bounds, propagate, expect, and estimators
- *                created from the scene) refers to time 0.
+ *                binary.date is time 0. An orbit gives the positions of the stars at time 0, where they stay. Only
+ *                with binary.moving do they follow the orbit; each frame is then a Taylor expansion about a point of
+ *                the orbit (anchor). Everything that describes the scene as a whole (get_image, bounds, propagate,
+ *                expect, and estimators created from the scene) refers to time 0.
  *
  *   Planet       A planet displaces its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis of the
  *                binary. With zero eccentricity and argument 0 the displacement is a sine of phase phase_rad, the
@@ -59,17 +62,18 @@
  *                amplitudes, not 0. The period follows from Kepler's third law with mass M + m: 365.2569 days for 1
  *                au about 1 solar mass. Dates and periods of the binary are in years of 365.25 days.
  *
- *   Accuracy     The accuracy of a scene sets the number of Chebyshev nodes that represent the wavelengths, the order
- *                of the Taylor expansion in the displacement, and the pixel integration (see toliman_sim_plan_file).
- *                Below 1e-14, every wavelength is propagated. The pupil is sampled as the scene says.
+ *   Accuracy     The accuracy of a scene is the largest allowed error of a pixel, relative to the peak of the image.
+ *                It sets the number of wavelengths that are propagated (Chebyshev nodes in 1/lambda, between which
+ *                the image is interpolated), the order of the Taylor expansion in the displacement, and the pixel
+ *                integration (see toliman_sim_plan_file). Below 1e-14, every wavelength is propagated. The pupil is
+ *                sampled as the scene says.
  *
  *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
  *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
- *                rounding to integer DN, ties to even, clipped to 0 ... 2^bit_depth - 1. With qe, photons_per_s and
- *                peak_photons count arriving photons. A frame is the sum of `coadds` exposures: the variance of the
- *                read noise and the full well are multiplied by coadds; exposure_s is the sum. Pixel responses are 1
- *                + flat_rms times normal variates of the scene's own seed, the same in every frame. Expected images
- *                and bounds include them.
+ *                rounding to integer DN, ties to even, clipped to 0 ... 2^bit_depth - 1. A frame is the sum of
+ *                `coadds` exposures: the variance of the read noise and the full well are multiplied by coadds;
+ *                exposure_s is the sum. Pixel responses are 1 + flat_rms times normal variates of the scene's own
+ *                seed, the same in every frame. Expected images and bounds include them.
  *
  *   Unit         Unit of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
  *
@@ -81,14 +85,15 @@
  *                stars vary independently. x and y share one drift, and so do the two fluxes. Jitter is a Gaussian
  *                blur, the same in every frame.
  *
- *   Nuisances    Derivative images of the systematics. Shift x, y: both stars, per px. Roll: per rad. Scale:
- *                relative. Focus: per nm rms. Background: equal light on every pixel, per photon. Fluxes: relative,
- *                of A and of B.
+ *   Nuisances    Quantities that an estimator does not assume to be known, each with a derivative image.
+ *                preprocess.project of the scene lists those that estimators remove (project out). Shift x, y: both
+ *                stars, per px. Roll: per rad. Scale: relative. Focus: per nm rms. Background: equal light on every
+ *                pixel, per photon. Fluxes: relative, of A and of B.
  *
  *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
- *                is the baseline of the book chapter: it pads N_E = N_out p D/lambda samples to N_out, the power of
- *                two from 4 times the longer side of the frame. N_E is rounded, so each wavelength has a different
- *                plate scale. It is used only if requested.
+ *                is the baseline of the chapter: the pupil is sampled with N_E = N_out p D/lambda points and padded
+ *                with zeros to N_out, the smallest power of two that is at least 4 times the longer side of the
+ *                frame. N_E is rounded, so each wavelength has a different plate scale. It is used only if requested.
  */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
@@ -103,7 +108,7 @@ typedef struct toliman_sim toliman_sim;
 
 /* Engines: how light is propagated from the pupil to the detector. See Engines above. */
 #define TOLIMAN_SIM_ENGINE_MATRIX_DFT 331 /* exact pixel positions; the default */
-#define TOLIMAN_SIM_ENGINE_PADDED_FFT 332 /* baseline of the book chapter; no mask, amplitude or OPD files */
+#define TOLIMAN_SIM_ENGINE_PADDED_FFT 332 /* baseline of the chapter; no mask, amplitude or OPD files */
 
 /* Options of a simulator. */
 typedef struct toliman_sim_options {
@@ -153,19 +158,20 @@ typedef struct toliman_sim_info {
     int64_t frames;           /* number of frames of the cadence */
     int64_t pupil_samples;    /* N: the pupil has N x N samples */
     uint64_t seed;            /* noise.seed of the scene */
-    double amplitude_px;      /* amplitude of the signal, 0 without one; for a planet, semi-major axis of its star */
+    double amplitude_px;      /* amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
+                                 orbit */
     double period_days;       /* period of the signal; 0 without one */
     double separation_px;     /* separation of the stars; 0 for a single star */
     double flux_ratio;        /* photons of A / photons of B; 0 for a single star */
-    double peak_photons;      /* brightest pixel of the mean frame, before the detector */
+    double peak_photons;      /* brightest pixel of the expected frame, before the detector */
     double total_photons;     /* sum over the frame, before the detector */
     double crb_px;            /* Cramer-Rao bound with all else known */
     double crb_flux_shift_px; /* Cramer-Rao bound with both fluxes and the common shift unknown */
     double crb_projected_px;  /* Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
                                  efficiency of an estimator */
     double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
-                                 of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds
-                                 the accuracy of the scene */
+                                 of any pixel, divided by the largest change of any pixel by the signal. A warning is
+                                 logged if it exceeds the accuracy of the scene */
     double min_displacement_px, max_displacement_px; /* range of the signal over the cadence */
     double amplitude_uas;                            /* amplitude of the signal on the sky, microarcseconds */
     double aperture_m;                               /* diameter of the aperture */
@@ -173,7 +179,7 @@ typedef struct toliman_sim_info {
     uint64_t scene_digest;  /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
     int64_t whole_counts;   /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
     double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
-    double peak_counts;     /* brightest pixel of the mean frame, in the unit of the frame */
+    double peak_counts;     /* brightest pixel of the expected frame, in its unit */
     int32_t unit;           /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;      /* bits per pixel of the detector; 0 = counts are not rounded */
 } toliman_sim_info;
@@ -184,8 +190,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 
 /* Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
- * cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
- * peak. */
+ * cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
+ * image, divided by the peak of the image. */
 typedef struct toliman_sim_plan_info {
     uint32_t struct_size;      /* in: sizeof(toliman_sim_plan_info) */
     int32_t engine;            /* TOLIMAN_SIM_ENGINE_... */
@@ -196,7 +202,7 @@ typedef struct toliman_sim_plan_info {
     int32_t oversampling;      /* point samples per pixel and axis */
     int32_t filter_taps;       /* taps of the filter that integrates over pixels; 0 = no filter */
     int64_t pupil_samples;     /* N: the pupil has N x N samples */
-    int64_t stages;            /* modelled stages; read with toliman_sim_get_stage */
+    int64_t stages;            /* bit set of the modelled stages; read it with toliman_sim_get_stage */
     double accuracy;           /* accuracy that the scene requests */
     double pupil_error;        /* error of N samples; not limited by the accuracy, as the scene sets N */
     double spectrum_error;     /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
@@ -210,16 +216,18 @@ typedef struct toliman_sim_plan_info {
     double setup_s, frame_s;   /* expected seconds on one core of this machine, with noise; a rough guide */
     int64_t place_order;       /* order of the expansion in the positions of both stars, for systematics and orbits;
                                   0 = none */
-    double place_error;        /* error of that expansion for systematics of 4 sigma / largest change by the signal */
-    double scale_focus_error;  /* error of first order in scale and second order in focus, for systematics of 4 sigma */
+    double place_error;        /* error of that expansion for systematics of 4 sigma, divided by the largest change of
+                                  any pixel by the signal */
+    double scale_focus_error;  /* error of the expansions in scale (first order) and focus (second order), for
+                                  systematics of 4 sigma */
     int64_t anchors;           /* expansion points (anchors) along the orbit; 0 = time 0 only */
     double orbit_px;           /* upper limit of the motion of a star along its orbit over the cadence */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
 /* Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
- * Arguments, errors and log messages are those of toliman_sim_create_file; the numbers of pixels that reach the full
- * well or exceed the bit depth are estimated from a coarse image. */
+ * Arguments, errors and log messages are those of toliman_sim_create_file. In the messages, the number of pixels that
+ * reach the full well or exceed the bit depth is an estimate from a coarse image. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_file(const char *path,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
@@ -230,8 +238,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage. Static text. Later versions may
- * append stages. Since 0.2. */
+/* Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
+ * after the last one. Static text. Later versions may append stages. Since 0.2. */
 TOLIMAN_API const char *toliman_sim_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
 
 /* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown name.
@@ -261,8 +269,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_CURVATURE 315  /* second derivative by the separation, per px^2 */
 #define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* derivative by a common shift towards higher columns, per px */
 #define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* derivative by a common shift towards higher rows, per px */
-/* Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
- * photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel. */
+/* Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
+ * draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
+ * are counted for every pixel. */
 #define TOLIMAN_SIM_IMAGE_VARIANCE 318
 #define TOLIMAN_SIM_IMAGE_ROLL 319       /* derivative by the roll, per rad */
 #define TOLIMAN_SIM_IMAGE_SCALE 320      /* derivative by the relative plate scale */

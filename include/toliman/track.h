@@ -16,25 +16,25 @@
  * of interest), because packet counters wrap and times repeat. Each frame is checked, reduced to a value by an
  * estimator, assigned a time, and added to a periodogram. Its verdict is one of:
  *
- * accepted     valid, and the first frame with its key
- * duplicate    same key and same content (pixels, time, dropped frames) as an earlier frame; ignored
- * quarantined  same key as an earlier frame but different content. Neither can be trusted: the value of the earlier
- * frame
- *              is retracted exactly, and the key stays quarantined
- * outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of grid or clock
- * table,
- *              the periodogram cannot represent its time
- * rejected     damaged (see the reasons); an intact copy may still arrive
+ *   accepted     valid, and the first frame with its key
+ *   duplicate    same key and same content (frame.h) as an earlier frame; ignored
+ *   quarantined  same key as an earlier frame but different content. Neither can be trusted: the value of the earlier
+ *                frame is retracted exactly, and the key stays quarantined
+ *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or the frame was accepted earlier and
+ *                the periodogram cannot represent its time since the grid or clock table was changed
+ *   rejected     damaged (see the reasons); an intact copy may still arrive
  *
- * The time of a frame is its camera time converted to TAI by the clock table. No barycentric correction is applied:
- * light travel time varies by up to 8.3 minutes over a year.
+ * The time of a frame is its camera time, converted to TAI by the clock table. TAI is counted in nanoseconds from the
+ * epoch of that table; `toliman track` uses 1970-01-01. Exposure and good-time intervals do not change the time. No
+ * barycentric correction is applied: the light travel time to the barycentre varies by up to +-8.3 minutes over a
+ * year.
  *
- * The periodogram has the same bits for any order of arrival. Bit errors in a frame that arrives only once cannot be
- * detected, because the side file has no checksum.
+ * The periodogram has the same bits for any order of arrival, if all values are computed with the same instruction
+ * set. Bit errors in a frame that arrives only once cannot be detected: downlinked frames have no checksum.
  *
  * In a folder, each frame is recorded in a ledger (formats.md, "TLML"), the authoritative record. The folder also
- * holds the grid and clock table (setup), and the accumulators (checkpoint), which are rebuilt from the ledger if
- * necessary. A crash loses no committed frame.
+ * holds the grid and clock table (setup), the names of sessions and regions (streams.txt), and the accumulators
+ * (checkpoint), which are rebuilt from the ledger if necessary. A crash loses no committed frame.
  */
 #ifndef TOLIMAN_TRACK_H
 #define TOLIMAN_TRACK_H
@@ -56,7 +56,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_QUARANTINED 503
 #define TOLIMAN_TRACK_VERDICT_OUTLIER 504
 #define TOLIMAN_TRACK_VERDICT_REJECTED 505
-#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* ledger records only: counts of repeated frames or of a merged ledger */
+#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* records only: no frame, but counts of repeats or of a merged ledger */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
@@ -67,7 +67,7 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* pixel above the bit depth */
 #define TOLIMAN_TRACK_REASON_ZERO_RUN 514   /* run of zero pixels of at least zero_run_bytes (lost packet) */
 #define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* pixel that is NaN or infinite */
-#define TOLIMAN_TRACK_REASON_CLOCK 516      /* time that has no TAI, or that the periodogram cannot represent */
+#define TOLIMAN_TRACK_REASON_CLOCK 516      /* camera time outside the clock table's or the periodogram's range */
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* estimator failed, or gave a non-finite value or a sigma out of range */
 
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
@@ -96,10 +96,11 @@ typedef struct toliman_track_outcome {
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
 
-/* Durability of ledger records. A frame is acknowledged once its record has been fsync'ed. The count of repeated
- * frames is fsync'ed by commit and save, and by a push once it has waited for a second. */
-#define TOLIMAN_TRACK_SYNC_GROUP 521 /* fsync per `group` records; records older than a second at the next push */
-#define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync per record */
+/* Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
+ * toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
+ * first push more than a second after it changed. */
+#define TOLIMAN_TRACK_SYNC_GROUP 521 /* fsync after `group` records, and at a push if a record is older than 1 s */
+#define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync after every record */
 #define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose records that get_info counts as committed */
 
 /* Options of a tracker. */
@@ -115,15 +116,16 @@ typedef struct toliman_track_options {
     const toliman_linear *linear;
     toliman_estimate_fn estimate;
     void *estimate_data;
-    uint64_t estimator_id; /* identifies `estimate`, or the estimator of the ledger if there is none. Ignored with cae
-                              and linear, for which the library computes it */
+    uint64_t estimator_id; /* number that identifies `estimate`; without an estimator, the one that wrote the ledger.
+                              Ignored with cae and linear, for which the library computes it */
     char values[176];      /* names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
                               1 to 24 characters a-z 0-9 _; columns of a new ledger */
     double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear */
     double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
     /* Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-     * image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-     * the frame as fits; frames just large enough for the image. */
+     * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+     * shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+     * smallest frame that holds the image. */
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
     uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
     uint32_t zero_run_bytes; /* a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096 */
@@ -137,9 +139,9 @@ typedef struct toliman_track_options {
     uint32_t threads;       /* threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not
                                be thread-safe. Results do not depend on the number */
     /* Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
-     * interpolation between pairs and extrapolation beyond them; one pair is a constant difference, (0, 0) none. No
-     * pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the setup
-     * file of the folder is lost, both grid and clock table must be given. */
+     * interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
+     * means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
+     * camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be given. */
     const int64_t *clock;
     size_t clock_points;
     int32_t sync;                       /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
@@ -157,9 +159,9 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
- * given pointer), estimator_id, values, sigma, limits with their flag, geometry, grid (nf = 0 if the setup file is
- * lost), and a capacity of twice the number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
- * TOLIMAN_E_FORMAT. */
+ * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag, geometry, grid
+ * (nf = 0 if the setup file is lost), and a capacity of twice the number of records. Other members are set to their
+ * defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
@@ -206,17 +208,19 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  * and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
  * folders.
  *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
- *   lost   may be NULL: number of skipped records, plus those that the checkpoint counts in addition. Frames without
- *          any record are not included: toliman_track_get_streams counts the missing frame ids
+ *   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
+ *          although its checkpoint counts them. toliman_track_get_streams also counts frame ids of which no record
+ *          exists
  * If several folders hold a frame, the value that was added first remains; networks on CPUs with different
  * instruction sets may differ by 1e-5 sigma.
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
  * column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
- * have been added; they count again if the merge is repeated. */
+ * have been added. If the merge is repeated, they count again as received and repeated, but not in the periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
-/* Record of the ledger: a frame as it arrived and its present verdict, or counts with TOLIMAN_TRACK_VERDICT_MERGED. */
+/* Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
+ * instead of a frame. */
 typedef struct toliman_track_record {
     uint32_t struct_size; /* sizeof(toliman_track_record) */
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
@@ -244,9 +248,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
 
 /* Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
  * columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
- * shift_s: mean time of the intervals on target minus the middle of the exposure, 0 without intervals. Then follow
- * the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named
- * "value"; cov_A_A is a variance. Since 0.2. */
+ * shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
+ * the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
+ * The first value is named "value"; cov_A_A is a variance. Since 0.2. */
 typedef struct toliman_track_column {
     uint32_t struct_size; /* sizeof(toliman_track_column) */
     int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
@@ -262,7 +266,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const to
 
 /* Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
  * same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
- * rounded. Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2. */
+ * rounded.
+ * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
@@ -284,7 +289,7 @@ typedef struct toliman_track_info {
     int64_t dropped;     /* frames dropped by the camera, as reported by accepted frames and outliers */
     int64_t sessions;    /* number of pairs of session and region */
     int64_t records;     /* records of the ledger; in memory, valid frames */
-    int64_t committed;   /* acknowledged records; with READ_ONLY, records that the files show to be acknowledged */
+    int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
     int64_t capacity;
     uint64_t estimator_id;
     double sigma; /* standard deviation of a value */

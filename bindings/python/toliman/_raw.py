@@ -37,8 +37,8 @@ TOLIMAN_E_FORMAT = 5  # input file or blob malformed, truncated or corrupt
 TOLIMAN_E_SCENE = 6  # scene physically impossible or inconsistent
 TOLIMAN_E_UNSUPPORTED = 7  # valid request that this version does not support
 TOLIMAN_E_WRITE = 8  # output file cannot be written
-TOLIMAN_E_CANCELLED = 9  # stopped by the progress callback
-TOLIMAN_E_RANGE = 10  # argument outside the range fixed at creation or by the format
+TOLIMAN_E_CANCELLED = 9  # stopped by a callback
+TOLIMAN_E_RANGE = 10  # number outside the range fixed at creation, by the function or by a file format
 TOLIMAN_E_MISMATCH = 11  # two objects or files do not belong together
 TOLIMAN_E_CAPACITY = 12  # caller's buffer too small, or capacity exhausted
 TOLIMAN_E_STATE = 13  # object not ready for this call, such as too few samples or an untrained network
@@ -141,15 +141,15 @@ TOLIMAN_PIXEL_F32BE = 41
 
 
 class toliman_image(Sized):
-    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is element
-    k frame_stride + row stride + column of pixels. Since 0.2.
+    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    frame_stride + row * stride + column]. Since 0.2.
     struct_size: sizeof(toliman_image)
     pixel: TOLIMAN_PIXEL_..., 0 = F64
     pixels: aligned to the size of a pixel
     rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
     cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
     stride: pixels from row to row, at least cols; 0 = cols
-    frame_stride: pixels from frame to frame, at least 1; 0 = rows times stride"""
+    frame_stride: pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -169,7 +169,7 @@ class toliman_sim(Structure):
 
 # Engines: how light is propagated from the pupil to the detector. See Engines above.
 TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331  # exact pixel positions; the default
-TOLIMAN_SIM_ENGINE_PADDED_FFT = 332  # baseline of the book chapter; no mask, amplitude or OPD files
+TOLIMAN_SIM_ENGINE_PADDED_FFT = 332  # baseline of the chapter; no mask, amplitude or OPD files
 
 
 class toliman_sim_options(Sized):
@@ -209,19 +209,20 @@ class toliman_sim_info(Sized):
     frames: number of frames of the cadence
     pupil_samples: N: the pupil has N x N samples
     seed: noise.seed of the scene
-    amplitude_px: amplitude of the signal, 0 without one; for a planet, semi-major axis of its star
+    amplitude_px: amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
+        orbit
     period_days: period of the signal; 0 without one
     separation_px: separation of the stars; 0 for a single star
     flux_ratio: photons of A / photons of B; 0 for a single star
-    peak_photons: brightest pixel of the mean frame, before the detector
+    peak_photons: brightest pixel of the expected frame, before the detector
     total_photons: sum over the frame, before the detector
     crb_px: Cramer-Rao bound with all else known
     crb_flux_shift_px: Cramer-Rao bound with both fluxes and the common shift unknown
     crb_projected_px: Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
         efficiency of an estimator
     truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
-        of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds
-        the accuracy of the scene
+        of any pixel, divided by the largest change of any pixel by the signal. A warning is
+        logged if it exceeds the accuracy of the scene
     min_displacement_px: range of the signal over the cadence
     max_displacement_px: range of the signal over the cadence
     amplitude_uas: amplitude of the signal on the sky, microarcseconds
@@ -230,7 +231,7 @@ class toliman_sim_info(Sized):
     scene_digest: FNV-1a hash of the scene text, also stored in weights trained on the scene
     whole_counts: 1 if counts are integers (photon noise only, or a bit depth), else 0
     crb_marginal_px: Cramer-Rao bound with all eight nuisances unknown; may be infinite
-    peak_counts: brightest pixel of the mean frame, in the unit of the frame
+    peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded"""
 
@@ -268,8 +269,8 @@ class toliman_sim_info(Sized):
 
 class toliman_sim_plan_info(Sized):
     """Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
-    cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
-    peak.
+    cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
+    image, divided by the peak of the image.
     struct_size: in: sizeof(toliman_sim_plan_info)
     engine: TOLIMAN_SIM_ENGINE_...
     scene_wavelengths: wavelengths of the spectrum of the scene
@@ -279,7 +280,7 @@ class toliman_sim_plan_info(Sized):
     oversampling: point samples per pixel and axis
     filter_taps: taps of the filter that integrates over pixels; 0 = no filter
     pupil_samples: N: the pupil has N x N samples
-    stages: modelled stages; read with toliman_sim_get_stage
+    stages: bit set of the modelled stages; read it with toliman_sim_get_stage
     accuracy: accuracy that the scene requests
     pupil_error: error of N samples; not limited by the accuracy, as the scene sets N
     spectrum_error: error of the Chebyshev nodes; 0 if every wavelength is propagated
@@ -294,8 +295,10 @@ class toliman_sim_plan_info(Sized):
     frame_s: expected seconds on one core of this machine, with noise; a rough guide
     place_order: order of the expansion in the positions of both stars, for systematics and orbits;
         0 = none
-    place_error: error of that expansion for systematics of 4 sigma / largest change by the signal
-    scale_focus_error: error of first order in scale and second order in focus, for systematics of 4 sigma
+    place_error: error of that expansion for systematics of 4 sigma, divided by the largest change of
+        any pixel by the signal
+    scale_focus_error: error of the expansions in scale (first order) and focus (second order), for
+        systematics of 4 sigma
     anchors: expansion points (anchors) along the orbit; 0 = time 0 only
     orbit_px: upper limit of the motion of a star along its orbit over the cadence"""
 
@@ -340,8 +343,9 @@ TOLIMAN_SIM_IMAGE_CURVATURE = 315  # second derivative by the separation, per px
 TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # derivative by a common shift towards higher columns, per px
 TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # derivative by a common shift towards higher rows, per px
 
-# Variance of the counts, in the square of the unit: expected electrons + coadds read_e^2, also if the scene draws no
-# photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the brightest pixel.
+# Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
+# draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
+# are counted for every pixel.
 TOLIMAN_SIM_IMAGE_VARIANCE = 318
 TOLIMAN_SIM_IMAGE_ROLL = 319  # derivative by the roll, per rad
 TOLIMAN_SIM_IMAGE_SCALE = 320  # derivative by the relative plate scale
@@ -369,18 +373,18 @@ class toliman_cae(Structure):
     """Network. Functions that take a const network may run on one network from several threads."""
 
 
-# Layouts, fixed at compile time. Both have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and 64
-# channels and a dense layer to the latent, and a decoder in reverse order.
-TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling in the decoder: photon limited
+# Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
+# convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order.
+TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
 
-# Layout of the book chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions
-# belong to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
+# Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
+# to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
 TOLIMAN_CAE_LAYOUT_PAPER = 202
 
 # Inputs: how the 256x256 crop of a frame is scaled for the network.
 TOLIMAN_CAE_INPUT_WHITENED = 211  # (counts - reference)/sigma per pixel, nuisances projected out
 TOLIMAN_CAE_INPUT_RESIDUAL = 212  # (counts - reference)/mean sigma of the frame
-TOLIMAN_CAE_INPUT_RAW = 213  # counts, scaled so that the reference image spans 0..1; as in the chapter
+TOLIMAN_CAE_INPUT_RAW = 213  # counts, scaled so that the reference image spans 0..1, as in the chapter
 
 
 class toliman_cae_options(Sized):
@@ -399,21 +403,22 @@ class toliman_cae_options(Sized):
     ]
 
 
-# Training mode TIED: fits a linear decoder, whose kernels are the transposed kernels of the encoder, to the whitened
-# derivative image. Then scales both halves so that the latent is the separation in px. Each step rotates the weight
-# tensors along their momentum, orthogonalised across channels (after Jordan et al. 2024, "Muon"). Their norms do not
-# change, so that no learning rate diverges. Needs no data set and no noise. Reaches cosine 0.99 for the shipped
-# scenes from any seed. Needs layout FLIGHT and input WHITENED.
+# Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
+# of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
+# latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
+# whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
+# diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
+# from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
 TOLIMAN_CAE_MODE_TIED = 221
 
-# Training mode UNSUPERVISED, of the book chapter: minimises the mean squared error between input and output over the
+# Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
 # caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary.
 TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
 # Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
 # returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
-# time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Must not
-# train or destroy the network; neither must the progress callback.
+# time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
+# the network that is trained return TOLIMAN_E_STATE.
 # Arguments: first, count, counts, user_data.
 toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_void_p)
 
@@ -432,7 +437,8 @@ class toliman_cae_train_options(Sized):
     batch: UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
     threads: UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
     losses: [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
-    loss_count: later steps, and steps before a training was resumed, are not written"""
+    loss_count: elements of losses. Losses of later steps, and of steps before a training was resumed, are
+        not written"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -553,7 +559,8 @@ class toliman_components_options(Sized):
     """Options of a collection.
     raw: 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
         1: counts
-    bin: sums blocks of bin x bin pixels first and whitens the sums; divides rows and columns; 0 = 1
+    bin: sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
+        = 1
     capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
     allocator: for the large arrays of the object; NULL = malloc"""
 
@@ -578,7 +585,7 @@ class toliman_components_train_options(Sized):
     threads: worker threads, 0 = one per processor; results do not depend on the number
     iterations: dictionary: largest number of iterations; 0 = 200
     reserved: 0
-    lambda: dictionary: weight of the L1 norm of the codes / rms pixel; in [0, 1e6], 0 = 1
+    lambda: dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
     seed: dictionary: seed of the random initial atoms
     progress: may be NULL"""
 
@@ -625,11 +632,11 @@ class toliman_components_info(Sized):
     components: number of trained components; 0 before training
     crb_px: Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
     threshold_px: Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        separation that the leading principal component responds to. N frames and p = pixels - projected white pixels
-        have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N))
-        (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is
-        (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is
-        (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw."""
+        separation that the leading principal component responds to. For N frames of p = pixels - projected independent
+        pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A =
+        crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal
+        image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
+        is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -647,13 +654,14 @@ class toliman_components_info(Sized):
 
 class toliman_frame(Sized):
     """Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
-    together identify a frame; all other members must be identical if the frame is pushed again.
+    together are the key of a frame. A second frame with the same key is a duplicate if its content is the same:
+    pixels, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
     struct_size: sizeof(toliman_frame)
-    pixel: TOLIMAN_PIXEL_...
+    pixel: TOLIMAN_PIXEL_...; there is no default
     session: name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
     roi: name of the region of interest, likewise
     frame_id: any number, also negative
-    camera_ns: camera clock, in nanoseconds
+    camera_ns: time of the frame by the camera clock, in nanoseconds: best the middle of the exposure
     dropped: frames that the camera dropped before this one, at most 65535; 0 = none or unknown
     pixels: [rows][stride], aligned to the size of a pixel
     rows: shape
@@ -661,8 +669,8 @@ class toliman_frame(Sized):
     stride: pixels from row to row; 0 = cols
     sigma: standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
     exposure_s: length of the exposure, at most 1e9 s; 0 = unknown
-    intervals: [interval_count][2]: intervals on target, start and end in s from the start of the
-        exposure, increasing and within it; NULL if interval_count is 0
+    intervals: [interval_count][2]: good-time intervals (on target), start and end in s from the start
+        of the exposure, increasing and within it; NULL if interval_count is 0
     interval_count: at most 65536; 0 = unknown
     window_row: row and column of the first pixel on the detector, at most 2^31
     window_col: row and column of the first pixel on the detector, at most 2^31"""
@@ -693,7 +701,7 @@ class toliman_estimate_input(Sized):
     Since 0.2.
     struct_size: sizeof(toliman_estimate_input) of the library
     image: [rows][stride]
-    tai_ns: time of the frame in TAI, from the tracker's clock table
+    tai_ns: time of the frame in TAI nanoseconds, from the tracker's clock table
     variance_scale: (sigma of the frame / sigma of the tracker)^2; 1 if the frame has no sigma of its own
     exposure_s: as in toliman_frame
     intervals: [interval_count][2], as in toliman_frame
@@ -718,8 +726,8 @@ class toliman_estimate_input(Sized):
 
 
 class toliman_estimate(Sized):
-    """Output of a user-supplied estimator. The library presets the arrays to NaN, chi_square to NaN and other members to
-    0. Since 0.2.
+    """Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
+    their elements and chi_square to NaN, flags and sigma to 0. Since 0.2.
     struct_size: sizeof(toliman_estimate) of the library
     flags: bits defined by the estimator, stored in the ledger column "flags"
     values: [value_count]: values[0] is the value of the frame, the others are stored in columns
@@ -748,9 +756,10 @@ toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTE
 
 
 class toliman_linear(Structure):
-    """Template estimator: weighted least-squares estimate of the separation from one frame. It projects the residual
-    against the reference image of the scene on the derivative by the separation, made orthogonal to the nuisances of
-    preprocess.project. Functions that take a const estimator may run on one estimator from several threads."""
+    """Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
+    frame. It projects the residual against the reference image of the scene on the derivative by the separation, made
+    orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one estimator
+    from several threads."""
 
 
 class toliman_linear_options(Sized):
@@ -771,7 +780,7 @@ class toliman_period(Structure):
 
 # Flags of toliman_period_options.
 TOLIMAN_PERIOD_FIXED_MEAN = 1  # subtract the weighted mean once, instead of fitting it at each frequency
-TOLIMAN_PERIOD_DOUBLE_LIMB = 2  # double-limb accumulators: 178 instead of 128 bits, 50 more per term
+TOLIMAN_PERIOD_DOUBLE_LIMB = 2  # double-limb accumulators, see Exactness above
 
 
 class toliman_period_options(Sized):
@@ -780,8 +789,8 @@ class toliman_period_options(Sized):
     time_offset: subtracted exactly from every t; give the first time if time stamps have many digits
     value_offset: subtracted exactly from every y; give a typical value if the mean is large
     value_bound: largest |y - value_offset| accepted; 0 = 2^20. Terms are rounded to 2^-100 of it
-        (double-limb: 2^-150), enough for a standard deviation of 2.6e-17 of it if every sigma is
-        sigma_floor
+        (double-limb: 2^-150). If every sigma is sigma_floor, values may scatter as little as
+        2.6e-17 of it (standard deviation)
     sigma_floor: smallest sigma accepted; 0 = 1
     sigma_ceiling: Largest sigma accepted; 0 = 32 sigma_floor; at most 1e8 sigma_floor (else TOLIMAN_E_RANGE). Up to 32
         sigma_floor the accumulators are single-limb, with weights (sigma_floor/sigma)^2 rounded to 2^-50. Above, or
@@ -865,7 +874,7 @@ TOLIMAN_PERIOD_POWER_PSD = 104  # (R0 - R)/2 with weights 1/sigma^2; in units of
 
 # Flag of a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3.
 # For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of
-# 1/(2 step), where a regular series has one phase. TOLIMAN_PERIOD_DOUBLE_LIMB reduces the bound by a factor 1e13.
+# 1/(2 step), where cosine and sine of regular samples always coincide. With TOLIMAN_PERIOD_DOUBLE_LIMB it is rare.
 TOLIMAN_PERIOD_INACCURATE = 16
 
 
@@ -903,8 +912,9 @@ class toliman_period_model(Sized):
 # Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
 TOLIMAN_PERIOD_AT_EDGE = 4
 
-# Flag of a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the
-# window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.
+# Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
+# two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
+# peak is closer than 2.5/T.
 TOLIMAN_PERIOD_ALIAS = 8
 
 # Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -917,27 +927,29 @@ TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 
 class toliman_period_peak(Sized):
-    """Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
-    give.
+    """Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
+    accumulators do not contain the samples.
     struct_size: in: sizeof(toliman_period_peak)
     flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
         _ABOVE_NYQUIST (query_fit only)
     frequency: frequency of highest power, interpolated between grid points, within the grid
     period: 1/frequency
     power: P, in [0, 1]
-    log10_residual: log10(1 - power), computed from residual/total; at least -4900
+    log10_residual: log10(1 - power), at least -4900; meaningful down to -14 from the accumulators, to -31
+        from query_fit
     fwhm: full width at half maximum in frequency; +infinity if a side stays above half
-    fwhm_period: fwhm/f^2, a width: the chapter's formula for the error of the period
-    half_width_period: half of fwhm_period, a width: the error that the chapter's table prints
-    frequency_error: least-squares standard error; +infinity if not determined; NaN from query_peak. Like all
-        errors here it is scaled by the residual: only the ratios of the sigmas matter
-    amplitude: amplitude of the sinusoid; NaN from query_peak
-    amplitude_error: standard error; NaN from query_peak
-    phase: rad, as in toliman_period_model; NaN from query_peak
-    offset: mean of the sinusoid; NaN from query_peak
+    fwhm_period: fwhm/f^2: width of the peak in period. Not a standard error, although the chapter's
+        formula uses it as one
+    half_width_period: half of fwhm_period: width that the chapter's table prints as error
+    frequency_error: fit: least-squares standard error; +infinity if not determined. All errors are scaled by
+        the residual: only the ratios of the sigmas matter
+    amplitude: fit: amplitude of the sinusoid
+    amplitude_error: fit: standard error of the amplitude
+    phase: fit: rad, as in toliman_period_model
+    offset: fit: mean of the sinusoid
     log10_fap: Baluev's upper bound of the false alarm probability on this grid, for one query. For a
         query after every sample: toliman_period_query_fap with SEQUENTIAL
-    period_error: standard error of the period, frequency_error/frequency^2; NaN from query_peak"""
+    period_error: fit: standard error of the period, frequency_error/frequency^2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -968,7 +980,7 @@ class toliman_period_sampling(Sized):
     """Sampling diagnostics: whether the grid suits the times of the samples.
     struct_size: in: sizeof(toliman_period_sampling)
     flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-    baseline: T: time span plus one step
+    baseline: T
     coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
     nyquist: 1/(2 step); +infinity if all times are equal
     independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
@@ -1006,7 +1018,7 @@ class toliman_period_batch_options(Sized):
 
 
 # FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for
-# one query. Peaks contain it.
+# one query. toliman_period_peak.log10_fap is this FAP.
 TOLIMAN_PERIOD_FAP_BALUEV = 111
 
 # FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
@@ -1015,14 +1027,15 @@ TOLIMAN_PERIOD_FAP_NAIVE = 112
 # FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
 TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-# FAP method: FAP for repeated queries of a growing series: the probability that noise reaches this FAP at any number
-# of samples from five on. Query after each sample or at any time, and stop at any time: at most 1 in 100 noise
-# series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+# FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
+# fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
+# most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
 # 
 # Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
-# method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the probability is spent by
-# sample 150, the rest never runs out. Queries count by how much they differ (Siegmund 1985, Sequential Analysis). At
-# 0.01 its FAP is 20 times that of BALUEV at 150 samples, 80 times at 50, 300 times at 1000.
+# method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
+# used for queries up to sample 150, the other half for all later ones. Successive queries are correlated; their
+# effective number is that of Siegmund (1985, Sequential Analysis). A SEQUENTIAL FAP of 0.01 is 80, 20 and 300 times
+# the BALUEV FAP of the same peak at 50, 150 and 1000 samples.
 TOLIMAN_PERIOD_FAP_SEQUENTIAL = 114
 
 
@@ -1052,7 +1065,7 @@ TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
 TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
-TOLIMAN_TRACK_VERDICT_MERGED = 506  # ledger records only: counts of repeated frames or of a merged ledger
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # records only: no frame, but counts of repeats or of a merged ledger
 
 # Reasons for rejection.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -1060,7 +1073,7 @@ TOLIMAN_TRACK_REASON_SHAPE = 512  # number of rows or columns differs from the t
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # pixel above the bit depth
 TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # run of zero pixels of at least zero_run_bytes (lost packet)
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
-TOLIMAN_TRACK_REASON_CLOCK = 516  # time that has no TAI, or that the periodogram cannot represent
+TOLIMAN_TRACK_REASON_CLOCK = 516  # camera time outside the clock table's or the periodogram's range
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
 
 
@@ -1100,10 +1113,11 @@ TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
 
-# Durability of ledger records. A frame is acknowledged once its record has been fsync'ed. The count of repeated
-# frames is fsync'ed by commit and save, and by a push once it has waited for a second.
-TOLIMAN_TRACK_SYNC_GROUP = 521  # fsync per `group` records; records older than a second at the next push
-TOLIMAN_TRACK_SYNC_FRAME = 522  # fsync per record
+# Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
+# toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
+# first push more than a second after it changed.
+TOLIMAN_TRACK_SYNC_GROUP = 521  # fsync after `group` records, and at a push if a record is older than 1 s
+TOLIMAN_TRACK_SYNC_FRAME = 522  # fsync after every record
 TOLIMAN_TRACK_SYNC_NONE = 523  # no fsync: a power failure may lose records that get_info counts as committed
 
 
@@ -1115,33 +1129,40 @@ class toliman_track_options(Sized):
     capacity: largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
     cae: Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and a
         network must not be trained meanwhile.
-    estimator_id: identifies `estimate`, or the estimator of the ledger if there is none. Ignored with cae
-        and linear, for which the library computes it
+    estimator_id: number that identifies `estimate`; without an estimator, the one that wrote the ledger.
+        Ignored with cae and linear, for which the library computes it
     values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
         1 to 24 characters a-z 0-9 _; columns of a new ledger
     sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
     value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
     rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     crop_row: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     crop_col: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     bin: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     image_rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     image_cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
-        image_rows x image_cols image that the estimator takes. 0 = bin 1; the image of cae or linear, or as much of
-        the frame as fits; frames just large enough for the image.
+        image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
+        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        smallest frame that holds the image.
     bit_depth: at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit
     zero_run_bytes: a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096
     f0: Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of the
@@ -1154,9 +1175,9 @@ class toliman_track_options(Sized):
     threads: threads that estimate; 0 = one per processor, but 1 with `estimate`, which then need not
         be thread-safe. Results do not depend on the number
     clock: Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
-        interpolation between pairs and extrapolation beyond them; one pair is a constant difference, (0, 0) none. No
-        pairs: the clock table of the folder, also with REBUILD; in a new folder the camera time is TAI. If the setup
-        file of the folder is lost, both grid and clock table must be given.
+        interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
+        means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
+        camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be given.
     sync: TOLIMAN_TRACK_SYNC_..., 0 = GROUP
     group: records per fsync, 1 to 65536; 0 = 64
     allocator: for the large arrays of the object; NULL = malloc
@@ -1204,7 +1225,8 @@ class toliman_track_options(Sized):
 
 
 class toliman_track_record(Sized):
-    """Record of the ledger: a frame as it arrived and its present verdict, or counts with TOLIMAN_TRACK_VERDICT_MERGED.
+    """Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
+    instead of a frame.
     struct_size: sizeof(toliman_track_record)
     verdict: TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
     reason: TOLIMAN_TRACK_REASON_... of a rejected frame
@@ -1238,9 +1260,9 @@ TOLIMAN_TRACK_COLUMN_I64 = 532
 class toliman_track_column(Sized):
     """Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
     columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
-    shift_s: mean time of the intervals on target minus the middle of the exposure, 0 without intervals. Then follow
-    the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named
-    "value"; cov_A_A is a variance. Since 0.2.
+    shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
+    the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
+    The first value is named "value"; cov_A_A is a variance. Since 0.2.
     struct_size: sizeof(toliman_track_column)
     type: TOLIMAN_TRACK_COLUMN_..."""
 
@@ -1267,7 +1289,7 @@ class toliman_track_info(Sized):
     dropped: frames dropped by the camera, as reported by accepted frames and outliers
     sessions: number of pairs of session and region
     records: records of the ledger; in memory, valid frames
-    committed: acknowledged records; with READ_ONLY, records that the files show to be acknowledged
+    committed: committed records; with READ_ONLY, records that the files show to be committed
     sigma: standard deviation of a value"""
 
     _fields_ = [
@@ -1493,8 +1515,8 @@ folder; NULL = the current directory. Otherwise as toliman_sim_create_file.""",
             ("out", POINTER(toliman_sim_plan_info)),
         ),
         """Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
-Arguments, errors and log messages are those of toliman_sim_create_file; the numbers of pixels that reach the full
-well or exceed the bit depth are estimated from a coarse image.""",
+Arguments, errors and log messages are those of toliman_sim_create_file. In the messages, the number of pixels that
+reach the full well or exceed the bit depth is an estimate from a coarse image.""",
     ),
     "toliman_sim_plan_json": (
         c_int32, (
@@ -1509,8 +1531,8 @@ toliman_sim_plan_file.""",
     ),
     "toliman_sim_stage_name": (
         c_char_p, (("stage", c_int32),),
-        """Returns the name of stage 0, 1, ... ("photon noise"), NULL after the last stage. Static text. Later versions may
-append stages. Since 0.2.""",
+        """Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
+after the last one. Static text. Later versions may append stages. Since 0.2.""",
     ),
     "toliman_sim_get_stage": (
         c_int32, (
@@ -1656,8 +1678,8 @@ Errors as toliman_sim_frame. After an error, images may hold some of the frames.
         """Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
 afterwards. options may be NULL. The caller destroys *out.
 
-With the default layout and input, the latent of the untrained network is scaled to pixels along the signal of the
-scene, so that the network can encode as an untrained control. Otherwise its latent has no unit.
+With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
+displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
 Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
 WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.""",
     ),
@@ -1679,14 +1701,15 @@ WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal."""
 options and report may be NULL.
 
 A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
-unchanged (see toliman_cae_get_train_options). With more epochs, a finished UNSUPERVISED training continues. Any
-other options start a new training from the network's seed.
+unchanged (see toliman_cae_get_train_options). A finished training with the same options returns its result at
+once. A finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new
+training from the network's seed.
 
-On failure the network keeps its weights. Its last training also remains, unless the new training completed a step
-(TIED) or an epoch (UNSUPERVISED); then the new training can be resumed.
-Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or a loaded target
-leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it needs;
-TOLIMAN_E_STATE if a loaded network has no signal to train on.""",
+On failure the network keeps its weights. Its training state changes only if the new training has completed a step
+(TIED) or an epoch (UNSUPERVISED); the next call then resumes the new training.
+Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_RANGE if UNSUPERVISED diverges at this learning rate, or the target image of
+a loaded network leads to weights out of range; TOLIMAN_E_UNSUPPORTED for TIED with another layout or input than it
+needs; TOLIMAN_E_STATE if the target image of a loaded network is 0.""",
     ),
     "toliman_cae_get_train_options": (
         c_int32, (("cae", POINTER(toliman_cae)), ("out", POINTER(toliman_cae_train_options))),
@@ -1705,12 +1728,13 @@ there is none: the network is untrained, or was loaded from a blob without train
             ("stride", c_size_t),
             ("latent_px", POINTER(c_double)),
         ),
-        """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Keeps no memory after the call.
+        """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames.
 
-Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear: the ratio is
-about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at the same negative
-displacements (chapter scene; one third more or less in other trainings). A flux error shifts the latent unless
-preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in the chapter scene.
+Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
+latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at
+the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
+flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
+chapter.json.
 Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
 counts are so far from the scene that the latent overflows.""",
     ),
@@ -1768,9 +1792,10 @@ px. It is the ideal decoder output for a latent of 1 px.""",
         """Reconstructs a frame: encodes counts[rows][counts_stride], decodes the latent and writes image[256][stride] in
 counts. With input WHITENED, the decoder output is multiplied by sqrt(variance) and added to the reference image;
 nuisances that were projected out are not restored.
-  mmse, mssim   mean squared error and mean structural similarity between crop and reconstruction, both scaled to
-                0..1 by the extremes of the crop. Similarity after Wang et al. (2004): 11x11 Gaussian window of 1.5
-                px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies inside the image
+  mmse, mssim   mean squared error and mean structural similarity (the chapter's names) between crop and
+                reconstruction, both scaled to 0..1 by the extremes of the crop. Similarity after Wang et al.
+                (2004): 11x11 Gaussian window of 1.5 px, K1 = 0.01, K2 = 0.03, over the pixels whose window lies
+                inside the image
   photon_floor  mmse expected from noise alone
 mmse, mssim and photon_floor may be NULL.
 Errors: as toliman_cae_encode; TOLIMAN_E_ARGUMENT for a constant frame if one of the three is requested;
@@ -1801,7 +1826,7 @@ bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which t
         ),
         """Loads a network from a weights blob of exactly `size` bytes. options may be NULL. The caller destroys *out. Never
 allocates more than the layout implies. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or
-checksum, and for numbers that are not finite, subnormal or above 2^100.""",
+checksum, and for numbers that are subnormal, above 2^100, infinite or NaN.""",
     ),
     "toliman_cae_save_file": (
         c_int32, (
@@ -1951,7 +1976,8 @@ toliman_linear_encode.
 u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
 to them. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/pixels), or sqrt(sum(2 + 1/m))/pixels
 if pixels expect few electrons m. It is far larger for damaged frames and for systematics that are not projected
-out. It is about 0 for an empty frame if both fluxes are projected out, and +infinity if it overflows.
+out. Caution: if both fluxes are projected out, they fit an empty frame perfectly; its chi_square is about 0.
+chi_square is +infinity if it overflows.
 Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
 image larger than the address space. Since 0.2.""",
     ),
@@ -1979,8 +2005,8 @@ preprocess.project unknown.""",
         """Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
 options->struct_size must be set.
 
-The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s): T is the time span plus one step, s the median step between
-different times. *options receives double-limb accumulators, offsets and bounds for the samples.
+The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
+double-limb accumulators, offsets and bounds for the samples.
   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
                 larger. With n = 0 the step is 1
@@ -1995,11 +2021,11 @@ TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
             ("options", POINTER(toliman_period_options)),
             ("out", POINTER(POINTER(toliman_period))),
         ),
-        """Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26, not only frequency 0.
-options may be NULL. The caller destroys *out.
+        """Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
+alone is refused. options may be NULL. The caller destroys *out.
 
 Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing, except
-toliman_period_query_fit, which copies the samples, and the save functions.""",
+toliman_period_query_fit, which copies the samples, toliman_period_query_bootstrap and the save functions.""",
     ),
     "toliman_period_destroy": (
         None, (("period", POINTER(toliman_period)),),
@@ -2027,7 +2053,7 @@ present.""",
         """Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
 unweighted and count as sigma_floor.
 Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
-sigma_floor. State bytes do not record that samples were unweighted.""",
+sigma_floor. After loading state bytes, this mixing is no longer detected if all samples were unweighted.""",
     ),
     "toliman_period_push_samples": (
         c_int32, (
@@ -2047,8 +2073,8 @@ accounts for repeated queries of a sliding window: multiply the FAP of one query
 
 The library cannot check that the sample was pushed. A wrong retract may leave a power above 1 at some frequency;
 queries then return TOLIMAN_E_STATE.
-Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if the remaining sums of
-weights, values and times are impossible for any samples.""",
+Errors: as toliman_period_push; TOLIMAN_E_STATE if the count would drop below zero, or if no set of samples can
+have the remaining sums of weights, values and times.""",
     ),
     "toliman_period_retract_many": (
         c_int32, (
@@ -2158,9 +2184,9 @@ toliman_period_query_peak.""",
         """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
 sigma may be NULL. A least-squares fit of frequency, amplitude, phase and offset, with 64-bit significands; 1 -
 power is computed from the residuals, accurate down to 1e-31. The result is never worse than the highest grid
-point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of both), as at the Nyquist
-frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which
-the fit starts. Errors as toliman_period_query_peak.""",
+point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of both), as at the
+Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point
+from which the fit starts. Errors as toliman_period_query_peak.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -2182,8 +2208,9 @@ nyquist is then too low for grouped samples. Evaluates every frequency, as tolim
         ),
         """Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
 otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
-order. TOLIMAN_E_STATE if the accumulators are impossible for any samples, so that the state could not be loaded: a
-sample was retracted that was never pushed, or that was added by a merge with other offsets, which is not exact.""",
+order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
+This happens if a retracted sample was never pushed, or came from a merge between different offsets, which is not
+exact.""",
     ),
     "toliman_period_load": (
         c_int32, (
@@ -2231,14 +2258,14 @@ Accuracy: every power is within the tolerance of the exact one. A non-uniform FF
 error bound. Powers that are not accurate enough are computed again by compensated direct sums, and by exact sums
 where these cancel. Small archives use direct sums throughout. Special cases are those of
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
-both.
+the sum of both.
 
-Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each further thread up to six,
-and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the same kind;
-the last bits of FFTW differ between kinds.
+Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each thread after the first, up
+to six more, and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the
+same kind; the last bits of FFTW differ between kinds.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
 tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
-space holds, or if exact sums are needed and the sigmas differ by more than 1e8; TOLIMAN_E_CANCELLED.""",
+space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_query_fap": (
         c_int32, (
@@ -2261,8 +2288,8 @@ five samples or constant values.""",
             ("log10_residual", POINTER(c_double)),
         ),
         """Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
-of the highest power P with this FAP. log10_fap is at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
-Errors as toliman_period_query_fap.""",
+of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and at
+least the log10 FAP of log10(1 - P) = -4900. Errors as toliman_period_query_fap.""",
     ),
     "toliman_period_bootstrap_options_init": (
         None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),
@@ -2284,9 +2311,9 @@ sorted, strongest peak first. A resampling keeps the times and draws values with
   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
   options      may be NULL
 If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that
-peak is (k + 1)/(count + 1). Entry a count - 1 is the detection threshold of FAP a. The bootstrap assumes no
-distribution of the noise. Each resampling takes the time to push all samples and query once; each thread needs the
-memory of a periodogram.
+peak is (k + 1)/(count + 1). The detection threshold for a FAP of alpha is log10_residuals[alpha * count - 1]:
+peaks with a lower log10_residual are significant. The bootstrap assumes no distribution of the noise. Each
+resampling takes the time to push all samples and query once; each thread needs the memory of a periodogram.
 Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_track_verdict_name": (
@@ -2304,9 +2331,9 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
-given pointer), estimator_id, values, sigma, limits with their flag, geometry, grid (nf = 0 if the setup file is
-lost), and a capacity of twice the number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
-TOLIMAN_E_FORMAT.""",
+given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag, geometry, grid
+(nf = 0 if the setup file is lost), and a capacity of twice the number of records. Other members are set to their
+defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
@@ -2366,13 +2393,14 @@ use. Shards may be merged in any order, and a folder may be merged again as it g
 and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
 folders.
   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
-  lost   may be NULL: number of skipped records, plus those that the checkpoint counts in addition. Frames without
-         any record are not included: toliman_track_get_streams counts the missing frame ids
+  lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
+         although its checkpoint counts them. toliman_track_get_streams also counts frame ids of which no record
+         exists
 If several folders hold a frame, the value that was added first remains; networks on CPUs with different
 instruction sets may differ by 1e-5 sigma.
 Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
 column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
-have been added; they count again if the merge is repeated.""",
+have been added. If the merge is repeated, they count again as received and repeated, but not in the periodogram.""",
     ),
     "toliman_track_get_records": (
         c_int32, (
@@ -2408,7 +2436,8 @@ number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too 
         ),
         """Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
 same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
-rounded. Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
+rounded.
+Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
     ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),

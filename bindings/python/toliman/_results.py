@@ -30,16 +30,16 @@ class SceneInfo(Result):
     frames: int = told("number of frames of the cadence")
     pupil_samples: int = told("N: the pupil has N x N samples")
     seed: int = told("noise.seed of the scene")
-    amplitude_px: float = told("amplitude of the signal, 0 without one; for a planet, semi-major axis of its star")
+    amplitude_px: float = told("amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's orbit")
     period_days: float = told("period of the signal; 0 without one")
     separation_px: float = told("separation of the stars; 0 for a single star")
     flux_ratio: float = told("photons of A / photons of B; 0 for a single star")
-    peak_photons: float = told("brightest pixel of the mean frame, before the detector")
+    peak_photons: float = told("brightest pixel of the expected frame, before the detector")
     total_photons: float = told("sum over the frame, before the detector")
     crb_px: float = told("Cramer-Rao bound with all else known")
     crb_flux_shift_px: float = told("Cramer-Rao bound with both fluxes and the common shift unknown")
     crb_projected_px: float = told("Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
-    truncation: float = told("error of the Taylor expansion at the largest displacement of the signal: largest error of a pixel / largest change of a pixel by the signal. A warning is logged if it exceeds the accuracy of the scene")
+    truncation: float = told("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal. A warning is logged if it exceeds the accuracy of the scene")
     min_displacement_px: float = told("range of the signal over the cadence")
     max_displacement_px: float = told("range of the signal over the cadence")
     amplitude_uas: float = told("amplitude of the signal on the sky, microarcseconds")
@@ -48,7 +48,7 @@ class SceneInfo(Result):
     scene_digest: int = told("FNV-1a hash of the scene text, also stored in weights trained on the scene")
     whole_counts: bool = told("1 if counts are integers (photon noise only, or a bit depth), else 0")
     crb_marginal_px: float = told("Cramer-Rao bound with all eight nuisances unknown; may be infinite")
-    peak_counts: float = told("brightest pixel of the mean frame, in the unit of the frame")
+    peak_counts: float = told("brightest pixel of the expected frame, in its unit")
     unit: str = told("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = told("bits per pixel of the detector; 0 = counts are not rounded")
 
@@ -56,8 +56,8 @@ class SceneInfo(Result):
 @result
 class Plan(Result):
     """Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
-    cost of each choice. Unless noted otherwise, an error is the largest error of a pixel of the expected image / its
-    peak."""
+    cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
+    image, divided by the peak of the image."""
 
     engine: str = told("...", words="TOLIMAN_SIM_ENGINE")
     scene_wavelengths: int = told("wavelengths of the spectrum of the scene")
@@ -81,8 +81,8 @@ class Plan(Result):
     setup_s: float = told("expected seconds on one core of this machine, with noise; a rough guide")
     frame_s: float = told("expected seconds on one core of this machine, with noise; a rough guide")
     place_order: int = told("order of the expansion in the positions of both stars, for systematics and orbits; 0 = none")
-    place_error: float = told("error of that expansion for systematics of 4 sigma / largest change by the signal")
-    scale_focus_error: float = told("error of first order in scale and second order in focus, for systematics of 4 sigma")
+    place_error: float = told("error of that expansion for systematics of 4 sigma, divided by the largest change of any pixel by the signal")
+    scale_focus_error: float = told("error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma")
     anchors: int = told("expansion points (anchors) along the orbit; 0 = time 0 only")
     orbit_px: float = told("upper limit of the motion of a star along its orbit over the cadence")
 
@@ -143,7 +143,7 @@ class ComponentsInfo(Result):
     pixels: int = told("pixels of a frame after binning")
     components: int = told("number of trained components; 0 before training")
     crb_px: float = told("Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw")
-    threshold_px: float = told("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. N frames and p = pixels - projected white pixels have the signal eigenvalue l = A^2/(2 crb^2), which must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
+    threshold_px: float = told("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. For N frames of p = pixels - projected independent pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
 
 
 @result
@@ -164,7 +164,7 @@ class PeriodogramInfo(Result):
     unit_ns: float
     weighted: bool = told("a sample has a sigma other than sigma_floor")
     fixed_mean: bool = told("subtract the weighted mean once, instead of fitting it at each frequency", flag=1)
-    double_limb: bool = told("double-limb accumulators: 178 instead of 128 bits, 50 more per term", flag=2)
+    double_limb: bool = told("double-limb accumulators, see Exactness above", flag=2)
 
 
 @result
@@ -180,31 +180,31 @@ class Model(Result):
     amplitude_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
     phase_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
     offset_error: float = told("standard errors, scaled by the residual; +infinity if the samples do not determine them; 0 for a fixed offset")
-    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
 
 
 @result
 class Peak(Result):
-    """Peak of the periodogram. NaN in members that toliman_period_query_peak, which does not see the samples, cannot
-    give."""
+    """Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
+    accumulators do not contain the samples."""
 
     frequency: float = told("frequency of highest power, interpolated between grid points, within the grid")
     period: float = told("1/frequency")
     power: float = told("P, in [0, 1]")
-    log10_residual: float = told("log10(1 - power), computed from residual/total; at least -4900")
+    log10_residual: float = told("log10(1 - power), at least -4900; meaningful down to -14 from the accumulators, to -31 from fit")
     fwhm: float = told("full width at half maximum in frequency; +infinity if a side stays above half")
-    fwhm_period: float = told("fwhm/f^2, a width: the chapter's formula for the error of the period")
-    half_width_period: float = told("half of fwhm_period, a width: the error that the chapter's table prints")
-    frequency_error: float = told("least-squares standard error; +infinity if not determined; NaN from peak. Like all errors here it is scaled by the residual: only the ratios of the sigmas matter")
-    amplitude: float = told("amplitude of the sinusoid; NaN from peak")
-    amplitude_error: float = told("standard error; NaN from peak")
-    phase: float = told("rad, as in toliman_period_model; NaN from peak")
-    offset: float = told("mean of the sinusoid; NaN from peak")
+    fwhm_period: float = told("fwhm/f^2: width of the peak in period. Not a standard error, although the chapter's formula uses it as one")
+    half_width_period: float = told("half of fwhm_period: width that the chapter's table prints as error")
+    frequency_error: float = told("fit: least-squares standard error; +infinity if not determined. All errors are scaled by the residual: only the ratios of the sigmas matter")
+    amplitude: float = told("fit: amplitude of the sinusoid")
+    amplitude_error: float = told("fit: standard error of the amplitude")
+    phase: float = told("fit: rad, as in toliman_period_model")
+    offset: float = told("fit: mean of the sinusoid")
     log10_fap: float = told("Baluev's upper bound of the false alarm probability on this grid, for one query. For a query after every sample: fap with SEQUENTIAL")
-    period_error: float = told("standard error of the period, frequency_error/frequency^2; NaN from peak")
+    period_error: float = told("fit: standard error of the period, frequency_error/frequency^2")
     at_edge: bool = told("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
-    alias: bool = told("a peak that may be an alias: sampling can produce at least half of its power from a higher peak, by the window function at the difference or sum of their frequencies (if on the grid), or the two are closer than 2.5/T.", flag=8)
-    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
+    alias: bool = told("a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher peak is closer than 2.5/T.", flag=8)
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = told("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = told("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
 
@@ -213,14 +213,14 @@ class Peak(Result):
 class Sampling(Result):
     """Sampling diagnostics: whether the grid suits the times of the samples."""
 
-    baseline: float = told("T: time span plus one step")
+    baseline: float = told("T")
     coarsest_df: float = told("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
     nyquist: float = told("1/(2 step); +infinity if all times are equal")
     independent: float = told("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = told("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = told("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
     needs_double_limb: bool = told("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
-    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where a regular series has one phase. double_limb reduces the bound by a factor 1e13.", flag=16)
+    inaccurate: bool = told("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
 
 
 @result
@@ -254,7 +254,7 @@ class TrackInfo(Result):
     dropped: int = told("frames dropped by the camera, as reported by accepted frames and outliers")
     sessions: int = told("number of pairs of session and region")
     records: int = told("records of the ledger; in memory, valid frames")
-    committed: int = told("acknowledged records; with READ_ONLY, records that the files show to be acknowledged")
+    committed: int = told("committed records; with READ_ONLY, records that the files show to be committed")
     capacity: int
     estimator_id: int
     sigma: float = told("standard deviation of a value")
