@@ -1,4 +1,4 @@
-# Thin front to CMake: everything real lives in CMakeLists.txt and tools/.
+# Front end to CMake: the build is defined in CMakeLists.txt and tools/.
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
@@ -8,46 +8,46 @@ CAMPAIGNS = soak same faults fuzz races asan tsan coverage
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
-demo: all ## build everything, find a planet in 1095 simulated frames, and draw a page of figures
+demo: all ## build everything, find a planet in 1095 simulated frames, and draw a report
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 	$(BUILD)/bin/toliman report chapter.run
 check: everything ## build and run every test
-	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some wait for disks and clocks
-bench: everything ## measure everything against its error and peers, into build/bench and a report (7 minutes)
+	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
+bench: everything ## measure speed and error, with reference programs, into build/bench and a report (7 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-bench-%: everything ## the same of one: sim, cae, period, weights, run or size, with its details
+bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, run or size
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
-fap: everything ## count the false alarms of noise, and the samples until a signal is found (2 minutes)
+fap: everything ## count false alarms in noise, and samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 
-soak: everything ## a million frames; kills, power cuts, passes out of order, round trips, storms (10 minutes)
+soak: everything ## long runs: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
-faults: everything ## call every public function while each allocation and each call on files fails it (10 minutes)
-fuzz: check-deps ## mutate inputs of every parser, by clang's libFuzzer and sanitizers, SECONDS (60) each
-races: check-deps ## 8 threads of 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
+faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
+fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each
+races: check-deps ## 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
 asan tsan: check-deps ## every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
-coverage: check-deps ## run the tests and say which lines and branches of lib/ they leave out (15 minutes)
+coverage: check-deps ## run the tests and list the lines and branches of lib/ that they do not reach (15 minutes)
 $(CAMPAIGNS):
 	@SECONDS_EACH=$(SECONDS) tests/campaign $@ $(BUILD) $(JOBS)
 
-abi: everything ## record in tests/abi what is new in the binary interface; refuses what breaks its callers
+abi: everything ## record additions to the binary interface in tests/abi; refuses what breaks callers
 	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
-docs: check-deps ## make the reference of the C interface: build/docs/html/index.html
+docs: check-deps ## generate the reference of the C interface: build/docs/html/index.html
 	@tools/docs/make $(BUILD)/docs
-install: all ## install below PREFIX, by default /usr/local; DESTDIR stands before it
+install: all ## install below PREFIX, by default /usr/local; DESTDIR is prepended
 	@cmake --install $(BUILD) --prefix $(PREFIX)
-package: all check-deps ## make Debian packages in build/packages
+package: all check-deps ## build Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
-wheel: all check-deps ## make a wheel of the Python package with the library in it, in build
+wheel: all check-deps ## build a wheel of the Python package that contains the library, in build
 	@tools/cmake/wheel $(BUILD)/lib/libtoliman.so $(BUILD)
-format: check-deps ## lay out the sources as .clang-format says
+format: check-deps ## format the sources with clang-format
 	@tools/check/format --write
-lint: own check-deps $(BUILD)/build.ninja ## cppcheck and clang-tidy over the library and the programs
+lint: own check-deps $(BUILD)/build.ninja ## run cppcheck and clang-tidy on the library and the programs
 	@tools/check/lint $(BUILD) $(JOBS)
-clean: ## remove what was built
+clean: ## remove the build folder
 	rm -rf $(BUILD)
-help: ## say what can be made
+help: ## list the targets
 	@grep -hE '^[a-z% -]+:.*##' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
 own: ; @tools/cmake/own $(BUILD)

@@ -1,4 +1,4 @@
-"""Feeds headers and libraries that break programs built before to tools/check/abi, and those that only add."""
+"""Runs tools/check/abi on headers and libraries that break programs built before, and on those that only add."""
 import os
 import re
 import shutil
@@ -18,7 +18,7 @@ LAST = "    const char *fftw;        /* FFTW version */\n"
 
 
 class Tree(unittest.TestCase):
-    """A copy of what the check reads."""
+    """A copy of the files that the check reads."""
 
     model = TOP
 
@@ -52,7 +52,7 @@ class Headers(Tree):
         return interface.compare(self.read(RECORD), interface.describe(self.top), self.top)
 
     def refuses(self, *changes_and_why):
-        """What is said of the changes, with the line of the record that it is about."""
+        """Asserts the reason given for the changes; returns the line of the record that it refers to."""
         *changes, why = changes_and_why
         breaks, _ = self.compare(*changes)
         found = [(line, text) for line, text in breaks if why in text]
@@ -100,7 +100,7 @@ class Headers(Tree):
                     "toliman_sim_options_init(toliman_sim_options *options)")
         self.write(RECORD, interface.describe(self.top))
         self.refuses((SIM, last + "} toliman_sim_options;", last + "    double new_one;\n} toliman_sim_options;"),
-                     "toliman_sim_options_init would write it whole")
+                     "toliman_sim_options_init would write the whole struct")
 
     def test_constants(self):
         self.refuses((SIM, "#define TOLIMAN_SIM_UNIT_DN 303", "#define TOLIMAN_SIM_UNIT_DN 304"), "TOLIMAN_SIM_UNIT_DN: = 303 -> = 304: programs")
@@ -127,7 +127,7 @@ class Headers(Tree):
                      "type toliman_status: = int32_t -> = int64_t")
 
     def test_growth(self):
-        """Of a result, which the library goes on filling for those who know less of it."""
+        """Of a result struct, which the library still fills for callers with the shorter one."""
         self.refuses((BASE, LAST, LAST + "    double new_one;\n"),
                      "lib/api refuses the 56 bytes of programs built before: give it kOldest<toliman_machine> = 56")
         line = "template <> inline constexpr size_t kOldest<toliman_machine> = %s;\n"
@@ -174,7 +174,7 @@ class Program(Tree):
         self.write("include/toliman/version.h", interface.model.version_header(self.top))
 
     def build(self):
-        """The library as the headers and the list of symbols now are."""
+        """Builds the library from the current headers and list of symbols."""
         subprocess.run(["c++", "-std=c++17", "-shared", "-fPIC", "-fvisibility=hidden", "-g", "-I" + self.top + "/include",
                         "-I" + self.top + "/lib", self.top + "/lib/api/base.cpp", "-o", self.top + "/lib/libtoliman.so",
                         "-Wl,--version-script=" + os.path.join(self.top, SYM)], check=True)
@@ -185,7 +185,7 @@ class Program(Tree):
         return run.returncode, run.stdout
 
     def refuses(self, *why):
-        """Also to record it."""
+        """Also with --record."""
         recorded = self.read(RECORD)
         for arguments in ((), ("--record",)):
             code, output = self.check(*arguments)
@@ -198,11 +198,11 @@ class Program(Tree):
         self.assertEqual(self.check(), (0, ""))
 
     def test_break(self):
-        """Seen in the headers and, by itself, in the library; recorded once the versions say so."""
+        """Found in the headers and, independently, in the library; recorded once both versions are raised."""
         self.change(BASE, "    int32_t processors;\n", "    double new_one;\n    int32_t processors;\n")
         self.build()
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",
-                     "tests/abi/libtoliman.abi: abidiff says", "'int32_t processors' offset changed from 32 to 128")
+                     "tests/abi/libtoliman.abi: abidiff reports", "'int32_t processors' offset changed from 32 to 128")
         self.change("CMakeLists.txt", "set(TOLIMAN_ABI_VERSION 1)", "set(TOLIMAN_ABI_VERSION 2)")
         self.version()
         self.refuses("processors at 4")

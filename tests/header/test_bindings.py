@@ -1,4 +1,4 @@
-"""Feeds headers and bindings that do not agree to tools/gen and the check of bindings."""
+"""Runs tools/gen and the check of bindings on headers and bindings that do not agree."""
 import os
 import re
 import shutil
@@ -61,19 +61,19 @@ class Bindings(unittest.TestCase):
                 if "float" in after:
                     self.refuses("include/toliman/period.h:", "expected a type of <stdint.h>")
                 else:
-                    self.refuses(FORTRAN + ":", PYTHON + ":", "not as tools/gen/generate makes it")
+                    self.refuses(FORTRAN + ":", PYTHON + ":", "differs from the output of tools/gen/generate")
 
     def test_changed_binding(self):
         self.change(FORTRAN, "toliman_version_number() bind(C)", "toliman_version_numbers() bind(C)")
         self.change(PYTHON, '    "toliman_version_number": (', '    "toliman_version_numbers": (')
         self.refuses(FORTRAN + ": toliman_version_number is missing", PYTHON + ": toliman_version_number is missing",
-                     FORTRAN + ":", "not as tools/gen")
+                     FORTRAN + ":", "differs from the output of tools/gen")
 
     def test_function_without_binding(self):
         self.change(SYM, "    toliman_version;", "    toliman_version;\n    toliman_other;")
         self.refuses(FORTRAN + ": toliman_other is missing", PYTHON + ": toliman_other is missing")
 
-    def test_new_function_is_made_for_all(self):
+    def test_new_function_is_generated_for_all(self):
         self.change(LINEAR, "/* Writes the predicted standard",
                     "/* New. */\nTOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_query_new(\n"
                     "    const toliman_linear *linear, double *out) TOLIMAN_NOEXCEPT;\n\n/* Writes the predicted standard")
@@ -85,7 +85,7 @@ class Bindings(unittest.TestCase):
         with open(os.path.join(self.top, FORTRAN), encoding="utf-8") as stream:
             self.assertIn("procedure :: query_new => linear_estimator_query_new", stream.read())
 
-    def test_what_the_table_of_shapes_forgets(self):
+    def test_omissions_in_the_table_of_shapes(self):
         for before, after, complaint in (
                 ("toliman_period_query_power: power[count]\n", "",
                  "toliman_period_query_power: nothing has the extent count"),

@@ -171,7 +171,7 @@ class Installed(unittest.TestCase):
             if not refused:
                 self.run_tool(*command, **hidden)
                 continue
-            with self.assertRaisesRegex(AssertionError, "toliman_static wants pkg-config"):
+            with self.assertRaisesRegex(AssertionError, "toliman_static needs pkg-config"):
                 self.run_tool(*command, **hidden)
 
     def test_program(self):

@@ -1,6 +1,6 @@
-"""The binary interface as lines of text, and what two such texts mean for programs that were built with the older.
+"""The binary interface as lines of text, and the effect of a change of this text on programs built with the older one.
 
-A line is a kind, a name and what belongs to it; members of structs are named struct.member.
+A line has a kind, a name and a description; members of structs are named struct.member.
 """
 import os
 import re
@@ -11,41 +11,41 @@ import layout
 import model
 import shapes
 
-HEADING = "# The binary interface, in the headers' order: made by `make abi`, held by tools/check/abi, only ever added to.\n"
+HEADING = "# The binary interface in the order of the headers: written by `make abi`, verified by tools/check/abi, append-only.\n"
 LINE = re.compile(r"\s*(\w+) (\w+(?:\.\w+)?)(.*)\n")
 VERSIONS = re.compile(r"version abi (\d+) of (\d+)\.(\d+)")
 STATUS = "TOLIMAN_E_"
 
-# What becomes of programs that were built before.
+# Effects on programs that were built before.
 GONE = {
     "function": "programs that call it do not start",
-    "constant": "programs that name it do not compile, and the library no longer knows what built ones mean by it",
+    "constant": "programs that name it do not compile, and the library no longer knows the value that built programs pass",
 }
 CHANGED = {
-    "function": "programs built before call it the old way; Fortran and Python also name the arguments",
-    "callback": "the functions of programs built before are called the new way",
-    "constant": "programs built before mean something else by the number",
-    "member": "programs built before have it elsewhere or of another kind",
-    "struct": "programs built before give it less room or more",
-    "type": "programs built before have the old type",
+    "function": "programs built before call it with the old arguments; Fortran and Python also use their names",
+    "callback": "functions of programs built before are called with the new arguments",
+    "constant": "programs built before give the value another meaning",
+    "member": "programs built before use the old offset or type",
+    "struct": "programs built before allocate another size",
+    "type": "programs built before use the old type",
 }
 
 
 def declared(table, kind):
-    """A type, with the number of an array's elements."""
+    """A type, including the length of an array."""
     if kind.array:
         kind = model.Type(kind.base, kind.const, kind.pointers, str(table.length(kind.array)))
     return kind.declare("").strip()
 
 
 def call(item):
-    """(arguments) -> result of a function or callback."""
+    """(arguments) -> result, for a function or callback."""
     arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments)
     return f"({arguments or 'void'}) -> {item.returns.declare('').strip()}"
 
 
 def oldest(top, item, measured):
-    """The smallest size of a struct that the library takes: lib/api/oldest.hpp, or today's."""
+    """The smallest size of a struct that the library accepts: that of lib/api/oldest.hpp, or the current one."""
     path = os.path.join(top, "lib/api/oldest.hpp")
     if not os.path.exists(path):
         return measured[item.name]
@@ -88,7 +88,7 @@ def describe(top):
 
 
 def entries(text):
-    """(kind, name) -> (line number, what belongs to it)."""
+    """(kind, name) -> (line number, description)."""
     found = {}
     for number, line in enumerate(text.splitlines(keepends=True), 1):
         match = LINE.fullmatch(line)
@@ -98,30 +98,30 @@ def entries(text):
 
 
 def number(before, text):
-    """The number behind a word: bytes of a struct, place of a member, value of a constant."""
+    """The number after a word: size of a struct, offset of a member, value of a constant."""
     return int(re.search(before + r" (\d+)", text).group(1))
 
 
 def why_fixed(table, struct):
-    """Why a struct may not grow, None if it may: the library must learn how much room the caller has."""
+    """The reason why a struct may not grow, or None: the library must know the size that its caller allocated."""
     if not struct.sized:
-        return "it has no struct_size that tells how much room programs built before give it"
+        return "it has no struct_size from which the library learns the size in programs built before"
     for function in table.all(model.Function):
         arguments = {argument.name: argument.type.base for argument in function.arguments}
         if struct.name in arguments.values() and function.name.endswith("_init") and "size" not in arguments:
-            return f"{function.name} would write it whole over the shorter one of programs built before"
+            return f"{function.name} would write the whole struct over the shorter one of programs built before"
     return None
 
 
 def wrong_addition(old, kind, name, text):
-    """Why something new may not be added, None if it may."""
+    """The reason why an item may not be added, or None."""
     struct = name.split(".")[0]
     if kind == "member" and ("struct", struct) in old:
         if any(name.startswith(struct + ".reserved") and place == text for (_, name), (_, place) in old.items()):
-            return None  # what the place was kept for
+            return None  # the use for which the place was reserved
         size = number("of", old["struct", struct][1])
         if number("at", text) < size:
-            return f"{text}, within the {size} bytes that programs built before know: append it"
+            return f"{text}, within the {size} bytes that programs built before use: append it"
     if name.startswith(STATUS):
         taken = max(number("=", text) for (_, name), (_, text) in old.items() if name.startswith(STATUS))
         if number("=", text) <= taken:
@@ -130,17 +130,17 @@ def wrong_addition(old, kind, name, text):
 
 
 def lost_and_changed(old, new):
-    """(line, what breaks) of all that is recorded and no longer so; of a struct's members that moved the first."""
+    """(line, what breaks) for every recorded item that is gone or has changed; of moved members the first of each struct."""
     moved, places = {}, {(name.split(".")[0], text) for (kind, name), (_, text) in new.items() if kind == "member"}
     for (kind, name), (line, text) in old.items():
         now = new.get((kind, name), (0, None))[1]
         struct = name.split(".")[0]
         if now is None and name.startswith(struct + ".reserved") and (struct, text) in places:
-            continue  # the place is taken by what it was kept for
+            continue  # a new member uses the reserved place
         if now is None:
             yield line, f"{kind} {name} is gone: {GONE.get(kind, 'programs that name it do not compile')}"
         elif now == text or kind == "version" or (kind == "struct" and number("of", now) >= number("of", text)):
-            continue  # what makes a struct larger is told of its members
+            continue  # growth of a struct is reported by its members
         elif kind == "member":
             moved.setdefault(struct, []).append((line, f"{name} {text} -> {now}"))
         else:
@@ -152,7 +152,7 @@ def lost_and_changed(old, new):
 
 
 def compare(before, after, top):
-    """What breaks, as (line of the older text, why), and what is new, as lines; top: the tree of the newer."""
+    """Breaks as (line of the older text, reason) and additions as lines. top: the tree of the newer text."""
     old, new = entries(before), entries(after)
     table = model.read(top)
     shapes.attach(table, top)
@@ -183,6 +183,6 @@ def compare(before, after, top):
 
 
 def raised(before, after):
-    """Whether the newer text has a higher TOLIMAN_ABI_VERSION and, before 1.0, a higher minor version, the SONAME's."""
+    """Whether the newer text has a higher TOLIMAN_ABI_VERSION and, before 1.0, a higher minor version (SONAME)."""
     old, new = (tuple(map(int, VERSIONS.search(text).groups())) for text in (before, after))
     return new[0] > old[0] and (new[1] > 0 or new[2] > old[2])

@@ -1,4 +1,4 @@
-"""What the checks share: the files of the tree and the way to complain. As a program it lists the files. Usage: tree.py [tree]"""
+"""Shared by the checks: the files of the tree, and reporting. As a program it lists the files. Usage: tree.py [tree]"""
 import errno
 import fnmatch
 import os
@@ -8,12 +8,12 @@ import subprocess
 import sys
 
 CODE = (".c", ".cpp", ".h", ".hpp")
-# Their folders are no part of the tree: build trees and other repositories.
+# Folders that contain one of these are excluded: build trees and other repositories.
 APART = ("CMakeCache.txt", "build.ninja", ".git")
 
 
 def root(arguments):
-    """The tree to check: the argument, or the one this script stands in."""
+    """The tree to check: the argument, or the one that contains this script."""
     if arguments:
         if not os.path.isdir(arguments[0]):
             raise NotADirectoryError(errno.ENOTDIR, "not a folder", arguments[0])
@@ -22,10 +22,10 @@ def root(arguments):
 
 
 def known_to_git(top):
-    """The files that git tracks or would add; None outside a repository and where git cannot read it."""
+    """The files that git tracks or would add; None outside a repository and if git cannot read it."""
     if not os.path.exists(os.path.join(top, ".git")):
         return None
-    # Only listed, nothing of the tree is run: it may belong to another user.
+    # Any owner is accepted: files are listed only, nothing of the tree is executed.
     command = ["git", "-c", "safe.directory=*", "-c", "core.fsmonitor=false", "-C", top]
     try:
         run = subprocess.run([*command, "ls-files", "-coz", "--exclude-standard"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
@@ -41,7 +41,7 @@ def ignore_rules(top):
 
 
 def ignored(name, is_folder, rules):
-    """Whether a rule of .gitignore leaves out the path. Negations and ** are not supported."""
+    """Whether a rule of .gitignore excludes the path. Negations and ** are not supported."""
     for rule in rules:
         path = name if "/" in rule.rstrip("/") else os.path.basename(name)
         if fnmatch.fnmatchcase(path, rule.strip("/")) and (is_folder or not rule.endswith("/")):
@@ -71,22 +71,22 @@ def lines(top, name):
 
 
 def without_comments(text):
-    """C or C++ text with its comments blanked, line breaks kept."""
+    """C or C++ text with comments replaced by blanks; line breaks are kept."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group())
     return re.sub(r"//[^\n]*|/\*.*?\*/", blank, text, flags=re.S)
 
 
 def need(check, *programs):
-    """Complains of programs that are not installed, without which the check would say nothing."""
+    """Complains about programs that are not installed, without which the check cannot work."""
     missing = [program for program in programs if shutil.which(program) is None]
     if missing:
         finish(check, ["%s is not installed: run tools/deps/install check" % program for program in missing])
 
 
 def finish(check, complaints):
-    """Prints the complaints and ends with 1 if there were any."""
-    sys.stdout.reconfigure(errors="backslashreplace")  # names of files are any bytes
+    """Prints the complaints and exits with 1 if there are any."""
+    sys.stdout.reconfigure(errors="backslashreplace")  # file names may be any bytes
     for complaint in complaints:
         print(complaint)
     if complaints:
@@ -95,7 +95,7 @@ def finish(check, complaints):
 
 
 def run(main):
-    """Runs a check. What it cannot read or run is a complaint."""
+    """Runs a check. A file that it cannot read, or a program that it cannot run, is a complaint."""
     try:
         main()
     except OSError as error:

@@ -1,4 +1,4 @@
-# make install: everything below one prefix that may be moved. The components are the Debian packages of package.cmake.
+# make install: one prefix, which may be moved afterwards. The components are the Debian packages of package.cmake.
 include(CMakePackageConfigHelpers)
 
 install(TARGETS toliman EXPORT toliman-shared
@@ -12,7 +12,7 @@ install(DIRECTORY ${PROJECT_BINARY_DIR}/share/man/man3 DESTINATION share/man COM
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/docs/ DESTINATION share/doc/toliman COMPONENT development
         FILES_MATCHING PATTERN *.md PATTERN README.md EXCLUDE)
 
-# pkg-config and find_package, both by paths relative to their own.
+# pkg-config and find_package, with paths relative to their own files.
 configure_file(${PROJECT_SOURCE_DIR}/tools/cmake/toliman.pc.in ${PROJECT_BINARY_DIR}/toliman.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/toliman.pc DESTINATION lib/pkgconfig COMPONENT development)
 set(package lib/cmake/toliman)
@@ -36,10 +36,10 @@ if(TARGET toliman_mpi)
   install(FILES ${PROJECT_BINARY_DIR}/share/man/man1/toliman-mpi.1.gz DESTINATION share/man/man1 COMPONENT mpi)
 endif()
 
-# Debian's Python looks here below /usr; elsewhere PYTHONPATH has to.
+# Debian's Python searches this folder below /usr; for other prefixes PYTHONPATH must name it.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
-# What pip and importlib.metadata know it by.
+# Metadata for pip and importlib.metadata.
 file(WRITE ${PROJECT_BINARY_DIR}/python/METADATA
      "Metadata-Version: 2.1\nName: toliman\nVersion: ${PROJECT_VERSION}\nSummary: ${PROJECT_DESCRIPTION}\n"
      "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n")

@@ -1,8 +1,8 @@
-# libtoliman.so and libtoliman.a from the same objects; hot kernels once an instruction set.
+# libtoliman.so and libtoliman.a from the same objects; hot kernels are compiled once per instruction set.
 configure_file(include/toliman/version.h.in ${PROJECT_BINARY_DIR}/include/toliman/version.h @ONLY)
 
 file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp)
-# Compiled once per instruction set, inside a namespace of that name; kernels/isa.cpp chooses at run time.
+# Compiled once per instruction set, inside a namespace of that name; kernels/isa.cpp selects one at run time.
 file(GLOB isa_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/kernels/*.isa.cpp)
 list(REMOVE_ITEM sources ${isa_sources})
 
@@ -35,12 +35,12 @@ foreach(isa IN LISTS toliman_isas)
   # -fno-trapping-math and -fno-math-errno change no value; without them the loops do not vectorise.
   target_compile_options(toliman_kernels_${isa} PRIVATE -O3 -fno-math-errno -fno-trapping-math
                          ${toliman_isa_flags_${isa}} ${toliman_counted})
-  if(TOLIMAN_SANITIZE MATCHES fuzzer-no-link) # they read nothing, and counting their loops would take most of the time
+  if(TOLIMAN_SANITIZE MATCHES fuzzer-no-link) # kernels parse nothing, and counting their loops would take most of the time
     target_compile_options(toliman_kernels_${isa} PRIVATE -fno-sanitize=fuzzer-no-link)
   endif()
   list(APPEND toliman_isa_objects $<TARGET_OBJECTS:toliman_kernels_${isa}>)
 endforeach()
-# float32 only, and its bits are promised per instruction set, not across them: fused multiply-adds are welcome.
+# Kernels in float32 whose bits are not promised across instruction sets: fused multiply-adds are allowed.
 set_source_files_properties(${PROJECT_SOURCE_DIR}/lib/kernels/conv.isa.cpp
                             ${PROJECT_SOURCE_DIR}/lib/kernels/elu.isa.cpp
                             ${PROJECT_SOURCE_DIR}/lib/kernels/same_conv.isa.cpp PROPERTIES COMPILE_OPTIONS -ffp-contract=fast)
@@ -50,15 +50,15 @@ set(toliman_includes $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<BUILD_IN
 add_library(toliman SHARED $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
 target_link_libraries(toliman PRIVATE ${toliman_needs})
 target_link_options(toliman PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
-if(NOT TOLIMAN_SANITIZE) # clang's sanitizers stand in the program alone
+if(NOT TOLIMAN_SANITIZE) # clang's sanitizer runtime is in the program only
   target_link_options(toliman PRIVATE -Wl,-z,defs)
 endif()
 set_target_properties(toliman PROPERTIES VERSION 0.${PROJECT_VERSION_MINOR} SOVERSION 0.${PROJECT_VERSION_MINOR}
                       LINK_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym)
 target_include_directories(toliman INTERFACE ${toliman_includes})
 
-# The static library is one object in which only toliman_* is global, so that no other name meets one of
-# the host's; unused functions go with --gc-sections. Sanitizers and counters need the objects as they are.
+# The static library is one object in which only toliman_* is global, so that no other name conflicts with one of the
+# host's; --gc-sections removes unused functions. Sanitizers and coverage counters need the separate objects.
 set(toliman_static_objects $<TARGET_OBJECTS:toliman_objects> ${toliman_isa_objects})
 if(NOT TOLIMAN_SANITIZE AND NOT TOLIMAN_COVERAGE)
   set(whole ${PROJECT_BINARY_DIR}/toliman_whole.o)

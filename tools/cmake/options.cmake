@@ -1,7 +1,7 @@
-# Language level, warnings and where the products go; the same for every target.
+# Language level, warnings and output folders; the same for every target.
 option(TOLIMAN_TESTS "Build the tests and examples" ON)
 set(TOLIMAN_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
-option(TOLIMAN_COVERAGE "Count which lines and branches of lib/ run" OFF)
+option(TOLIMAN_COVERAGE "Count the lines and branches of lib/ that run" OFF)
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
@@ -18,19 +18,19 @@ set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 set(CMAKE_Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/fortran)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
-# No contraction anywhere by default: the bits of sums and frames are promised to be the same on every x86-64.
+# No contraction by default: the bits of sums and frames are promised to be the same on every x86-64.
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall> $<$<COMPILE_LANGUAGE:C,CXX>:-Wextra>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Wconversion> $<$<COMPILE_LANGUAGE:C,CXX>:-Wshadow>
                     $<$<COMPILE_LANGUAGE:C,CXX>:-Werror>)
 if(TOLIMAN_SANITIZE)
-  # Not Fortran: GCC takes an absent optional argument that is passed on for a null that is read.
+  # Not Fortran: GCC's sanitizer reports an absent optional argument that is passed on as a null pointer that is read.
   add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fsanitize=${TOLIMAN_SANITIZE}>
                       $<$<COMPILE_LANGUAGE:C,CXX>:-fno-sanitize-recover=all> -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${TOLIMAN_SANITIZE})
 endif()
-# Python is built without sanitizers: what they need is loaded before it, with the C++ library that they look into. What
-# Python itself keeps is no leak.
+# Python is built without sanitizers, so their runtime and the C++ library that it inspects are preloaded. Memory that
+# Python itself keeps is not a leak.
 set(toliman_before_python "")
 if(TOLIMAN_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   string(REGEX MATCH "[at]" letter "${TOLIMAN_SANITIZE}") # address, thread
@@ -42,8 +42,8 @@ if(TOLIMAN_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   list(JOIN preload ":" preload)
   set(toliman_before_python "LD_PRELOAD=${preload};ASAN_OPTIONS=detect_leaks=0")
 endif()
-# Counts of the library's own code alone, taken before functions are inlined: so each branch counts once, and the tests
-# take minutes. Those of kernels may lose some of several threads'.
+# Counters in the library's own code only, inserted before functions are inlined: each branch counts once, and the tests
+# take minutes. Counters of kernels may lose increments from several threads.
 if(TOLIMAN_COVERAGE)
   set(toliman_counted --coverage -fno-early-inlining -fprofile-exclude-files=^/usr/)
   add_link_options(--coverage)

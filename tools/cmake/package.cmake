@@ -1,4 +1,4 @@
-# make package: a Debian package for each component of install.cmake, of the same files below /usr.
+# make package: one Debian package per component of install.cmake, with the same files below /usr.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "the libtoliman authors <libtoliman@localhost>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -11,11 +11,12 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/lib)
 
-# The shared library's package has its SONAME in the name, as Debian's policy has it; the others want this very version.
+# The package of the shared library has the SONAME in its name, as Debian's policy requires; the others depend on exactly
+# this version.
 set(runtime libtoliman0.${PROJECT_VERSION_MINOR})
 set(same "${runtime} (= ${PROJECT_VERSION})")
 
-# component, package, section, what it depends on, one line of description
+# component, package, section, dependencies, one line of description
 function(toliman_package component package section depends description)
   string(TOUPPER ${component} part)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
@@ -34,7 +35,7 @@ toliman_package(program toliman science "${same}" "period of a planet from frame
 toliman_package(python python3-toliman python "${same}, python3, python3-numpy" "libtoliman for Python 3")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev") # static
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS toliman) # which has the scenes
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS toliman) # contains the scenes
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)

@@ -1,12 +1,12 @@
-# Debian's packages, each wrapped once. tools/deps/packages lists what provides them.
+# Third-party libraries of Debian. tools/deps/packages lists the packages that provide them.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
-# What the library is made of; toliman-config.cmake.in has the same for programs that link the static one.
+# Libraries that libtoliman links; toliman-config.cmake.in has the same list for programs that link the static library.
 pkg_check_modules(TOLIMAN_NEEDS REQUIRED IMPORTED_TARGET fftw3 openblas libcjson zlib)
-find_library(FFTW3_THREADS fftw3_threads REQUIRED) # only for its thread-safe planner
-find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for declarations: OpenBLAS has LAPACK
+find_library(FFTW3_THREADS fftw3_threads REQUIRED) # only for fftw_make_planner_thread_safe
+find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for its declarations: OpenBLAS contains LAPACK
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
-# What the program takes besides.
+# Further libraries that the program links.
 pkg_check_modules(CJSON REQUIRED IMPORTED_TARGET libcjson)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
 pkg_check_modules(CFITSIO REQUIRED IMPORTED_TARGET cfitsio)
