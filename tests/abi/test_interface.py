@@ -85,7 +85,7 @@ class Headers(Tree):
         self.refuses((BASE, "    int32_t processors;", "    int32_t cores;"), "member toliman_machine.processors is gone")
 
     def test_member_in_padding(self):
-        """A struct as large as before does not tell the library that its caller knows the member."""
+        """If the size of a struct does not change, the library cannot know that its caller has the member."""
         self.change(BASE, LAST, LAST + "    int32_t odd;\n")
         self.write(RECORD, interface.describe(self.top))
         self.refuses((BASE, "    int32_t odd;\n", "    int32_t odd, even;\n"), "even at 60: int32_t, within the 64 bytes")
@@ -134,10 +134,10 @@ class Headers(Tree):
         for refused in (line % 64, "// " + line % 56):
             self.write(OLDEST, refused)
             self.refuses("lib/api refuses the 56 bytes")
-        for number, told in (("40", 40), ("offsetof(toliman_machine, new_one)", 56), ("56", 56)):
+        for number, accepted in (("40", 40), ("offsetof(toliman_machine, new_one)", 56), ("56", 56)):
             self.write(OLDEST, line % number)
             _, additions = self.compare()
-            self.assertIn(f"struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from {told}", additions)
+            self.assertIn(f"struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from {accepted}", additions)
             self.assertIn("member toliman_machine.new_one at 56: double", additions)
         self.write(RECORD, interface.describe(self.top))
         self.write(OLDEST, line % 64)

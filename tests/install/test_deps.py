@@ -1,4 +1,4 @@
-"""tools/deps/install on made-up systems: a PATH of its own with stand-ins that write down how they were called."""
+"""tools/deps/install on simulated systems: a PATH of its own with stand-ins that record how they were called."""
 import os
 import shutil
 import subprocess
