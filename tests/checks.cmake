@@ -1,4 +1,4 @@
-# The project rules as tests, and tests that each check finds the defects that it is meant to find.
+# The house rules as tests, and the proof that each check finds what it is there for.
 find_program(PYTHON3 python3 REQUIRED)
 set(check ${PROJECT_SOURCE_DIR}/tools/check)
 
@@ -11,7 +11,7 @@ add_test(NAME check/types COMMAND mypy --python-version 3.9 --cache-dir ${PROJEC
                                   ${PROJECT_SOURCE_DIR}/bindings/python/toliman)
 add_test(NAME check/exports COMMAND ${check}/exports $<TARGET_FILE:toliman>)
 
-# lib/api compiled once more with the debug information that abidw reads and libtoliman.so lacks; never run.
+# The border once more, with the debug information that abidw reads and libtoliman.so does without; only looked at.
 file(GLOB api_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/*.cpp)
 add_library(toliman_abi SHARED ${api_sources})
 target_link_libraries(toliman_abi PRIVATE toliman_settings)
@@ -48,8 +48,8 @@ set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJE
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 
-# A host that intercepts system calls of the library, and a library that breaks the rules, to verify the interception.
-# Sanitizers replace the same functions, so these tests are not built with them.
+# A host with manners, which watches the library; and a bad library, so that the watch is known to see. Sanitizers put
+# functions of their own where the watch has its own.
 if(NOT TOLIMAN_SANITIZE)
   add_library(toliman_bad_manners SHARED abi/bad_manners.c)
   target_compile_options(toliman_bad_manners PRIVATE -fno-optimize-sibling-calls)
@@ -61,7 +61,7 @@ if(NOT TOLIMAN_SANITIZE)
   set_tests_properties(abi/manners PROPERTIES ENVIRONMENT
                        "TOLIMAN_MANNERS=$<TARGET_FILE:manners>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
 
-  # Every public function while memory allocations or file operations fail.
+  # Every public function while memory or files fail it.
   add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
                  fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_period.c fault/scenarios_track.c)
   set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
@@ -69,7 +69,7 @@ if(NOT TOLIMAN_SANITIZE)
   target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA m)
   foreach(what memory files)
     add_test(NAME fault/${what} COMMAND faults ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym ${what})
-    # Freed blocks are overwritten, so that a read after free changes results.
+    # Blocks that are given back are filled, so that who still reads them sees it.
     set_tests_properties(fault/${what} PROPERTIES ENVIRONMENT GLIBC_TUNABLES=glibc.malloc.perturb=165)
   endforeach()
 endif()

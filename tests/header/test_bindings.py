@@ -1,4 +1,4 @@
-"""Runs tools/gen and the check of bindings on headers and bindings that do not agree."""
+"""Feeds headers and bindings that do not agree to tools/gen and the check of bindings."""
 import os
 import re
 import shutil
@@ -85,7 +85,7 @@ class Bindings(unittest.TestCase):
         with open(os.path.join(self.top, FORTRAN), encoding="utf-8") as stream:
             self.assertIn("procedure :: query_new => linear_estimator_query_new", stream.read())
 
-    def test_omissions_in_the_table_of_shapes(self):
+    def test_what_the_table_of_shapes_forgets(self):
         for before, after, complaint in (
                 ("toliman_period_query_power: power[count]\n", "",
                  "toliman_period_query_power: nothing has the extent count"),

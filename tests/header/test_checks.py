@@ -1,5 +1,5 @@
-"""Runs the checks of layers, words, format and headers on bad trees; each must complain about the right line. Also tests
-which files they examine, with and without git."""
+"""Feeds bad trees to the checks of layers, words, format and headers; each must complain of the right line. And the
+files that they look at, with and without git."""
 import os
 import shutil
 import subprocess
@@ -121,18 +121,18 @@ class Layers(Tree):
         self.accepts("layers", "tools/cli/a.cpp", '#include <toliman/sim.h>\n#include "b.hpp"\n// extern "C"\n')
         self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
 
-    def test_modules(self):
-        for module, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
+    def test_rooms(self):
+        for room, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
                              ("optics", "api/a.hpp"), ("base", "error.hpp"), ("attic", "base/error.hpp")):
-            name = "lib/%s/a.cpp" % module
+            name = "lib/%s/a.cpp" % room
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
-    def test_modules_of_the_program(self):
+    def test_rooms_of_the_program(self):
         self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
-        for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
-            name = "tools/cli/%s/a.cpp" % module
+        for room, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
+            name = "tools/cli/%s/a.cpp" % room
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
     def test_system_headers(self):
@@ -142,7 +142,7 @@ class Layers(Tree):
                              ("lib/period/a.cpp", "unistd.h"), ("lib/backend/zip.cpp", "fcntl.h")):
             self.refuses("layers", name, "#include <%s>\n" % header, name + ":1: " + header)
 
-    def test_one_library_per_file_and_one_file_per_library(self):
+    def test_one_library_a_file_and_one_file_a_library(self):
         self.refuses("layers", "lib/backend/a.cpp", "#include <zlib.h>\n#include <fftw3.h>\n", "lib/backend/a.cpp:2: ")
         self.write("lib/backend/fft.cpp", "#include <fftw3.h>\n")
         self.refuses("layers", "lib/backend/other.cpp", "\n#include <fftw3.h>\n", "lib/backend/other.cpp:2: fftw3.h")
@@ -201,7 +201,7 @@ class Headers(Tree):
             self.refuses("headers", "include/toliman/a.h", text, standard, self.top)
 
     def test_missing_compiler(self):
-        """Reported, not ignored."""
+        """Is told, not passed over."""
         tools = os.path.join(self.top, "bin")
         os.mkdir(tools)
         for tool in ("python3", "env", "git", "gcc", "g++", "clang"):

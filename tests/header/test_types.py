@@ -1,4 +1,4 @@
-"""Enumerations and structs of the headers: values that no two enumerations share, one type, and an initialiser each."""
+"""Enumerations and structs of the headers: values that tell enumerations apart, one type, and an initialiser each."""
 import os
 import re
 import subprocess
@@ -13,7 +13,7 @@ import model  # noqa: E402
 
 HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
-# Last words of the names of members and arguments that hold a constant of an enumeration.
+# Last words of members and arguments that are one of an enumeration.
 CHOICES = {"engine", "encoding", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
            "status", "sync", "unit", "verdict"}
 
@@ -32,7 +32,7 @@ class Enumerations(unittest.TestCase):
         found = re.findall(r"^#define (TOLIMAN_\w+)(?: |\s*\\\s*\n\s*)(\d+)(u?)\b", header_text(), re.M)
         constants = [(name, value) for name, value, is_flag in found if not is_flag]
         self.assertGreater(len(constants), 60)
-        self.assertIn(("TOLIMAN_PERIOD_FAP_BALUEV", "111"), constants)  # its value is on a line of its own
+        self.assertIn(("TOLIMAN_PERIOD_FAP_BALUEV", "111"), constants)  # whose value is on a line of its own
         of_value = {}
         for name, value in constants:
             self.assertNotIn(value, of_value, f"{name} has the value of {of_value.get(value)}")

@@ -1,4 +1,4 @@
-"""tools/deps/install on simulated systems: a PATH of its own with stand-ins that record how they were called."""
+"""tools/deps/install on made-up systems: a PATH of its own with stand-ins that write down how they were called."""
 import os
 import shutil
 import subprocess
@@ -70,7 +70,7 @@ class Install(unittest.TestCase):
         _, _, calls = self.run_install("check")
         self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("check"))))
 
-    def test_peers_are_for_benchmarks_only(self):
+    def test_peers_are_for_benches_alone(self):
         self.installed(packages("build", "check"))
         _, _, calls = self.run_install("peers")
         self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("peers"))))
@@ -112,7 +112,7 @@ class Install(unittest.TestCase):
         self.assertIn("apt-get update && apt-get install -y --no-install-recommends %s\n" % " ".join(packages("build")[:2]),
                       output)
 
-    def test_systems_without_dpkg_get_the_list_and_continue(self):
+    def test_systems_without_dpkg_are_told_and_go_on(self):
         code, output, calls = self.run_install("check")
         self.assertEqual((code, calls), (0, []))
         for package in packages("build", "check"):
