@@ -21,21 +21,21 @@ bench-%: everything ## run one benchmark, with details: sim, cae, period, weight
 fap: everything ## count false alarms in noise, and samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 
-soak: everything ## long runs: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
+soak: everything ## run for long: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
 fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each
-races: check-deps ## 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
-asan tsan: check-deps ## every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
+races: check-deps ## run 8 threads with 10,000 objects each under ThreadSanitizer, in a host that plans FFTs (10 minutes)
+asan tsan: check-deps ## run every test under AddressSanitizer and UBSan, or ThreadSanitizer (half an hour)
 coverage: check-deps ## run the tests and list the lines and branches of lib/ that they do not reach (15 minutes)
 $(CAMPAIGNS):
 	@SECONDS_EACH=$(SECONDS) tests/campaign $@ $(BUILD) $(JOBS)
 
-abi: everything ## record additions to the binary interface in tests/abi; refuses what breaks callers
+abi: everything ## record additions to the binary interface in tests/abi, refuse what breaks callers
 	@tools/check/abi --record $(BUILD)/lib/libtoliman_abi.so
 docs: check-deps ## generate the reference of the C interface: build/docs/html/index.html
 	@tools/docs/make $(BUILD)/docs
-install: all ## install below PREFIX, by default /usr/local; DESTDIR is prepended
+install: all ## install below PREFIX, by default /usr/local; prepend DESTDIR
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 package: all check-deps ## build Debian packages in build/packages
 	@cpack --config $(BUILD)/CPackConfig.cmake
