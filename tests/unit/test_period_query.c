@@ -221,8 +221,8 @@ static void test_peaks_and_aliases(void **unused) {
     assert_ok(toliman_period_query_peaks(period, 1, peaks, &count));
     assert_int_equal(count, 1);
     assert_true(peaks[0].frequency == highest.frequency);
-    assert_fails(toliman_period_query_peaks(period, 0, peaks, &count), TOLIMAN_E_ARGUMENT, "most = 0");
-    assert_fails(toliman_period_query_peaks(period, 65, peaks, &count), TOLIMAN_E_ARGUMENT, "most = 65");
+    assert_fails(toliman_period_query_peaks(period, 0, peaks, &count), TOLIMAN_E_ARGUMENT, "capacity = 0");
+    assert_fails(toliman_period_query_peaks(period, 65, peaks, &count), TOLIMAN_E_ARGUMENT, "capacity = 65");
     peaks[0].struct_size = 3;
     assert_fails(toliman_period_query_peaks(period, 2, peaks, &count), TOLIMAN_E_ARGUMENT, "peaks");
     toliman_period_destroy(period);
