@@ -1,3 +1,11 @@
+// Method: reverse-mode differentiation (back-propagation), written out layer by layer from the decoder output to the
+// first convolution. But for its ELU each stage is linear (for given switches), and `down` and `up` are each other's
+// adjoint for equal kernel and switches (cae/stage.hpp), so that the backward pass reuses the forward operators:
+//     d loss/d input  = adjoint operator applied to d loss/d output
+//     d loss/d kernel = correlation of the stage's input with d loss/d output
+// The derivative of ELU follows from its value y alone: 1 for y > 0, y + 1 otherwise. Activations before ELU need not
+// be stored. Gradients of kernels are summed in packed order and unpacked once per batch. Tested against finite
+// differences in long double (tests/kernel/test_backward.c).
 #include "cae/backward.hpp"
 
 #include <algorithm>
@@ -37,7 +45,8 @@ void Gradient::add(const Parameters &parameters, const Operators &operators, Pas
     add_encoder(operators, pass);
 }
 
-// From gradient[0], by the image, to gradient[kStages], by the encoder's features.
+// Propagates gradient[0], with respect to the decoder output, to gradient[kStages], with respect to the encoder's
+// features.
 void Gradient::add_decoder(const Parameters &parameters, const Operators &operators, Pass &pass) noexcept {
     for (size_t s = 0; s < kStages; s++) {
         const Stage &stage = stage_of(layout_, s);
@@ -50,7 +59,8 @@ void Gradient::add_decoder(const Parameters &parameters, const Operators &operat
         stage.down(pass.gradient[s], operators.decoder_down[s].data(), switches, dense, pass.gradient[s + 1]);
         kernels::elu_kernels().slope(pass.decoder[s + 1], kShapes[s].coarse(), pass.gradient[s + 1]);
     }
-    // The dense layers; the gradient by the features takes the place of that by the decoder's first image.
+    // The dense layers. The gradient with respect to the features replaces that with respect to the decoder's first
+    // image.
     const size_t row = kDeepSide * kDeepChannels;
     double by_latent = 0;
     for (size_t r = 0; r < kDeepSide; r++) {

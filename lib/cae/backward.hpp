@@ -1,4 +1,4 @@
-// Backward pass of the whole autoencoder: gradient of a loss of the decoder's image with respect to all weights.
+// Backward pass of the whole autoencoder: gradient of a loss of the decoder output with respect to all weights.
 #pragma once
 #include <cstddef>
 
@@ -6,13 +6,13 @@
 
 namespace toliman::cae {
 
-// Everything that follows from the weights at one step.
+// Packed kernels of every operation of a forward and a backward pass, for the weights of one training step.
 struct Operators {
     Operators(const Layout &layout, const Parameters &parameters);
     Packed encoder_down, encoder_up, decoder_up, decoder_down;
 };
 
-// One image's way through the network and back.
+// Working memory of the forward and backward pass of one image.
 struct Pass {
     explicit Pass(const Layout &layout) : pooling(layout) {}
     Images encoder, decoder, gradient;
@@ -20,19 +20,19 @@ struct Pass {
     float latent = 0;
 };
 
-// Sum of gradients of any number of images.
+// Accumulates the gradients of any number of images.
 class Gradient {
   public:
     explicit Gradient(const Layout &layout);
 
-    // Adds an image's: pass holds its forward passes, and in gradient[0] that of the loss by the decoder's image, with
-    // a border of zeros; gradient is used up.
+    // Adds the gradient of one image. pass holds its forward pass and, in gradient[0], the derivative of the loss with
+    // respect to the decoder output, with a border of zeros. pass.gradient is overwritten.
     void add(const Parameters &parameters, const Operators &operators, Pass &pass) noexcept;
 
     void add(const Gradient &other) noexcept;
     void clear() noexcept;
 
-    // In the order of the weights.
+    // Copies the sum in the order of the weights.
     void get(Parameters &out) const noexcept;
 
   private:
@@ -40,8 +40,8 @@ class Gradient {
     void add_encoder(const Operators &operators, Pass &pass) noexcept;
 
     const Layout &layout_;
-    Parameters sums_;                // of biases and dense weights
-    Packed encoder_, decoder_, one_; // of convolutions, packed; one_: of the image at hand
+    Parameters sums_;                // sums over images: biases and dense weights
+    Packed encoder_, decoder_, one_; // packed convolution kernels: sums over images; one_: the current image
 };
 
 } // namespace toliman::cae

@@ -1,10 +1,13 @@
-// The layouts as data. Both have stages down to 16x16x64, a dense layer to the latent and the same way back, and the
-// same tensors; their table is what the weights blob holds, in this order. They differ in a stage:
+// Network layouts as constexpr tables: stages, tensors, offsets and layout hash.
 //
-//     flight  down: 3x3 convolution, 2x2 mean, ELU                 up: each pixel repeated 2x2, 3x3 deconvolution, ELU
+// The encoder has four stages, 256x256x1 -> 128x128x8 -> 64x64x16 -> 32x32x32 -> 16x16x64, and a dense layer to one
+// latent. The decoder mirrors it. Both layouts have the same tensors, in the order in which the weights blob stores
+// them (tools/docs/formats.md). They differ in how a stage changes resolution:
+//
+//     flight  down: 3x3 convolution, 2x2 mean, ELU                 up: nearest up-sampling x2, 3x3 deconvolution, ELU
 //     paper   down: 3x3 convolution, ELU, 2x2 maximum (switches)   up: un-pooling with the switches, deconvolution, ELU
 //
-// The last ELU of the way back is left out.
+// The decoder's last stage is linear (no ELU). "Deconvolution" is the transposed convolution.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -18,11 +21,11 @@ namespace toliman::cae {
 constexpr size_t kSide = 256; // rows and columns of the network's input
 constexpr size_t kPixels = kSide * kSide;
 constexpr size_t kStages = 4;
-constexpr size_t kDeepSide = 16; // of the last stage's coarse image
+constexpr size_t kDeepSide = 16; // rows and columns of the last stage's coarse image
 constexpr size_t kDeepChannels = 64;
 constexpr size_t kFeatures = kDeepSide * kDeepSide * kDeepChannels;
 
-// A tensor of up to four dimensions; unused ones are zero.
+// Name and shape of a tensor of up to four dimensions; unused dimensions are 0.
 struct Tensor {
     const char *name;
     uint32_t size[4];
@@ -34,7 +37,7 @@ struct Tensor {
     }
 };
 
-// Convolutions [coarse][fine][3][3] in both halves; features [row][col][channel].
+// Convolution kernels are [coarse][fine][3][3] in encoder and decoder; dense weights are [row][col][channel].
 constexpr size_t kTensors = 20;
 using TensorTable = std::array<Tensor, kTensors>;
 inline constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},     {"conv1.bias", {8}},
@@ -48,23 +51,23 @@ inline constexpr TensorTable kTensorTable = {{{"conv1.weight", {8, 1, 3, 3}},   
                                               {"deconv2.weight", {16, 8, 3, 3}},  {"deconv2.bias", {8}},
                                               {"deconv1.weight", {8, 1, 3, 3}},   {"deconv1.bias", {1}}}};
 
-// Stages of both layouts, from the input inwards.
+// Shapes of the stages of both layouts, from the input to the features.
 inline constexpr std::array<kernels::ConvShape, kStages> kShapes = {
     {{128, 128, 1, 8}, {64, 64, 8, 16}, {32, 32, 16, 32}, {16, 16, 32, 64}}};
 
 struct Layout {
     uint32_t id;
     const char *name;
-    bool max_pool; // else the mean
+    bool max_pool; // 2x2 maximum with switches; otherwise 2x2 mean
 };
 inline constexpr Layout kFlight = {1, "flight", false}, kPaper = {2, "paper", true};
 
-// NULL for an unknown id.
+// Returns the layout with this id, or NULL if there is none.
 constexpr const Layout *find_layout(uint32_t id) noexcept {
     return id == kFlight.id ? &kFlight : id == kPaper.id ? &kPaper : nullptr;
 }
 
-// Numbers of tensors in the table; stages count from 0 at the input.
+// Index of a tensor in the table. Stages count from 0 at the input.
 constexpr size_t conv_weight(size_t stage) noexcept {
     return 2 * stage;
 }
@@ -79,7 +82,7 @@ constexpr size_t deconv_bias(size_t stage) noexcept {
     return deconv_weight(stage) + 1;
 }
 
-// Where a tensor starts among all weights; with kTensors their whole number.
+// Offset of a tensor in the array of all weights; tensor_offset(kTensors) is the number of weights.
 constexpr size_t tensor_offset(size_t tensor) noexcept {
     size_t offset = 0;
     for (size_t i = 0; i < tensor; i++)
@@ -88,7 +91,8 @@ constexpr size_t tensor_offset(size_t tensor) noexcept {
 }
 constexpr size_t kParameters = tensor_offset(kTensors);
 
-// FNV-1a of the layout's name, then of each tensor's name and of its dimensions as little-endian u32.
+// 64-bit FNV-1a of the layout's name, then of each tensor's name and dimensions (little-endian u32). The weights blob
+// stores it, so that a blob of another table is rejected.
 constexpr uint64_t layout_hash(const Layout &layout) noexcept {
     const auto text = [](const char *name, uint64_t hash) {
         size_t size = 0;

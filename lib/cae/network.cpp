@@ -12,7 +12,7 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr double kLargestLatent = 1e6; // px; beyond it float32 could overflow on the way
+constexpr double kLargestLatent = 1e6; // px; above it float32 activations of the decoder could overflow
 
 } // namespace
 
@@ -26,7 +26,7 @@ double Network::latent_of(ImageView<const double> frame, Workspace &work, Poolin
     preprocess_.apply(frame, work.scratch, work.images[0] + kInputStride + 1, kInputStride);
     const double latent = cae::encode(*layout_, parameters_, encoder_, work.images, pooling);
     if (!std::isfinite(latent))
-        fail(Status::range, "{counts}: the latent is not finite; counts are too far from the scene's");
+        fail(Status::range, "{counts}: the latent is not finite: the counts are too far from the reference frame");
     return latent;
 }
 
@@ -55,21 +55,22 @@ void Network::encode_many(const PixelFrames &frames, size_t count, unsigned work
 
 void Network::decode(double latent, double *image) const {
     if (layout_->max_pool)
-        fail(Status::unsupported, "cae: layout %s un-pools with a frame's switches: only reconstruct can decode",
-             layout_->name);
+        fail(Status::unsupported,
+             "cae: layout = %s: decode requires layout %s: use reconstruct, which has the switches", layout_->name,
+             kFlight.name);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::argument, "{latent_px} = %g: must be in [%g, %g]", latent, -kLargestLatent, kLargestLatent);
     Pooling pooling(*layout_);
-    paint(latent, pooling, image);
+    run_decoder(latent, pooling, image);
 }
 
-void Network::paint(double latent, Pooling &pooling, double *image) const {
+void Network::run_decoder(double latent, Pooling &pooling, double *image) const {
     Images images;
     cae::decode(*layout_, parameters_, decoder_, static_cast<float>(latent), images, pooling);
     Buffer<float> out(kPixels);
     get_inside(images[0], kSide, kSide, 1, out.data());
     if (!std::all_of(out.begin(), out.end(), [](float value) { return std::isfinite(value); }))
-        fail(Status::range, "cae: what the decoder paints for %g px overflows: the weights are too large", latent);
+        fail(Status::range, "cae: the decoder output for latent = %g px overflows: the weights are too large", latent);
     std::copy(out.begin(), out.end(), image);
 }
 
@@ -78,9 +79,10 @@ void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Pooling pooling(*layout_);
     const double latent = latent_of(frame, work, &pooling);
     if (!(std::fabs(latent) <= kLargestLatent))
-        fail(Status::range, "{counts}: their latent is %g px, must be in [%g, %g]; counts are too far from the scene's",
-             latent, -kLargestLatent, kLargestLatent);
-    paint(latent, pooling, image);
+        fail(Status::range,
+             "{counts}: latent = %g px: must be in [%g, %g]: the counts are too far from the reference frame", latent,
+             -kLargestLatent, kLargestLatent);
+    run_decoder(latent, pooling, image);
     preprocess_.to_counts(image);
 }
 

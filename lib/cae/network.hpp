@@ -1,4 +1,4 @@
-// A network: weights of the layout and the preprocessing they belong to; encoding, decoding and reconstruction.
+// Network: a layout, its weights and the preprocessing they were trained for; encode, decode and reconstruct frames.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,12 +10,13 @@
 
 namespace toliman::cae {
 
-// What a reconstruction is worth; the images scaled by the frame's extremes.
+// Quality of a reconstruction: mean squared error, mean structural similarity, and the mean squared error that photon
+// noise alone would cause. All refer to images scaled so that the frame spans 0 to 1.
 struct Quality {
     double mmse, mssim, photon_floor;
 };
 
-// What encoding works in; one a thread.
+// Scratch memory of one encoding thread; reuse it to avoid allocations.
 struct Workspace {
     Images images;
     Buffer<double> scratch;
@@ -23,7 +24,7 @@ struct Workspace {
 
 class Network {
   public:
-    // Weights must be finite. cosine is 0 while untrained.
+    // Weights must be finite. cosine: between the latent's gradient and the target; 0 while untrained.
     Network(const Layout &layout, Preprocess preprocess, Parameters parameters, uint64_t seed, bool trained,
             double cosine);
 
@@ -34,30 +35,32 @@ class Network {
     bool trained() const noexcept { return trained_; }
     double cosine() const noexcept { return cosine_; }
 
-    // Latent in px of one frame. Status::argument for a non-finite count, Status::range for a latent beyond float.
+    // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
+    // for a non-finite latent.
     double encode(ImageView<const double> frame) const;
-    // The same without an allocation; chi_square, unless NULL, becomes that of Preprocess.
+    // The same without allocating; *chi_square, unless NULL, receives Preprocess::chi_square.
     double encode(ImageView<const double> frame, Workspace &work, double *chi_square = nullptr) const;
 
-    // FNV-1a of all that the latents come from.
+    // FNV-1a of everything that determines a latent: preprocessing, layout and weights.
     uint64_t digest() const noexcept;
 
-    // The same of many frames, and chi_square [count] of each unless NULL.
+    // Encodes `count` frames into latents [count] and, unless NULL, chi_square [count]. The result does not depend on
+    // the number of workers.
     void encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
                      double *chi_square) const;
 
-    // Whitened residual image [kPixels] for a latent in px. Status::argument for a latent beyond 1e6 px, Status::range
-    // when weights are so large that the image overflows, Status::unsupported for a layout that needs a frame's
-    // switches.
+    // Decoder output for a latent (px): the whitened residual image [kPixels]. Status::argument for |latent| above
+    // 1e6 px, Status::range for an image that overflows, Status::unsupported for layout `paper`, whose decoder needs a
+    // frame's pooling switches.
     void decode(double latent, double *image) const;
 
-    // Frame as the network sees it again, image [kPixels] in counts. Errors as of encode; Status::range for a latent
-    // beyond 1e6 px and an image that overflows.
+    // Reconstructed frame, image [kPixels] in counts: encode, decode, inverse preprocessing. Errors of encode;
+    // Status::range also for |latent| above 1e6 px and for an image that overflows.
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
     double latent_of(ImageView<const double> frame, Workspace &work, Pooling *pooling) const;
-    void paint(double latent, Pooling &pooling, double *image) const;
+    void run_decoder(double latent, Pooling &pooling, double *image) const;
 
     const Layout *layout_;
     Preprocess preprocess_;
@@ -68,7 +71,7 @@ class Network {
     double cosine_;
 };
 
-// Status::argument for a frame without contrast.
+// Compares a frame with its reconstruction, image [kPixels] in counts. Status::argument for a constant frame.
 Quality quality(const Network &network, ImageView<const double> frame, const double *image);
 
 } // namespace toliman::cae

@@ -1,3 +1,13 @@
+// Method: with counts n, reference frame m, variance v and an orthonormal basis u_k of the whitened nuisance images,
+//     r = (n - m)/sqrt(v),    input = input_scale (r - sum_k <u_k, r> u_k)
+// over a 256x256 crop centred on the barycentre of the reference. After whitening every pixel has unit noise, so that
+// the best linear estimate of a small displacement is the inner product with the whitened derivative image (matched
+// filter). Projecting the nuisances (fluxes, common shift, ...) out makes the latent insensitive to them to first
+// order; the price is the larger Cramer-Rao bound with these parameters free.
+//
+// Precision: the residual is formed in double, and only the residual is rounded to float32, so that the rounding is
+// relative to the noise, not to the counts. float32 values near 1e9 counts are 64 counts apart, and a rounded reference
+// would shift every latent by the same error. The reference is therefore stored as the sum of two float32.
 #include "cae/preprocess.hpp"
 
 #include <algorithm>
@@ -17,27 +27,28 @@ namespace toliman::cae {
 
 namespace {
 
-constexpr double kLeastLeft = 1e-5; // of the derivative's length; float32 rounding would make 0.6 % of it
+// Smallest remainder of the derivative, as a fraction of its norm. float32 rounding of the planes is 0.6 % of it.
+constexpr double kMinRemainder = 1e-5;
 
-// First row (or column) of a crop centred on `centre`, inside 0 ... size.
+// First row (or column) of a crop centred on `centre` that lies within 0 ... size.
 size_t crop_start(double centre, size_t size) {
     const double start = std::floor(centre - (static_cast<double>(kSide) - 1) / 2 + 0.5);
     return static_cast<size_t>(std::clamp(start, 0.0, static_cast<double>(size - kSide)));
 }
 
 void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
-    double light = 0, row_moment = 0, col_moment = 0;
+    double flux = 0, row_moment = 0, col_moment = 0;
     for (size_t r = 0; r < model.rows; r++)
         for (size_t c = 0; c < model.cols; c++) {
             const double counts = model.reference[r * model.cols + c] - model.background;
-            light += counts;
+            flux += counts;
             row_moment += counts * static_cast<double>(r);
             col_moment += counts * static_cast<double>(c);
         }
-    if (!(light > 0))
-        fail(Status::scene, "%s: the reference frame holds no light", model.source.c_str());
-    out.crop_row = crop_start(row_moment / light, model.rows);
-    out.crop_col = crop_start(col_moment / light, model.cols);
+    if (!(flux > 0))
+        fail(Status::scene, "%s: the reference frame has no counts above the background", model.source.c_str());
+    out.crop_row = crop_start(row_moment / flux, model.rows);
+    out.crop_col = crop_start(col_moment / flux, model.cols);
 }
 
 Buffer<double> crop(const FrameModel &model, const Buffer<double> &image, const Preprocess &at) {
@@ -52,7 +63,8 @@ void round_to_float(Buffer<double> &plane) {
         value = static_cast<double>(kernels::to_float32(value));
 }
 
-// float32 alone would be 60 counts off at 1e9, two thousandths of a sigma; the sum of two is off by 4e-6 counts.
+// A single float32 is up to 32 counts off near 1e9 counts, a thousandth of the photon noise; the sum of two is within
+// 4e-6 counts.
 void round_to_two_floats(Buffer<double> &plane) {
     for (double &value : plane) {
         const double high = static_cast<double>(kernels::to_float32(value));
@@ -60,30 +72,31 @@ void round_to_two_floats(Buffer<double> &plane) {
     }
 }
 
-// What the nuisances leave of the derivative must stand above the rounding of their float32 planes.
+// The part of the derivative that is orthogonal to the nuisances must exceed the rounding of their float32 planes.
 void check_signal(const Preprocess &preprocess, const std::string &source) {
     Buffer<double> target = preprocess.target;
-    const auto [before, left] =
-        kernels::project_out_twice(preprocess.units.data(), preprocess.projected, kPixels, target.data());
-    if (!(left > kLeastLeft * before))
+    const auto [before, after] =
+        kernels::project_out_twice(preprocess.nuisance_basis.data(), preprocess.projected, kPixels, target.data());
+    if (!(after > kMinRemainder * before))
         fail(Status::scene,
-             "%s: {preprocess.project}: the scene tells nothing of the separation: %g of the information of %g px^-2 a "
-             "frame is left after it",
-             source.c_str(), before > 0 ? left / before * left / before : 0, before * before);
+             "%s: {preprocess.project}: the projection leaves no information about the separation: %g of %g px^-2 per "
+             "frame",
+             source.c_str(), before > 0 ? after / before * after / before : 0, before * before);
 }
 
 } // namespace
 
 Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     if (model.rows < kSide || model.cols < kSide)
-        fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: the network takes at least %zu px either way",
-             model.source.c_str(), model.rows, model.cols, kSide);
+        fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: must be at least [%zu, %zu] px for the network",
+             model.source.c_str(), model.rows, model.cols, kSide, kSide);
     if (model.projected.size() > kMaxProjected)
-        fail(Status::unsupported, "%s: {preprocess.project}: %zu names: at most %zu can be projected out",
+        fail(Status::unsupported, "%s: {preprocess.project}: number of names = %zu: must be at most %zu",
              model.source.c_str(), model.projected.size(), kMaxProjected);
     if (input != Input::whitened && !model.projected.empty())
-        fail(Status::unsupported, "%s: {preprocess.project}: only whitened input can be projected",
-             model.source.c_str());
+        fail(Status::unsupported,
+             "%s: {preprocess.project}: must be empty for %s input: only whitened input can be projected",
+             model.source.c_str(), name_of(input));
     Preprocess out;
     out.input = input;
     out.rows = model.rows;
@@ -96,19 +109,19 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     out.variance = crop(model, model.variance, out);
     round_to_float(out.variance);
 
-    out.units.resize(model.projected.size() * kPixels);
+    out.nuisance_basis.resize(model.projected.size() * kPixels);
     for (size_t k = 0; k < model.projected.size(); k++) {
         const Buffer<double> image = crop(model, model.projected[k].image, out);
-        kernels::whiten(image.data(), out.variance.data(), kPixels, &out.units[k * kPixels]);
+        kernels::whiten(image.data(), out.variance.data(), kPixels, &out.nuisance_basis[k * kPixels]);
     }
-    out.projected = kernels::orthonormalise(out.units.data(), model.projected.size(), kPixels);
-    out.units.resize(out.projected * kPixels);
+    out.projected = kernels::orthonormalise(out.nuisance_basis.data(), model.projected.size(), kPixels);
+    out.nuisance_basis.resize(out.projected * kPixels);
     out.target = crop(model, model.derivative, out);
     kernels::whiten(out.target.data(), out.variance.data(), kPixels, out.target.data());
     check_signal(out, model.source);
 
-    round_to_float(out.units);
-    kernels::project_out(out.units.data(), out.projected, kPixels, out.target.data());
+    round_to_float(out.nuisance_basis);
+    kernels::project_out(out.nuisance_basis.data(), out.projected, kPixels, out.target.data());
     round_to_float(out.target);
     out.derive();
     return out;
@@ -153,7 +166,7 @@ void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, 
     }
     if (projected == 0)
         return;
-    kernel.project_out(units.data(), projected, kPixels, residual.data());
+    kernel.project_out(nuisance_basis.data(), projected, kPixels, residual.data());
     for (size_t r = 0; r < kSide; r++)
         for (size_t c = 0; c < kSide; c++)
             out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);
@@ -161,7 +174,7 @@ void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, 
 
 double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &residual) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    if (projected == 0) { // else it is as apply() left it
+    if (projected == 0) { // otherwise apply() has left it in the scratch buffer
         residual.resize(kPixels);
         for (size_t r = 0; r < kSide; r++) {
             const double *counts = frame.row(crop_row + r) + crop_col;
@@ -171,18 +184,18 @@ double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &res
         kernels::whiten(residual.data(), variance.data(), kPixels, residual.data());
     }
     const double along = target_square > 0 ? kernel.inner(target.data(), residual.data(), kPixels) : 0;
-    const double left = kernel.inner(residual.data(), residual.data(), kPixels) -
-                        (target_square > 0 ? along / target_square * along : 0);
-    if (!std::isfinite(left))
+    const double square = kernel.inner(residual.data(), residual.data(), kPixels) -
+                          (target_square > 0 ? along / target_square * along : 0);
+    if (!std::isfinite(square))
         return std::numeric_limits<double>::infinity();
-    return std::max(left, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));
+    return std::max(square, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));
 }
 
 uint64_t Preprocess::digest() const noexcept {
     uint64_t hash = fnv1a(with_bits<uint64_t>(input_scale), kFnvOffset);
     for (const size_t number : {rows, cols, crop_row, crop_col, projected, static_cast<size_t>(input)})
         hash = fnv1a(number, hash);
-    for (const Buffer<double> *plane : {&reference, &variance, &units})
+    for (const Buffer<double> *plane : {&reference, &variance, &nuisance_basis})
         hash = fnv1a(*plane, hash);
     return hash;
 }

@@ -1,4 +1,4 @@
-// From a frame of counts to what the network sees, in double until the last step.
+// Preprocessing: from a frame of counts to the network's input. Double precision until the last step.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,52 +11,57 @@ namespace toliman::cae {
 
 constexpr size_t kMaxProjected = 8;
 
-// What becomes of counts: the whitened residual (counts - reference)/sigma of each pixel, less the projected nuisances;
-// the residual over the frame's mean sigma; or the counts scaled so that the reference spans 0 to 1.
+// Network input derived from the counts:
+//   whitened  residual (counts - reference)/sigma per pixel, with the nuisance images projected out
+//   residual  (counts - reference)/sigma, with one sigma, the root of the mean variance over the crop
+//   raw       counts scaled so that the reference spans 0 to 1
 enum class Input : uint32_t { whitened = 0, residual = 1, raw = 2 };
 constexpr const char *name_of(Input input) noexcept {
     return input == Input::whitened ? "whitened" : input == Input::residual ? "residual" : "raw";
 }
 
-// The planes are held in double but take only values that the weights blob can hold: float32, the reference the sum of
-// two. So a network computes the same before saving and after loading.
+// Parameters of the preprocessing. The planes are stored as double, but rounded to what the weights blob can represent:
+// float32, and for the reference the sum of two float32. A network therefore computes the same bits before saving and
+// after loading.
 struct Preprocess {
-    size_t rows = 0, cols = 0;         // of a frame
-    size_t crop_row = 0, crop_col = 0; // first of the 256x256 crop
-    size_t projected = 0;              // nuisance images
+    size_t rows = 0, cols = 0;         // size of a frame
+    size_t crop_row = 0, crop_col = 0; // first row and column of the 256x256 crop
+    size_t projected = 0;              // number of nuisance images
     Input input = Input::whitened;
-    double input_scale = 1; // a matter of the training
-    double crb_px = 0;
+    double input_scale = 1; // set by the training mode
+    double crb_px = 0;      // Cramer-Rao bound of the separation, with exactly the projected nuisances free
     uint64_t scene_digest = 0;
     Buffer<double> reference;      // expected counts
-    Buffer<double> variance;       // of the counts, > 0
-    Buffer<double> target;         // whitened, projected derivative, sigmas of a pixel per px
-    Buffer<double> units;          // [projected][pixels], whitened nuisance images, orthonormal
+    Buffer<double> variance;       // variance of the counts, > 0
+    Buffer<double> target;         // whitened, projected derivative image, in sigmas per px of separation
+    Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
 
-    // Crop about the light's barycentre of the reference. Status::unsupported for frames below 256x256 and for a
-    // projection of what is not whitened, Status::scene when nothing of the derivative is left beside the nuisances.
+    // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
+    // for frames below 256x256 px and for a projection without whitened input. Status::scene if the nuisances explain
+    // the whole derivative, so that no information about the separation remains.
     static Preprocess from_model(const FrameModel &model, Input input);
 
-    // Sets what follows from the other planes.
+    // Computes the derived members from the others.
     void derive();
 
     Preprocess with_input_scale(double scale) const;
 
-    // input_scale times the input, [256 rows][stride], from the crop of a frame. scratch, kept from frame to frame,
-    // saves an allocation. Status::argument for a non-finite count.
+    // Writes input_scale times the input of a frame's crop to out [256 rows][stride]. Reusing scratch from frame to
+    // frame saves an allocation. Status::argument for a non-finite count.
     void apply(ImageView<const double> frame, Buffer<double> &scratch, float *out, size_t stride) const;
 
-    // Mean square per degree of freedom of what reference, nuisances and derivative leave of the whitened residual r of
-    // the crop, whatever the input is: |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2/(pixels - projected - 1); +infinity
-    // where it overflows. Of the frame that was applied last, with its scratch.
+    // Reduced chi-square of the crop's whitened residual r, after the fit of nuisances u_k and target t, for any input:
+    //     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels - projected - 1)
+    // +infinity if it overflows. Call it after apply() for the same frame, with the same scratch.
     double chi_square(ImageView<const double> frame, Buffer<double> &scratch) const;
 
-    // FNV-1a of what makes the input.
+    // FNV-1a of everything that determines the input.
     uint64_t digest() const noexcept;
 
-    // Counts [pixels] of an input that is not yet scaled, in place; the inverse of apply but for the projection.
+    // Converts an input without input_scale to counts [pixels], in place: the inverse of apply() without the
+    // projection.
     void to_counts(double *image) const noexcept;
 };
 

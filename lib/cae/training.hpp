@@ -1,5 +1,5 @@
-// Where a training stands: all that its next step depends on, but for the frames. So it can be cancelled, saved and
-// taken up with the same result.
+// State of a training: everything that its next step depends on except the frames. A training can therefore be
+// cancelled, saved and resumed with the same result, bit for bit.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,11 +10,11 @@ namespace toliman::cae {
 
 enum class Mode : uint32_t { tied = 0, unsupervised = 1 };
 
-constexpr uint64_t kMostFrames = 1u << 20; // 256 GiB of input
+constexpr uint64_t kMostFrames = 1u << 20; // their inputs fill 256 GiB
 constexpr uint32_t kLargestBatch = 4096;
 
-// What must be the same for a training to be taken up. total: the steps of tied training, whose rate falls until then;
-// the rest but the rate is of unsupervised training; 0 in the other.
+// Settings that must be equal for a training to be resumed. total: number of steps of tied training, over which the
+// learning rate falls to 0; frames, validation and batch: of unsupervised training. 0 where they do not apply.
 struct Course {
     Mode mode = Mode::tied;
     double learning_rate = 0;
@@ -26,7 +26,7 @@ struct Course {
     }
 };
 
-// The caller's array for the loss after each step or epoch, as far as it goes.
+// The caller's array for the loss after each step or epoch; losses beyond its end are dropped.
 struct Losses {
     double *values = nullptr;
     uint64_t count = 0;
@@ -38,10 +38,11 @@ struct Losses {
 
 struct Training {
     Course course;
-    uint32_t done = 0;  // steps of tied, epochs of unsupervised training
-    uint64_t steps = 0; // of the optimiser
+    uint32_t done = 0;  // completed steps (tied) or epochs (unsupervised)
+    uint64_t steps = 0; // completed optimiser steps
     double loss = 0, validation_loss = 0;
-    Parameters weights, first, second; // the latter: moments of the optimiser, the second of unsupervised training
+    Parameters weights;
+    Parameters first, second; // optimiser moments: the momentum or Adam's first, and Adam's second (unsupervised only)
 };
 
 } // namespace toliman::cae

@@ -1,3 +1,15 @@
+// Method: minimises mean (decoder output - input)^2 by Adam over shuffled mini-batches, without a prior on the signal.
+// Initial weights are normal with variance 1/inputs, which keeps the variance of activations of linear layers.
+//
+// Determinism: the order of an epoch is a Fisher-Yates shuffle from (seed, epoch) alone, and a batch is summed in eight
+// slots of fixed membership, regardless of the number of workers. Runs on 1 or 8 threads, and interrupted and
+// uninterrupted ones, therefore give the same bits. All inputs are held in memory as float32, 256 KiB per frame.
+//
+// The mode reproduces the book chapter's training and serves as a control: the loss is dominated by the image and its
+// noise, not by the displacement, and after 10 epochs the network found no signal that its random weights did not
+// (tools/docs/benchmarks.md). Use tied training (cae/tied.hpp) to detect signals.
+//
+// Reference: Kingma and Ba (2015), "Adam", ICLR.
 #include "cae/unsupervised.hpp"
 
 #include <algorithm>
@@ -19,14 +31,15 @@ namespace toliman::cae {
 
 namespace {
 
-// Partial sums of a batch: as many workers can share it, and its bits do not depend on them.
+// Partial sums of a batch: at most this many workers share it. Fixed, so that the result does not depend on the
+// workers.
 constexpr size_t kSlots = 8;
-constexpr double kInputScale = 1;              // the input is the network's output too
-constexpr size_t kPixelsAtOnce = 32 * kPixels; // of frames asked for together, where one is not larger
+constexpr double kInputScale = 1;              // the decoder has to reproduce the unscaled input
+constexpr size_t kPixelsAtOnce = 32 * kPixels; // pixels per request for frames, but at least one frame
 
-// Fisher and Yates' shuffle of 0 ... count - 1.
-Buffer<size_t> shuffled(size_t count, uint64_t seed, uint64_t turn) {
-    kernels::Rng rng(seed + 0x9e3779b97f4a7c15u * turn, kernels::kStreamShuffle);
+// Random permutation of 0 ... count - 1 (Fisher-Yates). Epochs count from 1; 0 splits off the validation frames.
+Buffer<size_t> shuffled(size_t count, uint64_t seed, uint64_t epoch) {
+    kernels::Rng rng(seed + 0x9e3779b97f4a7c15u * epoch, kernels::kStreamShuffle);
     Buffer<size_t> order(count);
     std::iota(order.begin(), order.end(), size_t{0});
     for (size_t i = count; i > 1; i--)
@@ -48,14 +61,14 @@ Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOption
                 const double *frame = &counts[i * rows * cols];
                 preprocess.apply({frame, rows, cols, cols}, scratch, &inputs[(first + i) * kPixels], kSide);
                 if (std::all_of(frame, frame + rows * cols, [&](double value) { return value == frame[0]; }))
-                    fail(Status::argument, "{counts}: all are %g: nothing can be learnt from it", frame[0]);
+                    fail(Status::argument, "{counts}: all pixels are %g: must not all be equal", frame[0]);
             });
         options.progress.report("frames", static_cast<double>(first + count) / static_cast<double>(options.frames));
     }
     return inputs;
 }
 
-// Mean squared error of the decoder's image, and its gradient times `share`, which may be 0.
+// Mean squared error of the decoder output; gradient[0] = share times the error, where share may be 0.
 double squared_error(const float *input, const Images &decoder, float share, Images &gradient) {
     double sum = 0;
     for (size_t r = 0; r < kSide; r++) {
@@ -79,15 +92,15 @@ class Trainer {
         }
     }
 
-    // Mean loss of the images, and, where asked for, the mean gradient.
+    // Returns the mean loss of the images and, if requested, leaves their mean gradient in total_.
     double run(const Parameters &weights, const Operators &operators, const size_t *images, size_t count,
                bool with_gradient) {
         std::array<double, kSlots> losses = {};
         run_jobs(worker_count(options_.workers), kSlots, [&](size_t slot) {
             slots_[slot]->clear();
             for (size_t i = slot; i < count; i += kSlots)
-                losses[slot] += image(weights, operators, &inputs_[images[i] * kPixels],
-                                      with_gradient ? 1.0 / static_cast<double>(count) : 0, slot);
+                losses[slot] += pass_image(weights, operators, &inputs_[images[i] * kPixels],
+                                           with_gradient ? 1.0 / static_cast<double>(count) : 0, slot);
         });
         total_.clear();
         for (size_t slot = 0; with_gradient && slot < kSlots; slot++)
@@ -95,7 +108,7 @@ class Trainer {
         return std::accumulate(losses.begin(), losses.end(), 0.0) / static_cast<double>(count);
     }
 
-    // One batch: gradient, step of Adam.
+    // One optimiser step on a batch; returns its mean loss.
     double step(Training &state, const size_t *images, size_t count) {
         const Operators operators(layout_, state.weights);
         const double loss = run(state.weights, operators, images, count, true);
@@ -107,15 +120,15 @@ class Trainer {
         return loss;
     }
 
-    // Fails when a loss is not a number that the weights blob holds.
+    // Fails unless the loss is a number that the weights blob can store.
     void check(double loss, uint32_t epoch) const {
         if (!(loss <= kLargestValue))
             fail(Status::range, "{learning_rate} = %g: training diverged in epoch %u", options_.learning_rate, epoch);
     }
 
   private:
-    double image(const Parameters &weights, const Operators &operators, const float *input, double share,
-                 size_t slot) const {
+    double pass_image(const Parameters &weights, const Operators &operators, const float *input, double share,
+                      size_t slot) const {
         Pass &pass = *passes_[slot];
         put_inside(input, kSide, kSide, 1, pass.encoder[0]);
         pass.latent = static_cast<float>(encode(layout_, weights, operators.encoder_down, pass.encoder, &pass.pooling));
@@ -179,9 +192,10 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
     const size_t images = split.training.size();
     while (state.done < options.epochs) {
         Training next = state;
-        const Buffer<size_t> turn = shuffled(images, network.seed(), state.done + 1);
+        const Buffer<size_t> permutation = shuffled(images, network.seed(), state.done + 1);
         Buffer<size_t> order(images);
-        std::transform(turn.begin(), turn.end(), order.begin(), [&](size_t i) { return split.training[i]; });
+        std::transform(permutation.begin(), permutation.end(), order.begin(),
+                       [&](size_t i) { return split.training[i]; });
         double loss = 0;
         for (size_t at = 0; at < images; at += options.batch) {
             const size_t count = std::min<size_t>(options.batch, images - at);
@@ -211,17 +225,17 @@ Network trained_network(const Network &network, const Training &state) {
 }
 
 Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames) {
-    const Buffer<size_t> kept = split(network.seed(), options.frames, options.validation).validation;
+    const Buffer<size_t> held_out = split(network.seed(), options.frames, options.validation).validation;
     const Preprocess &preprocess = network.preprocess();
     Buffer<double> counts(preprocess.rows * preprocess.cols), image(kPixels);
     Quality sum = {};
     const ImageView<const double> view = {counts.data(), preprocess.rows, preprocess.cols, preprocess.cols};
-    const double share = 1 / static_cast<double>(kept.size());
-    for (size_t i = 0; i < kept.size(); i++) {
+    const double share = 1 / static_cast<double>(held_out.size());
+    for (size_t i = 0; i < held_out.size(); i++) {
         options.progress.report("validate", static_cast<double>(i) * share);
-        frames(kept[i], 1, counts.data());
+        frames(held_out[i], 1, counts.data());
         Quality one = {};
-        in_frame(kept[i], [&] {
+        in_frame(held_out[i], [&] {
             network.reconstruct(view, image.data());
             one = quality(network, view, image.data());
         });

@@ -1,4 +1,4 @@
-// The chapter's training: the network learns to give its own input back, mean squared error, no prior.
+// Unsupervised training: the network learns to reproduce its input, with the mean squared error as the loss.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,32 +10,32 @@
 
 namespace toliman::cae {
 
-// Fills counts [count][rows][cols] with frames first, first + 1, ...; fails by an Error.
+// Fills counts [count][rows][cols] with frames first, first + 1, ...; throws Error on failure.
 using FrameSource = std::function<void(size_t first, size_t count, double *counts)>;
 
 struct UnsupervisedOptions {
-    uint32_t epochs = 300; // in all
+    uint32_t epochs = 300; // total, including those of a resumed training
     uint32_t batch = 16;
-    unsigned workers = 0; // 0 = one a processor; the same bits for any number
+    unsigned workers = 0; // 0 = one per processor; the result does not depend on it
     double learning_rate = 1e-3;
-    size_t frames = 0, validation = 0; // of all frames; of them kept back from training, at least 1
+    size_t frames = 0, validation = 0; // all frames; those of them held out for validation, at least 1
     Progress progress;
     Losses losses;
     Course course() const noexcept { return {Mode::unsupervised, learning_rate, 0, frames, validation, batch}; }
 };
 
-// Random weights of a network before unsupervised training: normal, of variance 1/inputs; no biases.
+// Random initial weights of unsupervised training: normal with variance 1/inputs; biases 0.
 Parameters initial_weights(uint64_t seed);
 
-// Epochs from state on until options.epochs are done; state is that of the last whole epoch, also on failure, and
-// counts 0 done at first. Status::cancelled, Status::range when training diverges.
+// Trains from state (done = 0: random weights) until options.epochs are done. On return and on failure state is that of
+// the last complete epoch. Status::cancelled, Status::range if training diverges.
 void train_unsupervised(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames,
                         Training &state);
 
 // The network with the weights of state.
 Network trained_network(const Network &network, const Training &state);
 
-// Means over the frames kept back.
+// Mean quality of the reconstructions of the validation frames.
 Quality validate(const Network &network, const UnsupervisedOptions &options, const FrameSource &frames);
 
 } // namespace toliman::cae

@@ -1,3 +1,10 @@
+// Method: header of 104 bytes, payloads of weights and planes (cae/payload.hpp), optional training, CRC32;
+// little-endian. The blob contains the preprocessing planes, so that frames can be encoded without the scene.
+//
+// A blob is untrusted input. The reader checks size and CRC32 first, then every header field against its range, and
+// only then allocates. A zlib stream must inflate to exactly the length that layout and frame imply, so that a small
+// blob cannot claim much memory. A training is accepted only if the library could have produced it: its counters must
+// agree.
 #include "cae/weights.hpp"
 
 #include <algorithm>
@@ -18,7 +25,7 @@ constexpr char kMagic[] = "TLMW";
 constexpr const char *kKind = "weights blob";
 constexpr uint32_t kVersion = 2;
 constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8;
-constexpr uint32_t kLargestFrame = 4096; // rows and columns
+constexpr uint32_t kLargestFrame = 4096; // largest number of rows and of columns
 constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
 constexpr size_t kHeaderSize = 104, kTrainingHeaderSize = 72, kChecksumSize = 4;
 enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
@@ -33,13 +40,12 @@ struct Header {
     size_t packed_weights, packed_planes;
 };
 
-// The layout that a header names.
+// Returns the layout with this id, checked against the hash.
 const Layout &layout_of(uint32_t id, uint64_t hash) {
     const Layout *layout = find_layout(id);
     if (layout == nullptr || hash != layout_hash(*layout))
-        fail(Status::format,
-             "%s: layout %u with hash %016llx: this library knows %u (%s) with %016llx and %u (%s) with %016llx", kKind,
-             id, static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
+        fail(Status::format, "%s: layout = %u, hash = %016llx: must be %u (%s), %016llx or %u (%s), %016llx", kKind, id,
+             static_cast<unsigned long long>(hash), kFlight.id, kFlight.name,
              static_cast<unsigned long long>(layout_hash(kFlight)), kPaper.id, kPaper.name,
              static_cast<unsigned long long>(layout_hash(kPaper)));
     return *layout;
@@ -52,7 +58,7 @@ std::vector<Block> weight_blocks(Encoding encoding) {
     return blocks;
 }
 
-// The reference is always two float32: what it is off stands in every latent.
+// The reference is always the sum of two float32 planes, because its rounding error would shift every latent.
 std::vector<Block> plane_blocks(size_t projected, Encoding encoding) {
     std::vector<Block> blocks(kFixedPlanes + projected, {kPixels, encoding});
     blocks[kReferenceHigh].encoding = blocks[kReferenceLow].encoding = Encoding::float32;
@@ -72,7 +78,7 @@ Buffer<float> planes_of(const Preprocess &preprocess) {
         planes.push_back(static_cast<float>(preprocess.reference[i] - static_cast<double>(planes[i])));
     append(preprocess.variance);
     append(preprocess.target);
-    append(preprocess.units);
+    append(preprocess.nuisance_basis);
     return planes;
 }
 
@@ -83,41 +89,42 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
                    [](float low, double high) { return high + static_cast<double>(low); });
     preprocess.variance.assign(at(kVariance), at(kTarget));
     preprocess.target.assign(at(kTarget), at(kFixedPlanes));
-    preprocess.units.assign(at(kFixedPlanes), planes.end());
+    preprocess.nuisance_basis.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
         if (!(preprocess.variance[i] > 0))
             fail(Status::format, "%s: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
     preprocess.derive();
 }
 
-// Everything that can be said before looking inside.
+// Checks magic, version, size and checksum, before anything else is read.
 void check_envelope(const void *bytes, size_t size) {
     ByteReader reader(bytes, size, kKind);
     if (std::memcmp(reader.raw(4), kMagic, 4) != 0)
         fail(Status::format, "%s: does not start with \"%s\"", kKind, kMagic);
     const uint32_t version = reader.u32();
     if (version != kVersion)
-        fail(Status::format, "%s: version %u: this library reads version %u", kKind, version, kVersion);
+        fail(Status::format, "%s: unsupported version %u (supported: %u)", kKind, version, kVersion);
     const uint64_t stated = reader.u64();
     if (stated != size)
-        fail(Status::format, "%s: %zu bytes long, but its header says %llu: truncated or with something behind it",
+        fail(Status::format, "%s: size = %zu bytes: the header states %llu: truncated, or followed by other data",
              kKind, size, static_cast<unsigned long long>(stated));
     if (size < kHeaderSize + kChecksumSize)
-        fail(Status::format, "%s: %zu bytes: shorter than its header", kKind, size);
+        fail(Status::format, "%s: size = %zu bytes: must be at least %zu", kKind, size, kHeaderSize + kChecksumSize);
     const auto *first = static_cast<const uint8_t *>(bytes);
     ByteReader end(first + size - kChecksumSize, kChecksumSize, kKind);
     if (zip::crc32(bytes, size - kChecksumSize) != end.u32())
-        fail(Status::format, "%s: the checksum does not fit: the bytes are damaged", kKind);
+        fail(Status::format, "%s: checksum mismatch: the data are damaged", kKind);
 }
 
 Encoding read_encoding(ByteReader &reader, const char *what) {
     const uint16_t code = reader.u16();
     if (code >= kEncodings)
-        fail(Status::format, "%s: encoding %u of the %s: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, code, what);
+        fail(Status::format, "%s: encoding of the %s = %u: must be 0 (float32), 1 (bf16) or 2 (fp16)", kKind, what,
+             code);
     return static_cast<Encoding>(code);
 }
 
-// The rest of the header; sizes are checked against what layout and frame imply before anything is allocated.
+// Reads the remainder of the header. Sizes are checked before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
     Preprocess &preprocess = header.preprocess;
@@ -127,7 +134,7 @@ Header read_header(ByteReader &reader, size_t size) {
     header.layout = &layout_of(id, hash);
     const uint32_t input = flags >> kInputShift & kInputMask;
     if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag)) != 0 || input > kLastInput)
-        fail(Status::format, "%s: {flags} = 0x%x: bits 0 to 3 have a meaning, and bits 1 and 2 are 0 to 2", kKind,
+        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 3 only, with bits 1 and 2 in [0, 2]", kKind,
              flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
@@ -140,38 +147,39 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.crop_col = reader.u32();
     for (const size_t side : {preprocess.rows, preprocess.cols})
         if (side < kSide || side > kLargestFrame)
-            fail(Status::format, "%s: frames of %zu x %zu: must be in [%zu, %u]", kKind, preprocess.rows,
+            fail(Status::format, "%s: frame shape = [%zu, %zu]: must be in [%zu, %u] px", kKind, preprocess.rows,
                  preprocess.cols, kSide, kLargestFrame);
     if (preprocess.crop_row > preprocess.rows - kSide || preprocess.crop_col > preprocess.cols - kSide)
-        fail(Status::format, "%s: crop at %zu, %zu: must lie in a frame of %zu x %zu", kKind, preprocess.crop_row,
+        fail(Status::format, "%s: crop = [%zu, %zu]: must lie in a frame of %zu x %zu px", kKind, preprocess.crop_row,
              preprocess.crop_col, preprocess.rows, preprocess.cols);
     preprocess.projected = reader.u32();
     if (preprocess.projected > 0 && preprocess.input != Input::whitened)
-        fail(Status::format, "%s: %zu nuisance planes: input that is not whitened has none", kKind,
-             preprocess.projected);
+        fail(Status::format, "%s: number of nuisance planes = %zu: must be 0 for %s input", kKind, preprocess.projected,
+             name_of(preprocess.input));
     if (preprocess.projected > kMaxProjected)
-        fail(Status::format, "%s: %zu nuisance planes: at most %zu", kKind, preprocess.projected, kMaxProjected);
+        fail(Status::format, "%s: number of nuisance planes = %zu: must be at most %zu", kKind, preprocess.projected,
+             kMaxProjected);
     header.weights = read_encoding(reader, "weights");
     header.planes = read_encoding(reader, "planes");
     preprocess.input_scale = reader.f64();
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
     if (!(preprocess.input_scale >= kLeastValue && preprocess.input_scale <= kLargestValue))
-        fail(Status::format, "%s: input scale %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale, kLeastValue,
-             kLargestValue);
+        fail(Status::format, "%s: input scale = %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale,
+             kLeastValue, kLargestValue);
     if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kLargestValue) || !(header.cosine >= 0 && header.cosine <= 1))
-        fail(Status::format, "%s: bound of %g px and cosine %g: must be in [0, %.3g] and [0, 1]", kKind,
+        fail(Status::format, "%s: bound = %g px, cosine = %g: must be in [0, %.3g] px and [0, 1]", kKind,
              preprocess.crb_px, header.cosine, kLargestValue);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
     const size_t known = kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize;
     if (header.with_training ? size < known + kTrainingHeaderSize : size != known)
-        fail(Status::format, "%s: payloads of %zu and %zu bytes do not fill its %zu bytes", kKind,
+        fail(Status::format, "%s: payload sizes = %zu and %zu bytes: do not match the blob's %zu bytes", kKind,
              header.packed_weights, header.packed_planes, size);
     return header;
 }
 
-// Weights and both moments of a training.
+// Blocks of a training: weights and both optimiser moments.
 std::vector<Block> training_blocks() {
     std::vector<Block> blocks;
     for (int i = 0; i < 3; i++)
@@ -200,32 +208,32 @@ std::vector<uint8_t> pack_training(const Training &training) {
     return pack(values, training_blocks(), "training");
 }
 
-void within(const char *name, uint64_t value, uint64_t least, uint64_t most) {
+void check_range(const char *name, uint64_t value, uint64_t least, uint64_t most) {
     if (value < least || value > most)
         fail(Status::format, "%s: training: {%s} = %llu: must be in [%llu, %llu]", kKind, name,
              static_cast<unsigned long long>(value), static_cast<unsigned long long>(least),
              static_cast<unsigned long long>(most));
 }
 
-// Only what a training can have come to by itself is taken up.
+// Accepts only states that a training can reach: counters must agree with each other.
 void check_training(const Training &training, const Header &header) {
     const Course &course = training.course;
     const bool tied = course.mode == Mode::tied;
-    within("mode", static_cast<uint32_t>(course.mode), can_be_tied(*header.layout, header.preprocess.input) ? 0 : 1, 1);
-    within("steps in all", course.total, tied ? 1 : 0, tied ? UINT32_MAX : 0);
-    within("frames", course.frames, tied ? 0 : 2, tied ? 0 : kMostFrames);
-    within("validation", course.validation, tied ? 0 : 1, tied ? 0 : course.frames - 1);
-    within("batch", course.batch, tied ? 0 : 1, tied ? 0 : kLargestBatch);
-    within("done", training.done, 1, tied ? course.total : UINT32_MAX);
+    check_range("mode", static_cast<uint32_t>(course.mode),
+                can_be_tied(*header.layout, header.preprocess.input) ? 0 : 1, 1);
+    check_range("steps in all", course.total, tied ? 1 : 0, tied ? UINT32_MAX : 0);
+    check_range("frames", course.frames, tied ? 0 : 2, tied ? 0 : kMostFrames);
+    check_range("validation", course.validation, tied ? 0 : 1, tied ? 0 : course.frames - 1);
+    check_range("batch", course.batch, tied ? 0 : 1, tied ? 0 : kLargestBatch);
+    check_range("done", training.done, 1, tied ? course.total : UINT32_MAX);
     const uint64_t frames = course.frames - course.validation;
     const uint64_t steps = training.done * (tied ? 1 : (frames + course.batch - 1) / course.batch);
-    within("steps of the optimiser", training.steps, steps, steps);
+    check_range("steps of the optimiser", training.steps, steps, steps);
     if (!(course.learning_rate > 0 && course.learning_rate <= 1))
-        fail(Status::format, "%s: training: learning rate %g: must be above 0 and at most 1", kKind,
-             course.learning_rate);
+        fail(Status::format, "%s: training: learning rate = %g: must be in (0, 1]", kKind, course.learning_rate);
     for (const double loss : {training.loss, training.validation_loss})
         if (!(loss >= 0 && loss <= kLargestValue))
-            fail(Status::format, "%s: training: loss %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
+            fail(Status::format, "%s: training: loss = %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
 }
 
 Training read_training(ByteReader &reader, size_t size, const Header &header) {
@@ -238,7 +246,7 @@ Training read_training(ByteReader &reader, size_t size, const Header &header) {
     training.course.batch = reader.u32();
     const uint32_t packed = reader.u32();
     if (packed != size - kTrainingHeaderSize)
-        fail(Status::format, "%s: a training of %u bytes in the %zu that are left", kKind, packed,
+        fail(Status::format, "%s: training: payload size = %u bytes: must be %zu", kKind, packed,
              size - kTrainingHeaderSize);
     for (double *value : {&training.course.learning_rate, &training.loss, &training.validation_loss})
         *value = reader.f64();

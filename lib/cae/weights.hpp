@@ -1,4 +1,4 @@
-// The weights blob "TLMW", tools/docs/formats.md: a whole network as bytes.
+// The weights blob "TLMW" (tools/docs/formats.md): a network, and optionally its training, as bytes.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace toliman::cae {
 
-constexpr size_t kMaxBlob = 8u << 20; // above what any blob can need
+constexpr size_t kMaxBlob = 8u << 20; // bytes; above the largest blob
 
 struct Encodings {
     Encoding weights = Encoding::float32, planes = Encoding::float32;
 };
 
-// The same network and training (NULL: none) give the same bytes; so does what is loaded from them. Status::range for
-// numbers that no blob holds.
+// Serialises a network and its training (NULL: none). Deterministic, and idempotent after a load with the same
+// encodings. Status::range for numbers out of the format's range.
 std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings, const Training *training);
 
 struct Blob {
@@ -26,7 +26,7 @@ struct Blob {
     std::optional<Training> training;
 };
 
-// Status::format for anything but a whole, undamaged blob of this version with usable numbers.
+// Parses a blob. Status::format unless it is complete, undamaged, of this version, and all its numbers are in range.
 Blob from_blob(const void *bytes, size_t size);
 
 } // namespace toliman::cae

@@ -218,7 +218,7 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
     const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     Preprocess blind = network.preprocess(); // to any four images, as good as others for the time
     blind.projected = 4;
-    blind.units.assign(4 * kPixels, 1.0 / kSide);
+    blind.nuisance_basis.assign(4 * kPixels, 1.0 / kSide);
     const timing projecting = time_of(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)

@@ -82,7 +82,7 @@ class Scenes(ProgramTest):
     def test_what_the_network_takes(self):
         self.scene(detector={"shape": [128, 256]})
         for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
-            self.refuse(2, "s.json: detector.shape = [128, 256]: the network takes at least 256 px",
+            self.refuse(2, "s.json: detector.shape = [128, 256]: must be at least [256, 256] px for the network",
                         arguments=command)
         scene = json.loads((self.folder / "s.json").read_text())
         scene["detector"]["shape"] = [256, 256]
@@ -91,7 +91,7 @@ class Scenes(ProgramTest):
         scene["preprocess"] = {"project": ["shift_x"]}
         (self.folder / "s.json").write_text(json.dumps(scene))
         for command in (["run", "s.json"], ["train", "s.json", "--out", "w"]):
-            self.refuse(2, "s.json: preprocess.project: ", "tells nothing of the separation", arguments=command)
+            self.refuse(2, "s.json: preprocess.project: ", "leaves no information about the separation", arguments=command)
 
 
 if __name__ == "__main__":

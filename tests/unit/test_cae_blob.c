@@ -162,7 +162,7 @@ static void test_no_target(void **unused) {
     assert_ok(toliman_cae_load(bytes, size, NULL, &cae));
     free(bytes);
     bytes = saved(cae, &size);
-    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_STATE, "nothing to train on");
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_STATE, "it must have a signal to train on");
     uint8_t *after = saved(cae, &size_after);
     assert_true(size == size_after);
     assert_memory_equal(bytes, after, size);

@@ -60,10 +60,10 @@ static void test_every_truncation(void **unused) {
     }
     uint8_t *longer = calloc(blob_size + 1, 1);
     memcpy(longer, blob, blob_size);
-    refused(longer, blob_size + 1, "something behind it");
+    refused(longer, blob_size + 1, "the header states");
     put(longer + kAtSize, blob_size + 1, 8);
     seal(longer, blob_size + 1);
-    refused(longer, blob_size + 1, "do not fill");
+    refused(longer, blob_size + 1, "do not match the blob's ");
     free(longer);
 }
 
@@ -74,9 +74,9 @@ static void test_every_flipped_bit(void **unused) {
             small[i] ^= (uint8_t)(1 << bit);
             refused(small, small_size,
                     i < 4    ? "does not start with \"TLMW\""
-                    : i < 8  ? "this library reads version 2"
-                    : i < 16 ? "its header says"
-                             : "checksum does not fit");
+                    : i < 8  ? "unsupported version"
+                    : i < 16 ? "the header states"
+                             : "checksum mismatch: the data are damaged");
             small[i] ^= (uint8_t)(1 << bit);
         }
     for (size_t i = 0; i < blob_size; i += 40009) {
@@ -95,34 +95,34 @@ static void test_impossible_headers(void **unused) {
         uint64_t value;
         const char *text;
     } cases[] = {
-        {kAtVersion, 4, 1, "version 1: this library reads version 2"},
-        {kAtVersion, 4, 3, "version 3: this library reads version 2"},
-        {kAtSize, 8, 5, "its header says 5"},
-        {16, 4, 77, "layout 77"},
+        {kAtVersion, 4, 1, "unsupported version 1 (supported: 2)"},
+        {kAtVersion, 4, 3, "unsupported version 3 (supported: 2)"},
+        {kAtSize, 8, 5, "bytes: the header states 5: truncated, or followed by other data"},
+        {16, 4, 77, "layout = 77, hash = "},
         {20, 4, 0x80000000u, "flags = 0x80000000"},
-        {24, 8, 1, "hash 0000000000000001"},
-        {48, 4, 255, "255 x 260"},
-        {48, 4, 4097, "4097 x 260"},
-        {52, 4, 0, "256 x 0"},
-        {52, 4, 0xffffffffu, "256 x 4294967295"},
-        {56, 4, 1, "crop at 1, "},
-        {60, 4, 5, "crop at 0, 5"},
-        {64, 4, 9, "9 nuisance planes: at most 8"},
+        {24, 8, 1, "hash = 0000000000000001: must be 1 (flight), "},
+        {48, 4, 255, "frame shape = [255, 260]: must be in [256, 4096] px"},
+        {48, 4, 4097, "frame shape = [4097, 260]"},
+        {52, 4, 0, "frame shape = [256, 0]"},
+        {52, 4, 0xffffffffu, "frame shape = [256, 4294967295]"},
+        {56, 4, 1, "crop = [1, "},
+        {60, 4, 5, "crop = [0, 5]"},
+        {64, 4, 9, "number of nuisance planes = 9: must be at most 8"},
         {64, 4, 2, "compressed payload"},
         {64, 4, 0, "compressed payload"},
         {kAtWeightsEncoding, 2, 1, "compressed payload"},
-        {kAtWeightsEncoding, 2, 3, "encoding 3 of the weights: must be 0 (float32), 1 (bf16) or 2 (fp16)"},
+        {kAtWeightsEncoding, 2, 3, "encoding of the weights = 3: must be 0 (float32), 1 (bf16) or 2 (fp16)"},
         {kAtPlanesEncoding, 2, 2, "compressed payload"},
-        {kAtPlanesEncoding, 2, 0xffff, "encoding 65535 of the planes"},
-        {72, 8, 0, "input scale 0"},
-        {72, 8, 1, "input scale 4.94066e-324"},
-        {72, 8, nan_bits, "input scale nan"},
-        {80, 8, nan_bits, "bound of nan"},
-        {80, 8, infinite, "bound of inf"},
-        {88, 8, two, "cosine 2"},
-        {kAtWeights, 4, 0, "do not fill"},
-        {kAtWeights, 4, 0xffffffffu, "do not fill"},
-        {kAtPlanes, 4, 0xffffffffu, "do not fill"},
+        {kAtPlanesEncoding, 2, 0xffff, "encoding of the planes = 65535"},
+        {72, 8, 0, "input scale = 0"},
+        {72, 8, 1, "input scale = 4.94066e-324"},
+        {72, 8, nan_bits, "input scale = nan"},
+        {80, 8, nan_bits, "bound = nan px"},
+        {80, 8, infinite, "bound = inf px"},
+        {88, 8, two, "cosine = 2: must be in"},
+        {kAtWeights, 4, 0, "do not match the blob's "},
+        {kAtWeights, 4, 0xffffffffu, "do not match the blob's "},
+        {kAtPlanes, 4, 0xffffffffu, "do not match the blob's "},
     };
     uint8_t *bytes = malloc(blob_size);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
@@ -136,7 +136,7 @@ static void test_impossible_headers(void **unused) {
     put(bytes + 20, (get(bytes + 20, 4) & ~6u) | 2, 4);
     put(bytes + 64, 1, 4);
     seal(bytes, blob_size);
-    refused(bytes, blob_size, "1 nuisance planes: input that is not whitened has none");
+    refused(bytes, blob_size, "number of nuisance planes = 1: must be 0 for residual input");
     /* One byte of the compressed weights belongs to the planes now. */
     memcpy(bytes, blob, blob_size);
     put(bytes + kAtWeights, get(blob + kAtWeights, 4) - 1, 4);
@@ -165,14 +165,14 @@ static void test_impossible_trainings(void **unused) {
         {24, 8, 1, "frames = 1: must be in [0, 0]"},
         {32, 8, 1, "validation = 1"},
         {40, 4, 1, "batch = 1"},
-        {44, 4, 0, "a training of 0 bytes"},
-        {44, 4, 0xffffffffu, "a training of 4294967295 bytes"},
-        {48, 8, 0, "learning rate 0"},
-        {48, 8, two, "learning rate 2"},
-        {48, 8, nan_bits, "learning rate nan"},
-        {56, 8, minus_one, "loss -1"},
-        {56, 8, nan_bits, "loss nan"},
-        {64, 8, nan_bits, "loss nan"},
+        {44, 4, 0, "training: payload size = 0 bytes: must be "},
+        {44, 4, 0xffffffffu, "training: payload size = 4294967295 bytes: must be "},
+        {48, 8, 0, "learning rate = 0: must be in (0, 1]"},
+        {48, 8, two, "learning rate = 2"},
+        {48, 8, nan_bits, "learning rate = nan"},
+        {56, 8, minus_one, "loss = -1"},
+        {56, 8, nan_bits, "loss = nan"},
+        {64, 8, nan_bits, "loss = nan"},
     };
     size_t size;
     toliman_cae *cae = make_cae(sim, 3, 15, NULL);
@@ -225,7 +225,7 @@ static void test_unusable_numbers(void **unused) {
     } cases[] = {
         {2 * kPixels + 17, 0, "variance[17] = 0: must be positive"},
         {2 * kPixels + 17, -3, "variance[17] = -3: must be positive"},
-        {4 * kPixels, NAN, "planes[262144] = nan: must be finite and 0 or 1.18e-38 to 1.27e+30 in size"},
+        {4 * kPixels, NAN, "planes[262144] = nan: must be 0 or of magnitude in [1.18e-38, 1.27e+30]"},
         {0, INFINITY, "planes[0] = inf"},
         {kPixels + 1, 1e-40f, "planes[65537] = 9.99995e-41"},
     };
@@ -238,8 +238,8 @@ static void test_unusable_numbers(void **unused) {
     }
 }
 
-/* Numbers of 16 bits that stand for infinity or NaN, and scales that would make them so. */
-static void test_unusable_narrow_numbers(void **unused) {
+/* 16-bit patterns of infinity or NaN, and scales that would cause them. */
+static void test_unusable_half_precision_numbers(void **unused) {
     (void)unused;
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     const struct {
@@ -253,12 +253,12 @@ static void test_unusable_narrow_numbers(void **unused) {
         {1, 0, 0x007f, "weights[0] = 1.1"},
         {2, 2, 0x7c00, "weights[0] = inf"},
         {2, 2, 0xfc01, "weights[0] = -nan"},
-        {2, 0, 86, "scale 2^86 of a block: must be 2^-141 to 2^85"},
-        {2, 0, -142, "scale 2^-142"},
-        {2, 0, 0x8000, "scale 2^-32768"},
+        {2, 0, 86, "scale of a block = 2^86: must be in [2^-141, 2^85]"},
+        {2, 0, -142, "scale of a block = 2^-142"},
+        {2, 0, 0x8000, "scale of a block = 2^-32768"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const int narrow = cases[k].encoding == 2, scale = narrow && cases[k].at == 0;
+        const int is_fp16 = cases[k].encoding == 2, scale = is_fp16 && cases[k].at == 0;
         memset(raw, 0, sizeof raw);
         raw[cases[k].at] = (uint8_t)cases[k].value; /* the first tensor has 72 numbers, low bytes first */
         raw[cases[k].at + (scale ? 1 : 72)] = (uint8_t)(cases[k].value >> 8);
@@ -266,7 +266,7 @@ static void test_unusable_narrow_numbers(void **unused) {
         memcpy(header, blob, blob_size);
         put(header + kAtWeightsEncoding, (uint64_t)cases[k].encoding, 2);
         size_t size;
-        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (narrow ? 2 * kTensors : 0), NULL, 0, &size);
+        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (is_fp16 ? 2 * kTensors : 0), NULL, 0, &size);
         refused(bytes, size, cases[k].text);
         free(bytes), free(header);
     }
@@ -428,7 +428,7 @@ int main(void) {
         cmocka_unit_test(test_impossible_headers),
         cmocka_unit_test(test_impossible_trainings),
         cmocka_unit_test(test_unusable_numbers),
-        cmocka_unit_test(test_unusable_narrow_numbers),
+        cmocka_unit_test(test_unusable_half_precision_numbers),
         cmocka_unit_test(test_streams_of_another_size),
         cmocka_unit_test(test_flips_with_the_checksum_repaired),
         cmocka_unit_test(test_any_numbers),

@@ -196,7 +196,7 @@ static void test_weights_out_of_range(void **unused) {
         free(bytes);
         const toliman_status status = toliman_cae_train(cae, &options, NULL);
         if (status == TOLIMAN_E_RANGE) {
-            assert_fails(status, TOLIMAN_E_RANGE, "the weights that it takes are not finite");
+            assert_fails(status, TOLIMAN_E_RANGE, "the trained weights are not finite");
             failures++;
             toliman_cae_destroy(cae);
             continue;

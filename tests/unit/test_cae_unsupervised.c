@@ -183,11 +183,13 @@ static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     assert_string_equal(info.layout, "paper");
     assert_true(info.input == TOLIMAN_CAE_INPUT_RAW && info.parameters == 97858 && info.input_scale == 1);
     double *image = new_image(kPixels), *frame = new_image(kPixels), mmse = -1;
-    assert_fails(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED, "only reconstruct can decode");
+    assert_fails(toliman_cae_decode(cae, 0, image, kSide), TOLIMAN_E_UNSUPPORTED,
+                 "decode requires layout flight: use reconstruct");
     assert_ok(toliman_sim_expect(sim, 0, frame, kSide));
     assert_ok(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, &mmse, NULL, NULL));
     assert_true(isfinite(mmse) && mmse > 0);
-    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "tied training takes layout flight");
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED,
+                 "tied training requires layout flight and input whitened");
     free(image), free(frame);
     toliman_cae_destroy(cae);
 }
@@ -208,7 +210,8 @@ static void test_failures_keep_the_last_training(void **unused) {
     size_t size, size_after;
     uint8_t *before = saved_with_training(cae, &size);
 
-    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED, "not layout paper and whitened input");
+    assert_fails(toliman_cae_train(cae, NULL, NULL), TOLIMAN_E_UNSUPPORTED,
+                 "layout = paper, input = whitened: tied training requires");
     options.batch = 5;
     source.failure = TOLIMAN_E_NOT_FOUND;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "their source failed");
@@ -310,7 +313,8 @@ static void test_refusals(void **unused) {
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts[3][9] = nan");
     source.poisoned = 0;
     source.dark = 1;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT, "frame 0: counts: all are 0");
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_ARGUMENT,
+                 "frame 0: counts: all pixels are 0: must not all be equal");
     source.dark = 0;
     options.learning_rate = 1;
     options.epochs = 30;
@@ -329,7 +333,7 @@ static void test_refusals(void **unused) {
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 214");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");
     how.input = TOLIMAN_CAE_INPUT_RAW;
-    assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "only whitened input");
+    assert_fails(toliman_cae_create(projecting, 1, &how, &out), TOLIMAN_E_UNSUPPORTED, "must be empty for raw input");
     assert_null(out);
     toliman_sim_destroy(projecting);
     toliman_cae_destroy(cae);
