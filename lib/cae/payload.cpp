@@ -14,7 +14,7 @@
 
 #include "backend/zip.hpp"
 #include "base/error.hpp"
-#include "kernels/narrow.hpp"
+#include "kernels/half_precision.hpp"
 
 namespace toliman::cae {
 

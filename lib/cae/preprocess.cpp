@@ -19,7 +19,7 @@
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "cae/layout.hpp"
-#include "kernels/narrow.hpp"
+#include "kernels/half_precision.hpp"
 #include "kernels/project.hpp"
 #include "kernels/residual.hpp"
 

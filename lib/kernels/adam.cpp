@@ -1,3 +1,4 @@
+// Bias corrections of Adam's moments, in double, once per step; the update of the weights is in adam.isa.cpp.
 #include "kernels/adam.hpp"
 
 #include <cmath>

@@ -1,3 +1,7 @@
+// Method: m <- m + (1 - beta1)(g - m), v <- v + (1 - beta2)(g^2 - v), w <- w - stride m/(sqrt(v unbias) + epsilon),
+// where stride and unbias contain the bias corrections. Element-wise and without contraction: the same bits on every
+// instruction set.
+// Reference: Kingma and Ba (2015), "Adam: a method for stochastic optimization", ICLR.
 #include "kernels/adam.hpp"
 
 namespace toliman::kernels {

@@ -1,10 +1,12 @@
+// Packing of the 3x3 kernels into the order in which kernels/conv.isa.cpp reads them, so that its inner loops load
+// consecutive floats. Done once per set of weights.
 #include "kernels/conv.hpp"
 
 namespace toliman::kernels {
 
 namespace {
 
-// Element (u, v) of the 4x4 kernel: what of the 3x3 kernel meets the same fine pixel through the 2x2 sum.
+// Element (u, v) of the 4x4 kernel that equals the 3x3 kernel followed by a 2x2 sum: the sum of up to four taps.
 float box(const float *kernel, size_t u, size_t v) noexcept {
     float sum = 0;
     for (size_t y = 0; y < 3; y++)
@@ -30,7 +32,8 @@ void conv_pack_down(const ConvShape &shape, const float *kernel, float factor, f
                 *packed++ = factor * kernel[(k * fine + c) * 9 + tap];
 }
 
-// The kernel's middle, first for even rows and columns of the result; odd ones see the last tap, then the first.
+// Taps by output phase: even rows and columns of the result need the kernel's middle tap only; odd ones need the last
+// tap, then the first.
 void conv_pack_up(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept {
     constexpr size_t order[9] = {4, 5, 3, 7, 1, 8, 6, 2, 0};
     const size_t fine = shape.fine_channels, coarse = shape.coarse_channels;

@@ -1,11 +1,12 @@
-// The convolutions of layout `flight`. Nearest up-sampling by 2 followed by a 3x3 transposed convolution is, but for a
-// factor, the adjoint of a 3x3 convolution followed by a 2x2 mean. So one pair of kernels, down and up, is the
-// encoder's forward and the decoder's backward pass and the other way round, and one kernel gives the weights' gradient
-// of both. The mean is taken first: 2x2 sums of all pixels, then the convolution at every second one: 9 products a
-// weight and coarse pixel, where convolution and mean take 36 and a 4x4 convolution of stride 2 takes 16.
+// Convolutions of layout `flight`: 3x3 convolution with 2x2 mean, and its adjoint, up-sampling with transposed
+// convolution.
 //
-// Images are float32, [row][col][channel], with a border of one zero pixel all around: (rows + 2)(cols + 2) channels.
-// A stage joins a fine image of 2 rows x 2 cols pixels with a coarse one of rows x cols.
+// Nearest up-sampling by 2 followed by a 3x3 transposed convolution is, up to a factor, the adjoint of a 3x3
+// convolution followed by a 2x2 mean. The kernel `down` therefore serves the encoder's forward and the decoder's
+// backward pass, `up` the opposite ones, and one kernel computes the weight gradient of both.
+//
+// Images are float32, [row][col][channel], with a border of one zero pixel all around: (rows + 2)(cols + 2) channels
+// floats. A stage connects a fine image of 2 rows x 2 cols pixels with a coarse image of rows x cols.
 #pragma once
 #include <cstddef>
 
@@ -14,7 +15,7 @@
 namespace toliman::kernels {
 
 struct ConvShape {
-    size_t rows, cols;      // of the coarse image; cols at most 128, (2 cols + 1) fine_channels at most 1088
+    size_t rows, cols;      // size of the coarse image; cols at most 128, (2 cols + 1) fine_channels at most 1088
     size_t fine_channels;   // 1 or a multiple of 8
     size_t coarse_channels; // a multiple of 8
     constexpr size_t packed() const noexcept { return (fine_channels == 1 ? 16 : 9) * fine_channels * coarse_channels; }
@@ -24,32 +25,32 @@ struct ConvShape {
 
 struct ConvKernels {
     // Given     fine, bordered; weights packed by conv_pack_down; bias [coarse_channels]
-    // Returned  the inside of coarse = bias + convolution of 2x2 sums; its border is left alone
+    // Returned  the interior of coarse = bias + convolution of 2x2 sums; its border is unchanged
     void (*down)(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
                  float *coarse) noexcept;
 
     // Given     coarse, bordered; weights packed by conv_pack_up; bias [fine_channels]
-    // Returned  the inside of fine = bias + the adjoint of down; its border is left alone or set to 0
+    // Returned  the interior of fine = bias + the adjoint of down; its border is unchanged or set to 0
     void (*up)(const ConvShape &shape, const float *coarse, const float *weights, const float *bias,
                float *fine) noexcept;
 
-    // Given     the two images of a stage, one of them a gradient; bordered
-    // Returned  gradient of the weights, in the order of conv_pack_down
+    // Given     the two bordered images of a stage, one with activations and the other with a gradient
+    // Returned  gradient with respect to the weights, in the order of conv_pack_down
     void (*weight_gradient)(const ConvShape &shape, const float *fine, const float *coarse, float *packed) noexcept;
 
-    // Notes     every sum runs in a fixed order that no vector width enters: the same bits on every instruction set
-    //           with fused multiply-add. Relative rounding below 1e-6 of the sum of the absolute products.
+    // Notes     The order of every sum is fixed and independent of the vector width: the same bits on every instruction
+    //           set with fused multiply-add. Rounding error below 1e-6 of the sum of absolute products.
 };
 TOLIMAN_ISA_DECLARE(ConvKernels, conv)
 
-// Given     kernel [coarse_channels][fine_channels][3][3], in the order of a framework's convolution and of its
-//           transposed convolution alike; factor, 1/4 for a mean, 1 for plain up-sampling
-// Returned  packed [packed()]: factor times the kernel, in the order in which the kernel above reads it
+// Given     kernel [coarse_channels][fine_channels][3][3], the order of both convolution and transposed convolution in
+//           PyTorch; factor, 1/4 for a 2x2 mean, 1 for nearest up-sampling
+// Returned  packed [packed()]: factor times the kernel, in the order in which down or up reads it
 void conv_pack_down(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept;
 void conv_pack_up(const ConvShape &shape, const float *kernel, float factor, float *packed) noexcept;
 
 // Given     packed gradient from weight_gradient; factor as in packing
-// Returned  gradient of the 3x3 kernel [coarse_channels][fine_channels][3][3]
+// Returned  gradient with respect to the 3x3 kernel [coarse_channels][fine_channels][3][3]
 void conv_unpack_gradient(const ConvShape &shape, const float *packed, float factor, float *kernel) noexcept;
 
 } // namespace toliman::kernels

@@ -1,3 +1,13 @@
+// Method: `down` computes 2x2 sums of the fine image first and convolves them at every second pixel:
+//     mean2x2(conv3x3(x)) at stride 2  =  conv3x3(sum2x2(x)) at stride 2, times 1/4
+// since both operators are linear and shift-invariant. It takes 9 products per coarse pixel and pair of channels.
+// Convolving every fine pixel and averaging takes 36, the merged 4x4 convolution of stride 2 takes 16. Only three rows
+// of sums are kept, so that the extra pass stays in cache.
+//
+// `up` is the adjoint: transposed convolution by output phase (even and odd rows and columns), then 2x2 sums. With one
+// fine channel a vector over channels would be mostly empty; there each coarse pixel adds a 4x4 patch, and vectors run
+// over the patch. Register tiles are in kernels/conv_tile.hpp. Measured: encoding 0.41 ms per frame, 1.53 times the
+// time of its products at peak rate (one AVX-512 core, tools/docs/benchmarks.md).
 #include "kernels/conv.hpp"
 
 #include "kernels/conv_tile.hpp"
@@ -6,17 +16,16 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-constexpr size_t kMostFloats = 1088; // of a row of box sums: 257 x 1, 129 x 8, 65 x 16, 33 x 32
+constexpr size_t kMaxFloats = 1088; // per row of box sums: 257 x 1, 129 x 8, 65 x 16, 33 x 32
 
-// Box sums of a bordered fine image, row by row: row r, column q is the sum of pixels r, r + 1 and q, q + 1 of the
-// bordered image. The mean and the 3x3 convolution commute with the stride, so that the convolution of them with every
-// second pixel left out is what `down` asks for, with 9 products a weight instead of 16.
+// Box sums of a bordered fine image, row by row: element (r, q) is the sum of rows r, r + 1 and columns q, q + 1 of the
+// bordered image. A ring holds the three rows of the current coarse row.
 class BoxRows {
   public:
     BoxRows(const ConvShape &shape, const float *fine) noexcept
         : fine_(fine), row_((2 * shape.cols + 2) * shape.fine_channels), channels_(shape.fine_channels) {}
 
-    // The three rows that coarse row y meets; must be asked for in turn.
+    // The three rows of box sums for coarse row y; call it with y = 0, 1, 2, ...
     void three(size_t y, const float *(&rows)[3]) noexcept {
         for (; next_ < 2 * y + 3; next_++)
             fill(next_);
@@ -34,7 +43,7 @@ class BoxRows {
 
     const float *fine_;
     size_t row_, channels_, next_ = 0;
-    float ring_[3][kMostFloats];
+    float ring_[3][kMaxFloats];
 };
 
 void down(const ConvShape &shape, const float *fine, const float *weights, const float *bias, float *coarse) noexcept {
@@ -74,8 +83,8 @@ void weight_gradient(const ConvShape &shape, const float *fine, const float *coa
     }
 }
 
-// One row of the transposed convolution before its box sums, columns -1 ... 2 cols - 1: even row 2 Y from coarse row Y
-// by the kernel's middle row, odd row 2 Y + 1 from rows Y and Y + 1; columns alike.
+// One row of the transposed convolution before its box sums, columns -1 ... 2 cols - 1. Even row 2 Y is coarse row Y
+// times the kernel's middle row; odd row 2 Y + 1 combines coarse rows Y and Y + 1. The same holds for columns.
 void transposed_row(const ConvShape &shape, const float *const coarse[2], size_t rows, const float *weights,
                     float *out) noexcept {
     const size_t from = shape.coarse_channels, to = shape.fine_channels;
@@ -85,7 +94,7 @@ void transposed_row(const ConvShape &shape, const float *const coarse[2], size_t
     row.weights = weights;
     row.out_step = 2 * to;
     row.outputs = to;
-    for (size_t taps = 1; taps <= 2; taps++) { // even columns, then odd ones, of which there is one more
+    for (size_t taps = 1; taps <= 2; taps++) { // even columns, then odd columns, which are one more
         for (size_t r = 0; r < rows; r++)
             row.in[r] = coarse[r] + (taps == 1 ? from : 0);
         row.run = taps * from;
@@ -96,7 +105,7 @@ void transposed_row(const ConvShape &shape, const float *const coarse[2], size_t
     }
 }
 
-// out = pairs of neighbouring columns, summed.
+// out: sums of adjacent columns.
 void column_sums(const float *row, size_t floats, size_t channels, float *out) noexcept {
     for (size_t i = 0; i < floats; i++)
         out[i] = row[i] + row[i + channels];
@@ -107,7 +116,7 @@ void up_channels(const ConvShape &shape, const float *coarse, const float *weigh
     const size_t coarse_row = (shape.cols + 2) * shape.coarse_channels, channels = shape.fine_channels;
     const size_t floats = 2 * shape.cols * channels;
     const float *odd_weights = weights + 3 * shape.coarse_channels * channels;
-    float row[kMostFloats], sums[2][kMostFloats], biases[kMostFloats];
+    float row[kMaxFloats], sums[2][kMaxFloats], biases[kMaxFloats];
     for (size_t k = 0; k < floats; k++)
         biases[k] = bias[k % channels];
     for (size_t i = 0; i <= 2 * shape.rows; i++) { // row i - 1 of the transposed convolution
@@ -121,14 +130,15 @@ void up_channels(const ConvShape &shape, const float *coarse, const float *weigh
     }
 }
 
-// A single fine channel: each coarse pixel paints a patch of 4x4 fine ones, of which every second row and column is
-// shared with the next patch. The floats of a patch stand in the order of halves, so that shared ones add as they are:
-// [right half][lower half][row][column].
-constexpr size_t kPatch = 16, kHalf = 8, kQuarter = 4, kMostCols = 130;
+// A single fine channel: each coarse pixel adds a patch of 4x4 fine pixels, which overlaps the next patch by two rows
+// or columns. The floats of a patch are in the order [right half][lower half][row][column], so that overlapping halves
+// are contiguous.
+constexpr size_t kPatch = 16, kHalf = 8, kQuarter = 4, kMaxCols = 130;
 
-// Patches of a bordered coarse row, joined from left to right: out [cols + 1][8] are fine columns 2 q - 1 and 2 q.
+// Sums the patches of a bordered coarse row over their horizontal overlap: out [cols + 1][8], fine columns 2 q - 1 and
+// 2 q.
 void patch_row(const ConvShape &shape, const float *coarse, const float *weights, float *out) noexcept {
-    float patches[kMostCols * kPatch];
+    float patches[kMaxCols * kPatch];
     Row row = {};
     row.in[0] = coarse;
     row.in_step = row.run = shape.coarse_channels;
@@ -155,11 +165,11 @@ void up_single(const ConvShape &shape, const float *coarse, const float *weights
                float *fine) noexcept {
     typedef float Pair __attribute__((vector_size(8), aligned(4), may_alias));
     const size_t fine_row = 2 * shape.cols + 2;
-    float joined[2][kMostCols * kHalf];
-    patch_row(shape, coarse, weights, joined[0]);
+    float row_sums[2][kMaxCols * kHalf];
+    patch_row(shape, coarse, weights, row_sums[0]);
     for (size_t y = 0; y <= shape.rows; y++) {
-        const float *above = joined[y % 2], *below = joined[(y + 1) % 2];
-        patch_row(shape, coarse + (y + 1) * (shape.cols + 2) * shape.coarse_channels, weights, joined[(y + 1) % 2]);
+        const float *above = row_sums[y % 2], *below = row_sums[(y + 1) % 2];
+        patch_row(shape, coarse + (y + 1) * (shape.cols + 2) * shape.coarse_channels, weights, row_sums[(y + 1) % 2]);
         for (size_t r = 0; r < 2; r++)
             for (size_t q = 0; q <= shape.cols; q++)
                 *reinterpret_cast<Pair *>(fine + (2 * y + r) * fine_row + 2 * q) =

@@ -1,6 +1,9 @@
-// The inner loops of all convolutions, for the files compiled once an instruction set: everything stands in that set's
-// namespace. A convolution is a product of matrices whose left one, runs of neighbouring floats of the input, is never
-// formed; sums of a tile of pixels and output channels stay in registers.
+// Inner loops of all convolutions, for files compiled once per instruction set; everything is in that set's namespace.
+//
+// Method: a convolution is a matrix product (runs of input floats) x (weights) -> (pixels x channels). The left matrix
+// is never formed (no im2col), because each of its rows is a run of contiguous floats of the image. The accumulators of
+// a tile of pixels and output channels stay in registers; a weight vector is loaded once per tile, an input float is
+// broadcast. Tile sizes are chosen for 32 registers with AVX-512 and 16 otherwise. Vectors run over channels.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +14,7 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-// Vectors run over channels and may stand at any address.
+// Vector types; loads and stores need no alignment.
 // NOLINTBEGIN(misc-definitions-in-headers): each file that includes this has it in a namespace of its own
 #define TOLIMAN_LANES(N)                                                                                               \
     struct Lanes##N {                                                                                                  \
@@ -28,9 +31,9 @@ TOLIMAN_LANES(4);
 TOLIMAN_LANES(8);
 TOLIMAN_LANES(16);
 using Wide = Lanes16;
-using Eight = Lanes8;         // of at most eight channels
-constexpr size_t kPixels = 8; // of a tile two vectors wide: 16 sums, two weights and an input fit 32 registers
-constexpr size_t kRuns = 4;   // three rows of them, two vectors wide: 24 sums
+using Eight = Lanes8;         // at most eight lanes, for eight channels
+constexpr size_t kPixels = 8; // per tile of two vectors: 16 accumulators, two weights and an input fit 32 registers
+constexpr size_t kRuns = 4;   // inputs per tile of three rows and two vectors: 24 accumulators
 #elif defined(__AVX__)
 TOLIMAN_LANES(8);
 using Wide = Lanes8;
@@ -43,12 +46,12 @@ constexpr size_t kPixels = 4, kRuns = 2;
 #endif
 #undef TOLIMAN_LANES
 
-constexpr size_t kMostRows = 4;
+constexpr size_t kMaxRows = 4;
 
-// Output pixels in a row, each the sum over `rows` runs of `run` neighbouring floats of the input times the weights.
+// A row of output pixels. Each is the sum over `rows` runs of `run` contiguous input floats times the weights.
 struct Row {
-    const float *in[kMostRows]; // where the run of pixel 0 begins
-    size_t in_step;             // floats from one output pixel's run to the next one's
+    const float *in[kMaxRows]; // start of the run of pixel 0, per input row
+    size_t in_step;            // floats between the runs of adjacent output pixels
     size_t rows, run;
     const float *weights; // [rows][run][outputs]
     const float *bias;    // [outputs], or NULL for zeros
@@ -56,8 +59,8 @@ struct Row {
     size_t out_step, outputs, pixels;
 };
 
-// Output channels first ... first + M lanes of P neighbouring pixels. RUN: row.run where that is known, or 0. Inlined,
-// since a call's worth of loads and saves would show beside the short sums.
+// One tile: M vectors of output channels from `first` on, for P adjacent pixels. RUN: row.run if known at compile time,
+// or 0. Inlined, because the sums are short compared with the cost of a call.
 template <class Lanes, size_t P, size_t M, size_t RUN>
 inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, size_t first) noexcept {
     typename Lanes::Vector sum[P][M] = {};
@@ -87,9 +90,9 @@ inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, si
             Lanes::store(out + p * row.out_step + m * Lanes::count, sum[p][m]);
 }
 
-// All pixels; those beyond the last whole tile one by one. Each sum runs in the same order either way.
+// All pixels of a row; those beyond the last whole tile one by one. The order of each sum is the same in both cases.
 template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &given) noexcept {
-    const Row row = given; // stores through floats cannot change it
+    const Row row = given; // a local copy cannot alias the output, so that its members stay in registers
     const size_t whole = row.pixels / P * P;
     for (size_t first = 0; first < row.outputs; first += M * Lanes::count) {
         for (size_t pixel = 0; pixel < whole; pixel += P)
@@ -99,7 +102,7 @@ template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &giv
     }
 }
 
-// outputs: a multiple of 8.
+// Computes a row of output pixels. outputs: a multiple of 8.
 template <size_t RUN = 0> void convolve(const Row &row) noexcept {
     if constexpr (Wide::count > 8)
         if (row.outputs % Wide::count != 0)
@@ -110,8 +113,8 @@ template <size_t RUN = 0> void convolve(const Row &row) noexcept {
     tiles<Wide, kPixels, 2, RUN>(row);
 }
 
-// What `pixels` pixels add to the gradient of a kernel of three rows: of each a run of every input row times the
-// output's channels.
+// Contribution of a row of pixels to the gradient of a kernel of three rows: the sum over pixels of the outer product
+// of the input runs and the output channels.
 struct Correlation {
     const float *in[3];
     size_t in_step, run;
@@ -120,7 +123,7 @@ struct Correlation {
     float *gradient; // [3][run][outputs]
 };
 
-// J floats of the runs from j on and M lanes of the channels from k on.
+// One tile of the gradient: J input floats from j on and M vectors of channels from k on, for three rows.
 template <class Lanes, size_t J, size_t M> void outer(const Correlation &c, size_t j, size_t k) noexcept {
     float *gradient = c.gradient + j * c.outputs + k;
     const size_t next_row = c.run * c.outputs;
@@ -157,7 +160,7 @@ template <class Lanes, size_t J, size_t M> void outers(const Correlation &c) noe
             outer<Lanes, J, M>(c, j, k);
 }
 
-// outputs: a multiple of 8; run: 3 (of a single channel) or a multiple of 24.
+// Adds a row of pixels to the gradient. outputs: a multiple of 8; run: 3 (a single channel) or a multiple of 24.
 void correlate(const Correlation &c) noexcept {
     if (c.run == 3)
         return outers<Eight, 3, 1>(c);

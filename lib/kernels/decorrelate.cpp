@@ -1,3 +1,7 @@
+// Method: S <- S U^-1 with U^T U = S^T S + ridge (Cholesky QR). The ridge bounds the amplification of weak directions
+// of S and keeps the factorisation in float32 from breaking down. Muon (Jordan et al. 2024) orthogonalises momentum by
+// a Newton-Schulz iteration instead, which needs only matrix products; with at most 64 columns, one Cholesky
+// factorisation of the small Gram matrix does the same.
 #include "kernels/decorrelate.hpp"
 
 #include <cmath>
@@ -6,7 +10,7 @@ namespace toliman::kernels {
 
 namespace {
 
-// Upper triangle of the Gram matrix.
+// Upper triangle of the Gram matrix S^T S.
 void products(const float *samples, size_t n, size_t count, float *gram) noexcept {
     for (size_t i = 0; i < count * count; i++)
         gram[i] = 0;
@@ -16,7 +20,7 @@ void products(const float *samples, size_t n, size_t count, float *gram) noexcep
                 gram[i * count + j] += samples[i] * samples[j];
 }
 
-// Upper Cholesky factor in place of an upper triangle.
+// Replaces an upper triangle by its upper Cholesky factor.
 void factor(size_t count, float *matrix) noexcept {
     for (size_t i = 0; i < count; i++) {
         float *row = matrix + i * count;

@@ -1,4 +1,4 @@
-// Vectors made orthogonal to each other, float32: the direction in which training turns a matrix of weights.
+// Regularised orthonormalisation of vectors, float32: the step direction of tied training.
 #pragma once
 #include <cstddef>
 
@@ -6,12 +6,12 @@ namespace toliman::kernels {
 
 constexpr float kRidge = 0.1f;
 
-// Given     samples [n][count] of count vectors, side by side; work [count][count]
-// Returned  samples of orthonormal vectors with the same span, but for kRidge: with G the vectors' Gram matrix and
-//           U^T U = G + kRidge trace(G)/count the Cholesky factors, samples U^-1. Directions in which the vectors have
-//           little are therefore not blown up, but stay shorter than 1. Nothing but zeros stays as it is.
+// Given     samples [n][count], a matrix S of `count` column vectors; work [count][count]
+// Returned  S U^-1, where G = S^T S is the Gram matrix and U^T U = G + kRidge trace(G)/count I its regularised Cholesky
+//           factorisation. For kRidge = 0 the columns would be orthonormal. Weak directions stay shorter than 1. A
+//           zero matrix is returned unchanged.
 // Notes     Every sum runs in a fixed order.
-// Reference Jordan et al. (2024), "Muon", who make momentum orthogonal by a Newton-Schulz iteration
+// Reference Jordan et al. (2024), "Muon: an optimizer for hidden layers in neural networks"
 void decorrelate(float *samples, size_t n, size_t count, float *work) noexcept;
 
 } // namespace toliman::kernels

@@ -1,3 +1,9 @@
+// Method: direct summation with one sine and cosine per sample and frequency, for the frequencies at which the
+// non-uniform FFT does not reach the tolerance. With half the phase a = pi f t,
+//     u = 1 - cos 2a = 2 sin^2 a,    v = sin 2a = 2 sin a cos a
+// have no cancellation at low frequencies, where 1 - cos of the full phase would lose all digits. Sums run over blocks
+// of 64 samples in plain double and over the blocks with two-sum, so that the error does not grow with the number of
+// samples.
 #include "kernels/direct.hpp"
 
 #include "kernels/cis.hpp"
@@ -6,7 +12,7 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-constexpr size_t kBlock = 64; // samples summed plainly
+constexpr size_t kBlock = 64; // samples per uncompensated sum
 constexpr size_t kLanes = kDirectLanes;
 
 void add_block(const double *half_high, const double *half_low, const DirectSamples &samples, size_t begin, size_t end,

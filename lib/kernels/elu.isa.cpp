@@ -1,3 +1,8 @@
+// Method: ELU(x) = x for x > 0, exp(x) - 1 otherwise, with expm1 by argument reduction x = n ln 2 + f, |f| <= ln(2)/2:
+//     exp(x) - 1 = 2^n (exp(f) - 1) + (2^n - 1),    exp(f) - 1 = f + f^2 p(f), p of degree 5 (Cephes expf)
+// The direct form exp(x) - 1 loses the digits of small x, and activations are small by design: tied training scales the
+// input by 1e-3, where ELU is nearly linear. Blocks of 64 values without one below -ln(2)/2 therefore skip the
+// reduction, with the same bits.
 #include "kernels/elu.hpp"
 
 #include <cstdint>
@@ -10,7 +15,7 @@ constexpr float kHalfLog2 = 0.34657359f;
 constexpr size_t kBlock = 64;
 
 // (exp(f) - 1 - f)/f^2 for |f| <= ln(2)/2.
-inline float rest(float f) noexcept {
+inline float expm1_tail(float f) noexcept {
     float q = 1.9875691500e-4f;
     q = q * f + 1.3981999507e-3f;
     q = q * f + 8.3334519073e-3f;
@@ -19,10 +24,10 @@ inline float rest(float f) noexcept {
     return q * f + 5.0000001201e-1f;
 }
 
-// exp(x) - 1 = 2^n (exp(f) - 1) + (2^n - 1) with |f| <= ln(2)/2: for n = 0 the first term stands alone, otherwise the
-// two have one sign or differ enough, so nothing cancels.
+// exp(x) - 1 for x <= 0. For n = 0 the second term vanishes; otherwise the two terms have the same sign or differ
+// enough in magnitude, so that they do not cancel.
 inline float expm1_negative(float x) noexcept {
-    constexpr float kRound = 0x1.8p23f; // adding it rounds to an integer, left in the low bits
+    constexpr float kRound = 0x1.8p23f; // adding it rounds to an integer in the low mantissa bits
     const float shifted = x * 1.44269504f + kRound;
     const float n = shifted - kRound;
     const float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
@@ -31,14 +36,14 @@ inline float expm1_negative(float x) noexcept {
     bits = (bits << 23) + 0x3f800000u;
     float power;
     __builtin_memcpy(&power, &bits, sizeof power);
-    return power * (f + f * f * rest(f)) + (power - 1.0f);
+    return power * (f + f * f * expm1_tail(f)) + (power - 1.0f);
 }
 
-// Values above -ln(2)/2 need no reduction: the bits are those of expm1_negative, where n is 0.
+// For values above -ln(2)/2, which need no reduction; the same bits as expm1_negative, where n = 0.
 void elu_small(float *values, size_t count) noexcept {
     for (size_t i = 0; i < count; i++) {
         const float x = values[i];
-        const float below = x + x * x * rest(x);
+        const float below = x + x * x * expm1_tail(x);
         values[i] = x <= 0 ? below : x;
     }
 }
@@ -66,7 +71,7 @@ void slope(const float *values, size_t count, float *gradient) noexcept {
         gradient[i] *= values[i] > 0 ? 1.0f : values[i] + 1.0f;
 }
 
-// float32 over a short run of pixels, double over the runs; several pixels side by side fill the lanes.
+// Sums in float32 over runs of pixels and in double over the runs. Adjacent pixels fill the vector lanes.
 void sum_pixels(const float *image, size_t count, size_t channels, float *sums) noexcept {
     constexpr size_t kLanes = 64, kRun = 32;
     double total[kLanes] = {};

@@ -1,4 +1,12 @@
-// Fields and their foldings, compiled per instruction set: only +, -, *, so the same bits on each.
+// Method: a matrix Fourier transform F = sum E exp(-2 pi i (x u + y v) step), evaluated only at the pixels of interest,
+// with the symmetric grids folded about both axes. For one axis, with e(x) = E(x) + E(-x) and o(x) = E(x) - E(-x),
+//     sum_x E(x) exp(-2 pi i x u step) = sum_(x > 0) [e(x) cos(2 pi x u step) - i o(x) sin(2 pi x u step)]
+// (a sample at x = 0 counts once), so that real matrices of half the size in each dimension suffice; the result at -u
+// follows from the same two sums. The derivatives of the field with respect to tilts and modes are i phase times the
+// field and pass through the same transform.
+//
+// Only +, - and * on phases in cycles (kernels/cis.hpp): the same bits on every instruction set.
+// Reference: Soummer, Pueyo, Sivaramakrishnan and Vanderbei (2007), Opt. Express 15, 15935 (matrix Fourier transform).
 #include "kernels/field.hpp"
 
 #include "kernels/cis.hpp"
@@ -6,7 +14,7 @@
 namespace toliman::kernels::TOLIMAN_ISA {
 namespace {
 
-// Twice the coordinate of folded sample i of an axis of n: a whole number.
+// Twice the coordinate of folded sample i of an axis of n samples: an integer.
 inline double twice_coordinate(size_t i, size_t n) noexcept {
     return static_cast<double>(2 * i + (n % 2 == 0 ? 1 : 0));
 }
@@ -28,7 +36,7 @@ void operand(size_t samples, size_t pixels, long double step, double *cosine, do
     }
 }
 
-// Fields of one row, each re[n] then im[n], fields `stride` apart.
+// Fields of one row: re[n], then im[n]; `stride` is the distance between fields.
 struct Row {
     double *at;
     size_t stride;
@@ -67,8 +75,8 @@ void derived_row(const FieldTerm &term, size_t n, size_t y, size_t k, Row row) n
     }
 }
 
-// Folds one plane's rows up (y > 0) and down; part 0 is the real one, 1 the imaginary. The middle sample of an odd axis
-// is its own mirror image and counts once.
+// Folds the rows `up` (y > 0) and `down` (y < 0) of one plane; part 0: real, 1: imaginary. The middle sample of an odd
+// axis is its own mirror image and must count once.
 void fold_rows(const double *up, const double *down, size_t n, bool middle, size_t part, double *even,
                double *odd) noexcept {
     const size_t h = half(n);
@@ -109,7 +117,7 @@ void fold(const double *amplitude, const double *opd_m, size_t n, double wavenum
     }
 }
 
-// One row of a focal field from the rows of its four sums, each re[w] then im[w]; sign is that of v.
+// Combines the four transforms to one row of the focal field, re[cols] and im[cols]; sign: that of v.
 void unfold_row(const double *ee, const double *eo, const double *oe, const double *oo, double sign, size_t cols,
                 double *re, double *im) noexcept {
     const size_t w = half(cols);

@@ -4,7 +4,7 @@ namespace toliman::kernels {
 
 Isa host_isa() noexcept {
 #if defined(__x86_64__)
-    // x86-64-v4 and -v3, as the kernels are compiled.
+    // The extensions of x86-64-v4 and x86-64-v3, for which the kernels are compiled (tools/cmake/library.cmake).
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
         return Isa::avx512;

@@ -1,6 +1,7 @@
-// Choice of instruction set at run time. Files named *.isa.cpp are compiled once per set, with TOLIMAN_ISA defined to
-// its name; they keep all their code in namespace toliman::kernels::TOLIMAN_ISA, use no inline function of a shared
-// header (the linker might keep the wide copy for everyone) and publish one table of function pointers each:
+// Choice of the instruction set at run time. Files named *.isa.cpp are compiled once per set, with TOLIMAN_ISA defined
+// to its name. They keep all their code in namespace toliman::kernels::TOLIMAN_ISA, use no inline function of a shared
+// header (the linker keeps one copy, which might be that of a set that the CPU lacks) and publish one table of function
+// pointers each:
 //
 //     namespace toliman::kernels { extern const PoissonKernels TOLIMAN_ISA_TABLE(poisson) = {...}; }
 #pragma once
@@ -13,11 +14,11 @@ namespace toliman::kernels {
 
 enum class Isa { baseline, avx2, avx512 };
 
-// The widest set of this CPU that the library was built for, and its name.
+// The most capable set that both this CPU and the library support, and its name.
 Isa host_isa() noexcept;
 const char *host_isa_name() noexcept;
 
-// Declares the tables of one kernel and a function that picks the host's.
+// Declares the tables of one kernel and the function name_kernels(), which returns the table for this CPU.
 #if defined(__x86_64__)
 #define TOLIMAN_ISA_DECLARE(Table, name)                                                                               \
     extern const Table name##_baseline, name##_avx2, name##_avx512;                                                    \

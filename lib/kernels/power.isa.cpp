@@ -1,3 +1,19 @@
+// Method: the generalised Lomb-Scargle power of least squares with a floating mean,
+//     P = (yc^2 ss - 2 yc ys cs + ys^2 cc)/(V (cc ss - cs^2))
+// where, with W the sum of weights, V the variance of y and sums in the notation of kernels/push.hpp,
+//     cc = (W^2 + W C2)/2 - C1^2,  ss = (W^2 - W C2)/2 - S1^2,  cs = W S2/2 - C1 S1,  yc = YC - mean C1,  ys = YS -
+//     mean S1
+// (fixed mean: without the products of C1 and S1). C2 and S2 give the sums of cos^2, sin^2 and sin cos by the
+// double-angle formulas.
+//
+// The accumulators have up to 62 significant bits in two words. Reading converts a sum to double with one rounding, by
+// integer shifts and the bits of a double's mantissa, so that it vectorises: 2 ns per frequency on AVX-512 and 3.5 ns
+// on AVX2, against 97 ns for scalar extended precision. It does not depend on how a sum is divided between lo and hi. A
+// mean far from 0 would cancel in yc and ys; these are then formed from halves of the integers, whose products are
+// exact. An ill-conditioned system (determinant below kLeastDeterminant W^4) is left to the caller, in extended
+// precision.
+//
+// Reference: Zechmeister and Kuerster (2009), A&A 496, 577; Lomb (1976), Ap&SS 39, 447; Scargle (1982), ApJ 263, 835.
 #include "kernels/power.hpp"
 
 #include "kernels/push.hpp"
@@ -13,7 +29,7 @@ constexpr bool kSigned = true;
 constexpr bool kSigned = false;
 #endif
 
-// Bits of 2^52 and 2^84, below which an integer can stand as the lower bits of a double.
+// Bits of the doubles 2^52 and 2^84: or-ing an integer into their mantissa adds it, in units of 1 and 2^32.
 constexpr uint64_t kBits52 = 0x4330000000000000u, kBits84 = 0x4530000000000000u;
 constexpr uint64_t kSign = 0x8000000000000000u, kLowerHalf = 0xffffffffu;
 
@@ -28,21 +44,22 @@ inline double power_of_two(int n) noexcept {
 }
 
 struct Halves {
-    double upper, lower; // an exact sum; of an integer x, floor(x/2^32) 2^32 and the rest
+    double upper, lower; // an unevaluated sum; of an integer x: floor(x/2^32) 2^32 and x modulo 2^32
 };
 
-// a - b and its rounding error (Knuth).
+// a - b and its rounding error (Knuth's two-sum).
 inline Halves difference(double a, double b) noexcept {
     const double upper = a - b, back = upper - a;
     return {upper, (a - (upper - back)) - (b + back)};
 }
 
-// Reads a sum as x = (hi 2^32 + lo)/2^shift to the nearest integer, halves up: the same however the sum is split.
-class Reading {
+// Converts sums to double: x = (hi 2^32 + lo)/2^shift, rounded to the nearest integer, halves up. The result does not
+// depend on how the sum is divided between hi and lo.
+class Reader {
   public:
-    // Sums up to `most` 2^50 become integers up to 2^bits.
-    Reading(double most, int bits) noexcept {
-        const int above = most < 1 ? 0 : 63 - __builtin_clzll(static_cast<uint64_t>(most)) - (bits - 51);
+    // Chooses shift so that sums up to `largest` 2^50 become integers up to 2^bits.
+    Reader(double largest, int bits) noexcept {
+        const int above = largest < 1 ? 0 : 63 - __builtin_clzll(static_cast<uint64_t>(largest)) - (bits - 51);
         if (above <= 0)
             return;
         shift_ = above;
@@ -52,17 +69,17 @@ class Reading {
     }
     int shift() const noexcept { return shift_; }
 
-    double brief(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^51
+    double small(int64_t lo, int64_t hi) const noexcept { // x, |x| up to 2^51: exact
         constexpr uint64_t kMiddle = uint64_t{1} << 51;
         const uint64_t x = integer(lo, hi);
         return kSigned ? static_cast<double>(static_cast<int64_t>(x))
                        : with_bits(x + (kBits52 + kMiddle - offset_)) - (0x1p52 + 0x1p51);
     }
-    double full(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^62
+    double large(int64_t lo, int64_t hi) const noexcept { // x, |x| up to 2^62, rounded to double
         const uint64_t x = integer(lo, hi);
         return kSigned ? static_cast<double>(static_cast<int64_t>(x)) : (upper(x) - (excess_ + 0x1p52)) + lower(x);
     }
-    Halves halves(int64_t lo, int64_t hi) const noexcept { // |x| up to 2^62
+    Halves halves(int64_t lo, int64_t hi) const noexcept { // x, |x| up to 2^62: exact
         const uint64_t x = integer(lo, hi);
         return {upper(x) - excess_, lower(x) - 0x1p52};
     }
@@ -79,62 +96,63 @@ class Reading {
 
     int shift_ = 0;
     uint64_t bias_ = 0, offset_ = 0;
-    double excess_ = 0x1p84 + 0x1p63; // of upper() over the upper half; a multiple of 2^32 as it, so that all is exact
+    double excess_ =
+        0x1p84 + 0x1p63; // upper() minus the upper half; a multiple of 2^32, so that its subtraction is exact
 };
 
-// far_mean: many standard deviations from 0. Then y - mean x is formed from halves of y and x: times the first 20 bits
-// of the mean they are exact, and the roundings left are those of numbers as small as the result.
-// wide: cosines have lower limbs.
-template <bool far_mean, bool fixed_mean, bool wide>
+// far_mean: the mean is many standard deviations from 0. y - mean x is then formed from halves of y and x. Their
+// products with the first 20 bits of the mean are exact, and the remaining rounding errors are relative to the small
+// result. double_limb: the weight sums have lower limbs.
+template <bool far_mean, bool fixed_mean, bool double_limb>
 size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
                 double *out) noexcept {
-    // No sum of w y c is above W times the root mean square of y.
+    // Bound (Cauchy-Schwarz): no sum of w y c exceeds W times the root mean square of y.
     const double largest = shared.weight * __builtin_sqrt(shared.mean_high * shared.mean_high + shared.spread);
-    const Reading value(largest, 62), rest(static_cast<double>(shared.samples), 51), narrow(shared.weight, 51);
-    const Reading cosine(shared.weight, far_mean ? 62 : 51);
-    // Units are 2^-50 by the shifts: of c and s 2^cosine, of c2 and s2 2^narrow, of products of two and W^2 4^cosine;
-    // of y, yc and ys 2^value, of the limb below 2^rest 2^-50.
+    const Reader value(largest, 62), low(static_cast<double>(shared.samples), 51), second(shared.weight, 51);
+    const Reader cosine(shared.weight, far_mean ? 62 : 51);
+    // Units are 2^-50 times a power of two: 2^cosine.shift for c, s and W, 2^second.shift for c2 and s2, 2^value.shift
+    // for yc and ys, 2^(low.shift - 50) for lower limbs. `weight`, `half`, `unit` and `below` convert between them.
     const double weight = shared.weight * power_of_two(50 - cosine.shift()), square = 0.5 * weight * weight;
-    const double half = 0.5 * weight * power_of_two(narrow.shift() - cosine.shift());
+    const double half = 0.5 * weight * power_of_two(second.shift() - cosine.shift());
     const double least = kLeastDeterminant * (weight * weight) * (weight * weight);
-    const double below = power_of_two(rest.shift() - value.shift() - 50);
-    const double below_cosine = power_of_two(rest.shift() - cosine.shift() - 50);
-    const double below_second = power_of_two(rest.shift() - narrow.shift() - 50);
+    const double below = power_of_two(low.shift() - value.shift() - 50);
+    const double below_cosine = power_of_two(low.shift() - cosine.shift() - 50);
+    const double below_second = power_of_two(low.shift() - second.shift() - 50);
     const double unit = power_of_two(value.shift() - cosine.shift()), per_spread = unit * unit / (2 * shared.spread);
     const double mean = shared.mean_high / unit, split = (0x1p33 + 1) * mean;
-    const double mean_first = split - (split - mean), mean_rest = (mean - mean_first) + shared.mean_low / unit;
-    size_t left = 0;
+    const double mean_first = split - (split - mean), mean_tail = (mean - mean_first) + shared.mean_low / unit;
+    size_t ill_conditioned = 0;
     for (size_t k = 0; k < n; k++) {
-        const auto limb = [&](int sum) { return rest.brief(lo[sum][k], hi[sum][k]); };
-        double c_rest = 0, s_rest = 0, c, s, yc, ys;
-        if (wide) {
-            c_rest = limb(kC1Low) * below_cosine;
-            s_rest = limb(kS1Low) * below_cosine;
+        const auto limb = [&](int sum) { return low.small(lo[sum][k], hi[sum][k]); };
+        double c_low = 0, s_low = 0, c, s, yc, ys;
+        if (double_limb) {
+            c_low = limb(kC1Low) * below_cosine;
+            s_low = limb(kS1Low) * below_cosine;
         }
         if (far_mean) {
-            const auto centred = [&](int sum, int by, double by_rest, double &x) {
+            const auto centred = [&](int sum, int by, double by_low, double &x) {
                 const Halves y = value.halves(lo[sum][k], hi[sum][k]), part = cosine.halves(lo[by][k], hi[by][k]);
-                x = part.upper + part.lower + by_rest;
+                x = part.upper + part.lower + by_low;
                 const Halves large = difference(y.upper, mean_first * part.upper);
-                return (((large.upper + y.lower) - mean_first * part.lower) - (mean_rest * x + mean_first * by_rest)) +
+                return (((large.upper + y.lower) - mean_first * part.lower) - (mean_tail * x + mean_first * by_low)) +
                        large.lower;
             };
-            yc = centred(kYC, kC1, c_rest, c);
-            ys = centred(kYS, kS1, s_rest, s);
+            yc = centred(kYC, kC1, c_low, c);
+            ys = centred(kYS, kS1, s_low, s);
         } else {
-            c = cosine.brief(lo[kC1][k], hi[kC1][k]);
-            s = cosine.brief(lo[kS1][k], hi[kS1][k]);
-            if (wide) {
-                c += c_rest;
-                s += s_rest;
+            c = cosine.small(lo[kC1][k], hi[kC1][k]);
+            s = cosine.small(lo[kS1][k], hi[kS1][k]);
+            if (double_limb) {
+                c += c_low;
+                s += s_low;
             }
-            yc = value.full(lo[kYC][k], hi[kYC][k]) - mean * c;
-            ys = value.full(lo[kYS][k], hi[kYS][k]) - mean * s;
+            yc = value.large(lo[kYC][k], hi[kYC][k]) - mean * c;
+            ys = value.large(lo[kYS][k], hi[kYS][k]) - mean * s;
         }
         yc += limb(kYCLow) * below;
         ys += limb(kYSLow) * below;
-        double c2 = narrow.brief(lo[kC2][k], hi[kC2][k]), s2 = narrow.brief(lo[kS2][k], hi[kS2][k]);
-        if (wide) {
+        double c2 = second.small(lo[kC2][k], hi[kC2][k]), s2 = second.small(lo[kS2][k], hi[kS2][k]);
+        if (double_limb) {
             c2 += limb(kC2Low) * below_second;
             s2 += limb(kS2Low) * below_second;
         }
@@ -144,22 +162,24 @@ size_t power_of(const int64_t *const *lo, const int64_t *const *hi, size_t n, co
         const double ss = fixed_mean ? square - c2 : (square - c2) - s * s;
         const double cs = fixed_mean ? s2 : s2 - c * s, determinant = cc * ss - cs * cs, cross = yc * cs;
         const double explained = (yc * yc * ss - (cross + cross) * ys + ys * ys * cc) / determinant * per_spread;
-        const double power = explained + __builtin_fabs(explained), most = power < 1.0 ? power : 1.0;
+        const double power = explained + __builtin_fabs(explained), bounded = power < 1.0 ? power : 1.0;
         const bool less = determinant < least;
-        out[k] = less ? kNeedsMore : most;
-        left += less;
+        out[k] = less ? kNeedsMore : bounded;
+        ill_conditioned += less;
     }
-    return left;
+    return ill_conditioned;
 }
 
-template <bool wide>
+template <bool double_limb>
 size_t power(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
              double *out) noexcept {
-    constexpr double kFar = 8;
+    constexpr double kFar = 8; // standard deviations
     const bool far_mean = shared.mean_high * shared.mean_high > kFar * kFar * shared.spread;
     if (shared.fixed_mean)
-        return (far_mean ? power_of<true, true, wide> : power_of<false, true, wide>)(lo, hi, n, shared, out);
-    return (far_mean ? power_of<true, false, wide> : power_of<false, false, wide>)(lo, hi, n, shared, out);
+        return (far_mean ? power_of<true, true, double_limb> : power_of<false, true, double_limb>)(lo, hi, n, shared,
+                                                                                                   out);
+    return (far_mean ? power_of<true, false, double_limb> : power_of<false, false, double_limb>)(lo, hi, n, shared,
+                                                                                                 out);
 }
 
 } // namespace

@@ -1,3 +1,8 @@
+// Method: inner products by Dot2, which accumulates the rounding errors of every product (by FMA) and of every addition
+// (two-sum) and adds them at the end; projections by Gram-Schmidt, done twice. Compensated, because nuisance images are
+// nearly parallel to the derivative image and to each other: the small remainder carries the information.
+//     |error| <= eps |a.b| + (n eps)^2 |a|.|b|
+// Reference: Ogita, Rump and Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
 #include "kernels/project.hpp"
 
 #include <cmath>
@@ -5,16 +10,16 @@
 namespace toliman::kernels {
 
 double dot(const double *a, const double *b, size_t n) noexcept {
-    double sum = 0, rest = 0;
+    double sum = 0, correction = 0;
     for (size_t i = 0; i < n; i++) {
         const double product = a[i] * b[i];
         const double product_error = std::fma(a[i], b[i], -product);
         const double next = sum + product;
         const double shifted = next - sum;
-        rest += ((sum - (next - shifted)) + (product - shifted)) + product_error;
+        correction += ((sum - (next - shifted)) + (product - shifted)) + product_error;
         sum = next;
     }
-    return sum + rest;
+    return sum + correction;
 }
 
 void whiten(const double *image, const double *variance, size_t n, double *out) noexcept {
@@ -22,19 +27,19 @@ void whiten(const double *image, const double *variance, size_t n, double *out) 
         out[i] = image[i] / std::sqrt(variance[i]);
 }
 
-void project_out(const double *units, size_t count, size_t n, double *vector) noexcept {
+void project_out(const double *basis, size_t count, size_t n, double *vector) noexcept {
     for (size_t k = 0; k < count; k++) {
-        const double *unit = units + k * n;
+        const double *unit = basis + k * n;
         const double component = dot(unit, vector, n);
         for (size_t i = 0; i < n; i++)
             vector[i] -= component * unit[i];
     }
 }
 
-Lengths project_out_twice(const double *units, size_t count, size_t n, double *vector) noexcept {
+Lengths project_out_twice(const double *basis, size_t count, size_t n, double *vector) noexcept {
     const double before = std::sqrt(dot(vector, vector, n));
-    project_out(units, count, n, vector);
-    project_out(units, count, n, vector);
+    project_out(basis, count, n, vector);
+    project_out(basis, count, n, vector);
     const double after = std::sqrt(dot(vector, vector, n));
     return {before, after > kRounding * before ? after : 0};
 }

@@ -1,4 +1,4 @@
-// Whitening and projection of images as vectors, shared by optics, cae and linear. Double, compensated sums.
+// Whitening and projection of images as vectors, for optics, cae and linear. Double precision, compensated sums.
 #pragma once
 #include <cstddef>
 
@@ -10,26 +10,27 @@ namespace toliman::kernels {
 double dot(const double *a, const double *b, size_t n) noexcept;
 
 // Given     image [n], variance [n] > 0
-// Returned  out [n] = image / sqrt(variance); may be the same memory as image
+// Returned  out [n] = image / sqrt(variance); out may be image
 void whiten(const double *image, const double *variance, size_t n, double *out) noexcept;
 
-// Given     units [count][n], orthonormal; vector [n]
-// Returned  vector less its components along them
-void project_out(const double *units, size_t count, size_t n, double *vector) noexcept;
+// Given     basis [count][n], orthonormal; vector [n]
+// Returned  vector minus its components along the basis
+void project_out(const double *basis, size_t count, size_t n, double *vector) noexcept;
 
-// Given     units, vector as of project_out
-// Returned  vector less its components along them; its length before and after
-// Notes     Projects twice, as the first pass leaves its own rounding behind. What is left below kRounding of the
-//           length is rounding, and `after` then 0.
+// Given     basis, vector as for project_out
+// Returned  vector minus its components along the basis; its norms before and after
+// Notes     Projects twice, because the first pass leaves components of the size of its rounding errors. A remainder
+//           below kRounding of the norm is rounding noise; `after` is then 0.
+// Reference Giraud, Langou and Rozloznik (2005), Comput. Math. Appl. 50, 1069: twice is enough
 constexpr double kRounding = 1e-10;
 struct Lengths {
     double before, after;
 };
-Lengths project_out_twice(const double *units, size_t count, size_t n, double *vector) noexcept;
+Lengths project_out_twice(const double *basis, size_t count, size_t n, double *vector) noexcept;
 
 // Given     vectors [count][n]
-// Returned  the first r rows: an orthonormal basis of their span; r itself
-// Notes     Gram-Schmidt done twice; a vector that loses all but kRounding of its length to the others is dropped.
+// Returned  the first r vectors: an orthonormal basis of the span; r, its dimension
+// Notes     Gram-Schmidt with reorthogonalisation. A vector whose remainder is below kRounding of its norm is dropped.
 size_t orthonormalise(double *vectors, size_t count, size_t n) noexcept;
 
 } // namespace toliman::kernels

@@ -1,5 +1,5 @@
-// Random numbers one at a time, for initial weights and the like: Philox-4x32-10 by Random123, counter-based.
-// Noise of whole images has its own vector form of the same generator: kernels/poisson.hpp.
+// Scalar random numbers for initial weights, shuffles and bootstraps: Philox-4x32-10 of Random123 (Salmon et al. 2011).
+// kernels/poisson.hpp has a vectorised form of the same generator for whole images.
 #pragma once
 #include <cmath>
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace toliman::kernels {
 
-// The sequence of (seed, stream); two sequences of different seed or stream share no counter.
+// The sequence of (seed, stream). Sequences of different seeds or streams share no (key, counter) pair.
 class Rng {
   public:
-    // stream < 2^16, see kernels/poisson.hpp for those in use
+    // stream < 2^16; kernels/poisson.hpp lists the streams in use
     Rng(uint64_t seed, uint32_t stream) noexcept
         : key_{{static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32)}}, stream_(stream) {}
 
@@ -33,7 +33,8 @@ class Rng {
     double uniform() noexcept { return (static_cast<double>(bits() >> 12) + 0.5) * 0x1p-52; }
 
     // Returned  a standard normal variate
-    // Reference Box and Muller (1958); the second of each pair is kept for the next call
+    // Notes     the second of each pair is returned by the next call
+    // Reference Box and Muller (1958), Ann. Math. Statist. 29, 610
     double normal() noexcept {
         if (has_spare_) {
             has_spare_ = false;

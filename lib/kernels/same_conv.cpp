@@ -1,10 +1,12 @@
+// Packing of 3x3 kernels for kernels/same_conv.isa.cpp: transformed to 4x4 for Winograd's form, transposed to
+// [tap][input channel][channel] otherwise. Done once per set of weights.
 #include "kernels/same_conv.hpp"
 
 namespace toliman::kernels {
 
 namespace {
 
-// G g G^T of a kernel of 3x3 taps.
+// Winograd's kernel transform G g G^T of 3x3 taps, G = (1 0 0; 1/2 1/2 1/2; 1/2 -1/2 1/2; 0 0 1).
 void winograd_kernel(const float *taps, float *out) noexcept {
     float half[4][3];
     for (size_t x = 0; x < 3; x++) {
@@ -23,17 +25,17 @@ void winograd_kernel(const float *taps, float *out) noexcept {
     }
 }
 
-// tap(c, k, i): tap i from channel c to channel k.
+// tap(c, k, i): tap i of the kernel from input channel c to channel k.
 template <class Tap> void pack(const SameShape &shape, Tap tap, float *packed) noexcept {
     const size_t pairs = shape.in_channels * shape.channels;
     for (size_t c = 0; c < shape.in_channels; c++)
         for (size_t k = 0; k < shape.channels; k++) {
-            float taps[16], wide[16];
+            float taps[16], transformed[16];
             for (size_t i = 0; i < 9; i++)
                 taps[i] = tap(c, k, i);
-            winograd_kernel(taps, wide);
+            winograd_kernel(taps, transformed);
             for (size_t i = 0; i < (shape.winograd() ? 16 : 9); i++)
-                packed[i * pairs + c * shape.channels + k] = shape.winograd() ? wide[i] : taps[i];
+                packed[i * pairs + c * shape.channels + k] = shape.winograd() ? transformed[i] : taps[i];
         }
 }
 

@@ -1,3 +1,16 @@
+// Method: between images of several channels, Winograd's minimal filtering F(2x2, 3x3). For each 2x2 block of output
+// pixels, with the 4x4 input patch d and the kernel g,
+//     Y = A^T [sum over channels of (G g G^T) * (B^T d B)] A,    * element-wise
+// which takes 16 products per pair of channels instead of 36 in the direct form. The transforms of d and Y need
+// additions only and are shared by all pairs of channels. Eight patches are transformed together, so that the products
+// are matrix products of the shape that conv_tile.hpp also uses. Pooling takes the maximum of the block while it is in
+// registers.
+//
+// Images of a single channel use the direct form: their sums are too short to repay the transforms. Larger blocks, such
+// as F(4x4, 3x3), need fewer products but lose precision. Measured: encoding 0.95 ms per frame, 1.80 times the time of
+// the products at peak rate (one AVX-512 core); oneDNN 2.6 takes 2.5 times as long (tools/docs/benchmarks.md).
+//
+// Reference: Lavin and Gray (2016), "Fast algorithms for convolutional neural networks", CVPR.
 #include "kernels/same_conv.hpp"
 
 #include "kernels/conv_tile.hpp"
@@ -6,12 +19,12 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-// Floats from a bordered image's row to the next.
+// Floats per row of a bordered image.
 size_t row_of(size_t cols, size_t channels) noexcept {
     return (cols + 2) * channels;
 }
 
-// A single output channel: eight partial sums along the runs (multiples of 8 floats), halved three times.
+// Direct form for a single output channel: eight partial sums along the runs (multiples of 8 floats), added pairwise.
 void single(const Row &row) noexcept {
     constexpr size_t M = 8 / Eight::count;
     for (size_t pixel = 0; pixel < row.pixels; pixel++) {
@@ -30,7 +43,7 @@ void single(const Row &row) noexcept {
     }
 }
 
-// The larger, and whose it was; the first of equals.
+// Maximum and its position; the first of equal values.
 template <class Lanes> struct Best {
     typename Lanes::Vector value;
     typename Lanes::Mask from;
@@ -44,17 +57,17 @@ template <class Lanes> struct Best {
     }
 };
 
-// What becomes of the 2x2 pixels of the result that belong to a coarse one.
-struct Finish {
+// Destination of the 2x2 blocks of a result: the pixels themselves, or their maxima and switches.
+struct Output {
     const float *bias; // or NULL
-    float *pixel[2];   // their rows, or NULL
-    float *pooled;     // their maximum, or NULL
-    Switch *switches;  // its place, or NULL
+    float *pixel[2];   // the two rows of pixels, or NULL
+    float *pooled;     // maxima, or NULL
+    Switch *switches;  // positions of the maxima, or NULL
     size_t channels;
 };
 
 template <class Lanes>
-void finish(const Finish &to, size_t coarse, size_t channel, typename Lanes::Vector (&v)[4]) noexcept {
+void store_block(const Output &to, size_t coarse, size_t channel, typename Lanes::Vector (&v)[4]) noexcept {
     typename Lanes::Vector bias = {};
     if (to.bias != nullptr)
         bias = Lanes::load(to.bias + channel);
@@ -69,14 +82,14 @@ void finish(const Finish &to, size_t coarse, size_t channel, typename Lanes::Vec
         Lanes::store(to.switches + coarse * to.channels + channel, best.from);
 }
 
-constexpr size_t kTiles = 8, kMostChannels = 64; // coarse pixels at once
+constexpr size_t kTiles = 8, kMaxChannels = 64; // 2x2 blocks transformed together
 
-// B^T d B of kTiles patches of 4x4 pixels, neighbours two columns apart: out [16][kTiles][channels].
+// Input transform B^T d B of kTiles patches of 4x4 pixels, two columns apart: out [16][kTiles][channels].
 template <class Lanes> void winograd_in(const float *const (&rows)[4], size_t channels, float *out) noexcept {
     using Vector = typename Lanes::Vector;
     const size_t each = kTiles * channels;
     for (size_t c = 0; c < channels; c += Lanes::count) {
-        Vector column[4][4]; // [column of the patch][row of B^T d]; two are shared with the next patch
+        Vector column[4][4]; // [column of the patch][row of B^T d]; the last two belong to the next patch too
         const auto fill = [&](size_t x, Vector(&to)[4]) {
             Vector d[4];
             for (size_t r = 0; r < 4; r++)
@@ -143,8 +156,8 @@ void multiply(const float *patches, size_t in_channels, const float *weights, si
     products_of<Wide, kPixels, 2>(patches, in_channels, weights, channels, products);
 }
 
-// A^T m A of kTiles products [16][kTiles][channels], on to their places.
-template <class Lanes> void winograd_out(const float *products, const Finish &to, size_t coarse) noexcept {
+// Output transform A^T m A of kTiles products [16][kTiles][channels], stored to their destination.
+template <class Lanes> void winograd_out(const float *products, const Output &to, size_t coarse) noexcept {
     using Vector = typename Lanes::Vector;
     const size_t each = kTiles * to.channels;
     for (size_t t = 0; t < kTiles; t++)
@@ -158,14 +171,14 @@ template <class Lanes> void winograd_out(const float *products, const Finish &to
             }
             Vector v[4] = {upper[0] + upper[1] + upper[2], upper[1] - upper[2] - upper[3],
                            lower[0] + lower[1] + lower[2], lower[1] - lower[2] - lower[3]};
-            finish<Lanes>(to, coarse + t, k, v);
+            store_block<Lanes>(to, coarse + t, k, v);
         }
 }
 
-// Two rows of the result from four of the input; pixels: coarse ones.
+// Two rows of the result from four rows of the input; pixels: number of 2x2 blocks.
 void winograd_rows(const float *const (&rows)[4], size_t in_channels, const float *weights, size_t pixels,
-                   const Finish &to) noexcept {
-    float patches[16 * kTiles * kMostChannels], products[16 * kTiles * kMostChannels];
+                   const Output &to) noexcept {
+    float patches[16 * kTiles * kMaxChannels], products[16 * kTiles * kMaxChannels];
     for (size_t x = 0; x < pixels; x += kTiles) {
         const size_t at = 2 * x * in_channels;
         const float *const from[4] = {rows[0] + at, rows[1] + at, rows[2] + at, rows[3] + at};
@@ -215,8 +228,8 @@ void same(const SameShape &shape, const float *in, const float *weights, const f
     });
 }
 
-// A single input channel: kPixels fine columns of two rows make maxima of eight channels at once.
-void max_rows(const float *const (&rows)[4], const float *weights, size_t cols, const Finish &to) noexcept {
+// Direct form for a single input channel: maxima of eight channels from four columns of two rows at a time.
+void max_rows(const float *const (&rows)[4], const float *weights, size_t cols, const Output &to) noexcept {
     for (size_t first = 0; first < to.channels; first += Eight::count)
         for (size_t pixel = 0; pixel < cols; pixel += 4) {
             typename Eight::Vector sum[2][4] = {};
@@ -233,7 +246,7 @@ void max_rows(const float *const (&rows)[4], const float *weights, size_t cols, 
                 }
             for (size_t p = 0; p < 4; p += 2) {
                 typename Eight::Vector v[4] = {sum[0][p], sum[0][p + 1], sum[1][p], sum[1][p + 1]};
-                finish<Eight>(to, (pixel + p) / 2, first, v);
+                store_block<Eight>(to, (pixel + p) / 2, first, v);
             }
         }
 }
@@ -242,7 +255,7 @@ void same_max(const SameShape &shape, const float *in, const float *weights, con
               Switch *switches) noexcept {
     const size_t cols = shape.cols / 2, channels = shape.channels;
     each_coarse_row(shape, in, [&](const float *const(&rows)[4], size_t y) {
-        const Finish to = {bias,
+        const Output to = {bias,
                            {nullptr, nullptr},
                            pooled + (y + 1) * row_of(cols, channels) + channels,
                            switches != nullptr ? switches + y * cols * channels : nullptr,

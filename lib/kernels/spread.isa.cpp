@@ -1,3 +1,11 @@
+// Method: each sample adds its strength times a kernel of 5 to 15 cells to a periodic grid (gridding). The kernel is a
+// polynomial per cell, evaluated by Horner's scheme for all cells at once in vectors of 8, 12 or 16 lanes, without the
+// Bessel functions of its definition. Positions and phases are products of a time and a frequency, reduced modulo 1
+// with their rounding errors carried along: a time span of many periods costs no accuracy. Phases are computed for 64
+// samples in one vector loop, the grid is updated sample by sample, because neighbouring samples overlap.
+//
+// The choice of kernel and grid, and the error bound, are in period/nufft.cpp.
+// Reference: Barnett, Magland and af Klinteberg (2019), SIAM J. Sci. Comput. 41, C479.
 #include "kernels/spread.hpp"
 
 #include <cstdint>
@@ -8,10 +16,10 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-constexpr size_t kChunk = 64; // samples whose phases are found in one vector loop
+constexpr size_t kChunk = 64; // samples per vector loop over phases
 
 struct Chunk {
-    alignas(64) double first[kChunk], place[kChunk]; // first cell; argument of the polynomials
+    alignas(64) double first[kChunk], argument[kChunk]; // first cell; argument of the polynomials
     alignas(64) double strengths[4][kChunk];
 };
 
@@ -19,15 +27,15 @@ void find_phases(const SpreadSamples &samples, const SpreadPhases &phases, doubl
                  size_t begin, size_t n, Chunk &chunk) noexcept {
     for (size_t j = 0; j < n; j++) {
         const double t = samples.t_high[begin + j], t_low = samples.t_low[begin + j];
-        // Turns as an unevaluated sum within half a turn, and cells as another: no digit goes with the number of
-        // either.
-        const double turns = phases.df * t, rest = product_error(phases.df, t, turns) + phases.df * t_low;
-        const double part = reduce_cycles(turns), sum = part + rest, sum_low = (part - sum) + rest;
-        const double turn = reduce_cycles(sum), cells = phases.cells * turn, nearest = nearest_whole(cells);
-        const double off = (cells - nearest) + (product_error(phases.cells, turn, cells) + phases.cells * sum_low);
+        // The fractional part of df t and the position in cells, both as unevaluated sums: their errors do not grow
+        // with the number of periods or cells.
+        const double cycles = phases.df * t, error = product_error(phases.df, t, cycles) + phases.df * t_low;
+        const double part = reduce_cycles(cycles), sum = part + error, sum_low = (part - sum) + error;
+        const double phase = reduce_cycles(sum), cells = phases.cells * phase, nearest = nearest_whole(cells);
+        const double off = (cells - nearest) + (product_error(phases.cells, phase, cells) + phases.cells * sum_low);
         const double first = nearest - half_width;
         chunk.first[j] = first < 0 ? first + phases.cells : first;
-        chunk.place[j] = -2 * off;
+        chunk.argument[j] = -2 * off;
     }
     for (size_t j = 0; j < n; j++) {
         double c, s;
@@ -35,7 +43,7 @@ void find_phases(const SpreadSamples &samples, const SpreadPhases &phases, doubl
         chunk.strengths[0][j] = c;
         chunk.strengths[1][j] = s;
     }
-    for (size_t p = pairs; p-- > 0;) // the first pair, which holds cosine and sine, last
+    for (size_t p = pairs; p-- > 0;) // the first pair last: until then it holds cosine and sine
         for (size_t j = 0; j < n; j++) {
             const double weight = samples.weights[p][begin + j];
             chunk.strengths[2 * p + 1][j] = weight * chunk.strengths[1][j];
@@ -47,7 +55,7 @@ template <size_t lanes, size_t pairs>
 void spread_chunk(const Chunk &chunk, size_t n, const SpreadShape &shape, double *const *grids) noexcept {
     alignas(64) double kernel[lanes];
     for (size_t j = 0; j < n; j++) {
-        const double s = chunk.place[j];
+        const double s = chunk.argument[j];
         const double *coefficients = shape.coefficients + shape.degree * lanes;
         for (size_t i = 0; i < lanes; i++)
             kernel[i] = coefficients[i];

@@ -1,3 +1,7 @@
+// Method: with weighted means, variances and covariance of x and y under an 11x11 Gaussian window,
+//     SSIM = (2 mx my + C1)(2 cov + C2)/((mx^2 + my^2 + C1)(vx + vy + C2)),    C1 = 0.01^2, C2 = 0.03^2
+// averaged over pixels. The window is separable: five moments are summed down the columns, then along the rows.
+// Reference: Wang, Bovik, Sheikh and Simoncelli (2004), IEEE Trans. Image Processing 13, 600.
 #include "kernels/ssim.hpp"
 
 #include <cmath>
@@ -19,7 +23,7 @@ void gaussian_window(double *window) noexcept {
         window[i] /= sum;
 }
 
-// The five moments of each column under the window's eleven rows.
+// The five weighted moments of each column over the window's eleven rows.
 void column_moments(const double *window, const double *a, const double *b, size_t cols, double *moments) noexcept {
     for (size_t i = 0; i < kMoments * cols; i++)
         moments[i] = 0;

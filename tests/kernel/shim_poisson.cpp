@@ -64,7 +64,8 @@ double shim_cos(double turns) {
 }
 
 double shim_log_probability(double count, double mean) {
-    return probe::log_probability(count, mean, count < 16 ? probe::kStirlingRest[static_cast<size_t>(count)] : 0.0);
+    return probe::log_probability(count, mean,
+                                  count < 16 ? probe::kStirlingCorrection[static_cast<size_t>(count)] : 0.0);
 }
 
 // proposal = {count, scale, squeeze}

@@ -1,4 +1,7 @@
-#include "kernels/narrow.hpp"
+// Method: integer arithmetic on the bit patterns. Adding half a unit of the new last place (minus one, plus the last
+// bit kept) and shifting rounds to nearest, ties to even; a carry correctly increments the exponent. Needs no F16C
+// instructions and gives the same bits on every CPU.
+#include "kernels/half_precision.hpp"
 
 #include <cmath>
 
@@ -7,11 +10,11 @@ namespace toliman::kernels {
 namespace {
 
 constexpr uint16_t kSign = 0x8000, kInfinity = 0x7c00, kFraction = 0x3ff;
-constexpr int kDropped = 52 - 10;                         // bits of a double's fraction that fp16 has not
-constexpr uint64_t kBias = uint64_t{1023 - 15} << 10;     // between the exponents of double and fp16
+constexpr int kDropped = 52 - 10;                         // fraction bits of a double that fp16 lacks
+constexpr uint64_t kBias = uint64_t{1023 - 15} << 10;     // difference of the exponent biases of double and fp16
 constexpr double kLeastNormal = 0x1p-14, kStep = 0x1p-24; // of fp16
 
-// bits without the lowest `dropped`, rounded; a carry runs on into the exponent, where it belongs.
+// Removes the lowest `dropped` bits, rounding to nearest even; a carry increments the exponent.
 template <class Bits> Bits drop(Bits bits, int dropped) noexcept {
     const Bits half = Bits{1} << (dropped - 1);
     return (bits + half - 1 + ((bits >> dropped) & 1)) >> dropped;
@@ -31,9 +34,9 @@ uint16_t to_bf16(float value) noexcept {
 }
 
 float from_bf16(uint16_t bits) noexcept {
-    const uint32_t wide = static_cast<uint32_t>(bits) << 16;
+    const uint32_t float_bits = static_cast<uint32_t>(bits) << 16;
     float value;
-    __builtin_memcpy(&value, &wide, sizeof value);
+    __builtin_memcpy(&value, &float_bits, sizeof value);
     return value;
 }
 

@@ -1,5 +1,5 @@
-// C border of the narrow formats.
-#include "kernels/narrow.hpp"
+// C interface to the half-precision conversions, for the test.
+#include "kernels/half_precision.hpp"
 
 extern "C" float shim_to_float32(double value) {
     return toliman::kernels::to_float32(value);
