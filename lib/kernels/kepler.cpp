@@ -18,7 +18,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxSteps = 64;
 
 // x - sin x for 0 <= x <= pi, by its series where the difference would cancel.
-double minus_sine(double x) noexcept {
+double x_minus_sin(double x) noexcept {
     if (x > 1)
         return x - std::sin(x);
     const double square = x * x;
@@ -42,7 +42,7 @@ double solve(double mean, double eccentricity) noexcept {
     double x = start(mean, eccentricity);
     for (int step = 0; step < kMaxSteps; step++) {
         const double half = std::sin(x / 2), slope = complement + 2 * eccentricity * (half * half); // 1 - e cos x
-        const double next = x - (complement * x + eccentricity * minus_sine(x) - mean) / slope;
+        const double next = x - (complement * x + eccentricity * x_minus_sin(x) - mean) / slope;
         if (!(next < x))
             break;
         x = next;

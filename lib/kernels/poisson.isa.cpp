@@ -113,7 +113,7 @@ inline uint64_t to_bits(double value) {
 // Given     x > 0, not subnormal; less
 // Returned  log(x) - less, without cancellation for less near x - 1
 // Reference fdlibm e_log.c; x = 2^e (1 + f) with 1 + f between sqrt(1/2) and sqrt(2)
-inline double log_less(double x, double less) {
+inline double log_minus(double x, double less) {
     const uint64_t bits = to_bits(x);
     const uint64_t exponent = (bits - 0x3fe6a09e667f3bcdu + (uint64_t{1024} << 52)) >> 52; // e + 1024
     const double e = from_bits(exponent | 0x4330000000000000u) - (0x1p52 + 1024.0);
@@ -189,8 +189,8 @@ inline double log_probability(double count, double mean, double listed) {
     const double correction = count < 16.0 ? listed : series;
     const double relative = (mean - count) * inverse, ratio = 1.0 + relative;
     const double rounding = relative - (ratio - 1.0);
-    const double excess = log_less(ratio, relative) + rounding / ratio;
-    return count * excess - 0.5 * log_less(count, 0.0) - 0.91893853320467274178 - correction;
+    const double excess = log_minus(ratio, relative) + rounding / ratio;
+    return count * excess - 0.5 * log_minus(count, 0.0) - 0.91893853320467274178 - correction;
 }
 
 // A proposed count.
@@ -269,7 +269,7 @@ void test_all(Work &work, size_t size) {
         const double of_many = log_probability(bounded, work.mean[i], work.listed[i]);
         const double chance = count == 0.0 ? -work.mean[i] : of_many;
         const double safe_scale = scale > 0x1p-900 ? scale : 0x1p-900;
-        const bool accepted = log_less(work.uniform[i] / safe_scale, 0.0) <= chance;
+        const bool accepted = log_minus(work.uniform[i] / safe_scale, 0.0) <= chance;
         work.open[i] = ((count >= 0.0) & (scale > 0.0) & accepted) ? 0 : 1;
     }
 }
@@ -345,7 +345,7 @@ void gaussian(size_t count, uint64_t first_pixel, NoiseKey key, double *normals)
         const size_t size = count - begin < kBlock ? count - begin : kBlock;
         draw_words(place, size, first_pixel + begin, key, 0, a, b);
         for (size_t i = 0; i < size; i++)
-            normals[begin + i] = std::sqrt(-2.0 * log_less(unit(a[i]), 0.0)) * cosine_of_turns(unit(b[i]));
+            normals[begin + i] = std::sqrt(-2.0 * log_minus(unit(a[i]), 0.0)) * cosine_of_turns(unit(b[i]));
     }
 }
 

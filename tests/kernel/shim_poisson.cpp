@@ -54,7 +54,7 @@ double shim_unit(uint64_t word) {
     return probe::unit(word);
 }
 double shim_log(double x) {
-    return probe::log_less(x, 0.0);
+    return probe::log_minus(x, 0.0);
 }
 double shim_exp(double x) {
     return probe::exponential(x);

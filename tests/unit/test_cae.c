@@ -475,7 +475,7 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
     assert_true(image[0] == -5);
 }
 
-/* A frame whose range is negligible compared with the reconstruction. */
+/* A frame whose contrast is nothing beside the image it is compared with. */
 static void test_figures_that_overflow(void **unused) {
     (void)unused;
     static double frame[kPixels], image[kPixels];

@@ -238,8 +238,8 @@ static void test_unusable_numbers(void **unused) {
     }
 }
 
-/* 16-bit patterns of infinity or NaN, and scales that would cause them. */
-static void test_unusable_half_precision_numbers(void **unused) {
+/* Numbers of 16 bits that stand for infinity or NaN, and scales that would make them so. */
+static void test_unusable_narrow_numbers(void **unused) {
     (void)unused;
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     const struct {
@@ -258,7 +258,7 @@ static void test_unusable_half_precision_numbers(void **unused) {
         {2, 0, 0x8000, "scale of a block = 2^-32768"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        const int is_fp16 = cases[k].encoding == 2, scale = is_fp16 && cases[k].at == 0;
+        const int narrow = cases[k].encoding == 2, scale = narrow && cases[k].at == 0;
         memset(raw, 0, sizeof raw);
         raw[cases[k].at] = (uint8_t)cases[k].value; /* the first tensor has 72 numbers, low bytes first */
         raw[cases[k].at + (scale ? 1 : 72)] = (uint8_t)(cases[k].value >> 8);
@@ -266,7 +266,7 @@ static void test_unusable_half_precision_numbers(void **unused) {
         memcpy(header, blob, blob_size);
         put(header + kAtWeightsEncoding, (uint64_t)cases[k].encoding, 2);
         size_t size;
-        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (is_fp16 ? 2 * kTensors : 0), NULL, 0, &size);
+        uint8_t *bytes = with_raw(header, raw, 2 * kParameters + (narrow ? 2 * kTensors : 0), NULL, 0, &size);
         refused(bytes, size, cases[k].text);
         free(bytes), free(header);
     }
@@ -428,7 +428,7 @@ int main(void) {
         cmocka_unit_test(test_impossible_headers),
         cmocka_unit_test(test_impossible_trainings),
         cmocka_unit_test(test_unusable_numbers),
-        cmocka_unit_test(test_unusable_half_precision_numbers),
+        cmocka_unit_test(test_unusable_narrow_numbers),
         cmocka_unit_test(test_streams_of_another_size),
         cmocka_unit_test(test_flips_with_the_checksum_repaired),
         cmocka_unit_test(test_any_numbers),
