@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char *kKind = "weights blob";
 constexpr int kTopExponent = 15;                                               // exponent of the largest fp16
-constexpr int kMinScale = -126 - kTopExponent, kMaxScale = 100 - kTopExponent; // from kLeastValue, kLargestValue
+constexpr int kMinScale = -126 - kTopExponent, kMaxScale = 100 - kTopExponent; // from kMinMagnitude, kMaxMagnitude
 constexpr size_t kScaleBytes = 2;
 
 constexpr size_t width(Encoding encoding) noexcept {
@@ -46,9 +46,9 @@ size_t count_of(const std::vector<Block> &blocks) noexcept {
 void check_values(const Buffer<float> &values, Status status, const char *what) {
     for (size_t i = 0; i < values.size(); i++) {
         const double size = std::fabs(static_cast<double>(values[i]));
-        if (!(size <= kLargestValue) || (size > 0 && size < kLeastValue))
+        if (!(size <= kMaxMagnitude) || (size > 0 && size < kMinMagnitude))
             fail(status, "%s: {%s[%zu]} = %g: must be 0 or of magnitude in [%.3g, %.3g]", kKind, what, i,
-                 static_cast<double>(values[i]), kLeastValue, kLargestValue);
+                 static_cast<double>(values[i]), kMinMagnitude, kMaxMagnitude);
     }
 }
 

@@ -12,7 +12,7 @@ enum class Encoding : uint16_t { float32 = 0, bf16 = 1, fp16 = 2 };
 constexpr uint16_t kEncodings = 3;
 
 // Range of the magnitude of a payload's nonzero numbers: no subnormal float32, infinity or NaN.
-constexpr double kLeastValue = 0x1p-126, kLargestValue = 0x1p100;
+constexpr double kMinMagnitude = 0x1p-126, kMaxMagnitude = 0x1p100;
 
 // A tensor or a plane. positive: a number that would round to 0 becomes the smallest positive one (variances).
 struct Block {

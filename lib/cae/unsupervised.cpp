@@ -122,7 +122,7 @@ class Trainer {
 
     // Fails unless the loss is a number that the weights blob can store.
     void check(double loss, uint32_t epoch) const {
-        if (!(loss <= kLargestValue))
+        if (!(loss <= kMaxMagnitude))
             fail(Status::range, "{learning_rate} = %g: training diverged in epoch %u", options_.learning_rate, epoch);
     }
 

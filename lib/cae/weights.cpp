@@ -164,12 +164,12 @@ Header read_header(ByteReader &reader, size_t size) {
     preprocess.input_scale = reader.f64();
     preprocess.crb_px = reader.f64();
     header.cosine = reader.f64();
-    if (!(preprocess.input_scale >= kLeastValue && preprocess.input_scale <= kLargestValue))
+    if (!(preprocess.input_scale >= kMinMagnitude && preprocess.input_scale <= kMaxMagnitude))
         fail(Status::format, "%s: input scale = %g: must be in [%.3g, %.3g]", kKind, preprocess.input_scale,
-             kLeastValue, kLargestValue);
-    if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kLargestValue) || !(header.cosine >= 0 && header.cosine <= 1))
+             kMinMagnitude, kMaxMagnitude);
+    if (!(preprocess.crb_px >= 0 && preprocess.crb_px <= kMaxMagnitude) || !(header.cosine >= 0 && header.cosine <= 1))
         fail(Status::format, "%s: bound = %g px, cosine = %g: must be in [0, %.3g] px and [0, 1]", kKind,
-             preprocess.crb_px, header.cosine, kLargestValue);
+             preprocess.crb_px, header.cosine, kMaxMagnitude);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
     const size_t known = kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize;
@@ -232,8 +232,8 @@ void check_training(const Training &training, const Header &header) {
     if (!(course.learning_rate > 0 && course.learning_rate <= 1))
         fail(Status::format, "%s: training: learning rate = %g: must be in (0, 1]", kKind, course.learning_rate);
     for (const double loss : {training.loss, training.validation_loss})
-        if (!(loss >= 0 && loss <= kLargestValue))
-            fail(Status::format, "%s: training: loss = %g: must be in [0, %.3g]", kKind, loss, kLargestValue);
+        if (!(loss >= 0 && loss <= kMaxMagnitude))
+            fail(Status::format, "%s: training: loss = %g: must be in [0, %.3g]", kKind, loss, kMaxMagnitude);
 }
 
 Training read_training(ByteReader &reader, size_t size, const Header &header) {

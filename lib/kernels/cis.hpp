@@ -1,7 +1,8 @@
 // Cosine and sine of a phase in cycles, without branches and without libm: loops vectorise, and every machine computes
 // the same bits. libm's sine differs between versions and CPUs, and reduces large arguments in radians, with an
-// irrational period; a phase in cycles is reduced exactly by subtracting the nearest whole number. All functions are
-// static, so that each file keeps the copy of its own instruction set (kernels/isa.hpp).
+// irrational period; a phase in cycles is reduced exactly by subtracting the nearest integer.
+//
+// All functions are static, so that each file keeps the copy of its own instruction set (kernels/isa.hpp).
 #pragma once
 
 namespace toliman::kernels {
@@ -16,9 +17,9 @@ static inline double reduce_cycles(double x) noexcept {
     return x - nearest_whole(x);
 }
 
-// Given     quarter, one of -2, -1, 0, 1, 2; part in cycles, |part| <= 1/8 (exceeding it by a rounding error is
-// harmless) Returned  cosine and sine of 2 pi (quarter/4 + part), with errors below 2e-16 Reference polynomials of
-// fdlibm's k_cos.c and k_sin.c (Sun Microsystems, 1993)
+// Given     quarter, one of -2, -1, 0, 1, 2; part in cycles, |part| <= 1/8 up to rounding
+// Returned  cosine and sine of 2 pi (quarter/4 + part), with errors below 2e-16
+// Reference polynomials of fdlibm's k_cos.c and k_sin.c (Sun Microsystems, 1993)
 static inline void cis_quarters(double quarter, double part, double &cosine, double &sine) noexcept {
     const double a = part * 6.283185307179586476925, z = a * a;
     const double s = a + a * z *
@@ -41,7 +42,7 @@ static inline void cis_quarters(double quarter, double part, double &cosine, dou
     sine = opposite || quarter == -1.0 ? -s1 : s1;
 }
 
-// Given     cycles, |cycles| <= 1/2 (exceeding it by a rounding error is harmless)
+// Given     cycles, |cycles| <= 1/2 up to rounding
 // Returned  cosine and sine of 2 pi cycles
 static inline void cis_cycles(double cycles, double &cosine, double &sine) noexcept {
     const double quarter = nearest_whole(4.0 * cycles);

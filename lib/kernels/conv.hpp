@@ -1,5 +1,4 @@
-// Convolutions of layout `flight`: 3x3 convolution with 2x2 mean, and its adjoint, up-sampling with transposed
-// convolution.
+// Convolutions of layout `flight`: 3x3 convolution with 2x2 mean, and its adjoint.
 //
 // Nearest up-sampling by 2 followed by a 3x3 transposed convolution is, up to a factor, the adjoint of a 3x3
 // convolution followed by a 2x2 mean. The kernel `down` therefore serves the encoder's forward and the decoder's

@@ -135,8 +135,7 @@ void up_channels(const ConvShape &shape, const float *coarse, const float *weigh
 // are contiguous.
 constexpr size_t kPatch = 16, kHalf = 8, kQuarter = 4, kMaxCols = 130;
 
-// Sums the patches of a bordered coarse row over their horizontal overlap: out [cols + 1][8], fine columns 2 q - 1 and
-// 2 q.
+// Sums the patches of a bordered coarse row where they overlap: out [cols + 1][8], fine columns 2 q - 1 and 2 q.
 void patch_row(const ConvShape &shape, const float *coarse, const float *weights, float *out) noexcept {
     float patches[kMaxCols * kPatch];
     Row row = {};

@@ -20,9 +20,8 @@ struct DirectSamples {
 struct DirectKernels {
     // Given     half_high, half_low [kDirectLanes], f/2 as unevaluated sums, |f t| < 2^51; samples
     // Returned  high, low [kDirectSums][kDirectLanes], unevaluated sums, increased by the sums over the samples
-    // Notes     u and v have a relative error below 1e-15, however small they are. Sums within a block are plain; sums
-    // of
-    //           blocks are compensated. The same bits on every instruction set.
+    // Notes     u and v have a relative error below 1e-15, however small they are. Sums within a block are plain, sums
+    //           of blocks are compensated. The same bits on every instruction set.
     void (*direct)(const double *half_high, const double *half_low, const DirectSamples &samples, double *high,
                    double *low) noexcept;
 };

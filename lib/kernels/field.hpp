@@ -34,8 +34,7 @@ struct FieldProduct {
 
 struct FieldKernels {
     // Given     samples, pixels: lengths of the full axes, both below 2^13; step: phase in cycles of one sample times
-    // one
-    //           pixel
+    //           one pixel
     // Returned  cosine, sine [half(samples)][half(pixels)] of 2 pi x u step
     // Notes     The step is split into two parts of 24 bits, whose products with any x u are exact, and a remainder:
     //           phases of 1e4 cycles are within 1e-16 of a cycle.
@@ -44,8 +43,7 @@ struct FieldKernels {
     // Given     amplitude, opd_m [n][n]; wavenumber 1/lambda (1/m); tilt_x, tilt_y [n], the tilt's phase of each column
     //           and row in cycles, in [-1/2, 1/2]; terms [count - 1]; scratch [4 count n]
     // Returned  even, odd [count][half(n)][4][half(n)]: the fields' parts even and odd in x. Each row y contains the
-    // part
-    //           even in y (real, imaginary), then the part odd in y. Field 0 is
+    //           part even in y (real, imaginary), then the part odd in y. Field 0 is
     //           amplitude exp(2 pi i (opd/lambda + tilt_x + tilt_y)); field k is derived by terms[k - 1].
     // Notes     Phases are reduced to half a cycle before any sine, so that large tilts do not reduce the accuracy.
     void (*fold)(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,

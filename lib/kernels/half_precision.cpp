@@ -1,6 +1,6 @@
 // Method: integer arithmetic on the bit patterns. Adding half a unit of the new last place (minus one, plus the last
-// bit kept) and shifting rounds to nearest, ties to even; a carry correctly increments the exponent. Needs no F16C
-// instructions and gives the same bits on every CPU.
+// bit kept) and shifting rounds to nearest, ties to even; a carry correctly increments the exponent. Subnormal fp16 are
+// multiples of 2^-24, by nearbyint. Needs no F16C instructions and gives the same bits on every CPU.
 #include "kernels/half_precision.hpp"
 
 #include <cmath>

@@ -1,7 +1,6 @@
 // Choice of the instruction set at run time. Files named *.isa.cpp are compiled once per set, with TOLIMAN_ISA defined
 // to its name. They keep all their code in namespace toliman::kernels::TOLIMAN_ISA, use no inline function of a shared
-// header (the linker keeps one copy, which might be that of a set that the CPU lacks) and publish one table of function
-// pointers each:
+// header (the linker keeps one copy, perhaps that of a set that the CPU lacks) and publish one table of functions each:
 //
 //     namespace toliman::kernels { extern const PoissonKernels TOLIMAN_ISA_TABLE(poisson) = {...}; }
 #pragma once

@@ -5,7 +5,9 @@
 //
 // f is evaluated as (1 - e) E + e (E - sin E) - M, a sum of positive terms before M, with a series for E - sin E: the
 // direct form cancels for e near 1 and small E. Large M is reduced by atan2(sin M, cos M), whose functions reduce it
-// exactly. Reference: Danby, Fundamentals of Celestial Mechanics, ch. 6.
+// exactly.
+//
+// Reference: Danby, Fundamentals of Celestial Mechanics, ch. 6.
 #include "kernels/kepler.hpp"
 
 #include <cmath>

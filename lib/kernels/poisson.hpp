@@ -20,9 +20,8 @@ constexpr uint32_t kStreamPhotons = 0, kStreamReadout = 1, kStreamWeights = 2, k
 struct PoissonKernels {
     // Given     mean [count], each in [0, 1e12]; first_pixel, the pixel number of mean[0] (below 2^32)
     // Returned  counts [count], exact Poisson variates as integers in double
-    // Notes     Inversion for means below 10, transformed rejection above. Uses only sqrt, rounding and a logarithm of
-    // its
-    //           own: the same bits on every instruction set.
+    // Notes     Inversion for means below 10, transformed rejection above. Uses only sqrt, rounding and its own
+    //           logarithm: the same bits on every instruction set.
     // Reference Hormann (1993), Insurance: Mathematics and Economics 12, 39; Salmon et al. (2011), SC '11
     void (*poisson)(const double *mean, size_t count, uint64_t first_pixel, NoiseKey key, double *counts) noexcept;
 

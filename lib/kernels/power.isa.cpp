@@ -1,17 +1,16 @@
 // Method: the generalised Lomb-Scargle power of least squares with a floating mean,
 //     P = (yc^2 ss - 2 yc ys cs + ys^2 cc)/(V (cc ss - cs^2))
 // where, with W the sum of weights, V the variance of y and sums in the notation of kernels/push.hpp,
-//     cc = (W^2 + W C2)/2 - C1^2,  ss = (W^2 - W C2)/2 - S1^2,  cs = W S2/2 - C1 S1,  yc = YC - mean C1,  ys = YS -
-//     mean S1
+//     cc = (W^2 + W C2)/2 - C1^2,  ss = (W^2 - W C2)/2 - S1^2,  cs = W S2/2 - C1 S1,
+//     yc = YC - mean C1,           ys = YS - mean S1
 // (fixed mean: without the products of C1 and S1). C2 and S2 give the sums of cos^2, sin^2 and sin cos by the
 // double-angle formulas.
 //
-// The accumulators have up to 62 significant bits in two words. Reading converts a sum to double with one rounding, by
-// integer shifts and the bits of a double's mantissa, so that it vectorises: 2 ns per frequency on AVX-512 and 3.5 ns
-// on AVX2, against 97 ns for scalar extended precision. It does not depend on how a sum is divided between lo and hi. A
-// mean far from 0 would cancel in yc and ys; these are then formed from halves of the integers, whose products are
-// exact. An ill-conditioned system (determinant below kLeastDeterminant W^4) is left to the caller, in extended
-// precision.
+// An accumulator is an integer in two words. It is converted to double with one rounding, by shifts and by writing into
+// the mantissa of a double, which vectorises: 2 ns per frequency on AVX-512 and 3.5 ns on AVX2, against 97 ns for
+// scalar extended precision. The result does not depend on how a sum is divided between lo and hi. With a mean far from
+// 0, yc and ys would cancel; they are then formed from halves of the integers, whose products are exact. An
+// ill-conditioned system (determinant below kLeastDeterminant W^4) is left to the caller, who uses extended precision.
 //
 // Reference: Zechmeister and Kuerster (2009), A&A 496, 577; Lomb (1976), Ap&SS 39, 447; Scargle (1982), ApJ 263, 835.
 #include "kernels/power.hpp"

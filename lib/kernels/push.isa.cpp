@@ -1,11 +1,12 @@
-// Method: for a sample (t, y) of weight w and f_k = f0 + k df, adds w cos, w sin of 2 pi f_k t and 4 pi f_k t, and w y
-// cos, w y sin of 2 pi f_k t to integer accumulators. Frequencies are grouped in blocks of 64. The phase of a block's
-// first frequency (its anchor) is reduced modulo 1 exactly; the 64 angles within a block are common to all blocks. A
-// frequency then costs one complex product, cos(a + b) = cos a cos b - sin a sin b, and no sine.
+// Method: for a sample (t, y) of weight w and every f_k = f0 + k df, adds to integer accumulators, with p = 2 pi f_k t,
+//     w cos p, w sin p, w cos 2p, w sin 2p, w y cos p, w y sin p
+// Frequencies are grouped in blocks of 64. The phase of a block's first frequency (its anchor) is reduced modulo 1
+// exactly; the 64 angles within a block are common to all blocks. A frequency then costs one complex product,
+// cos(a + b) = cos a cos b - sin a sin b, and no sine.
 //
-// Each term is rounded once to an integer (units of 2^-50; its remainder to the next limb) and added. Only this
-// rounding depends on the sample, so that the sums do not depend on the order of samples, on threads or on shards, and
-// a sample can be removed exactly. Floating-point sums, compensated ones included, have none of these properties.
+// Each term is rounded to an integer (units of 2^-50, its remainder to the next limb) before it is added. Integer
+// addition is exact and associative: the sums do not depend on the order of samples, on threads or on shards, and a
+// sample can be removed exactly. Floating-point sums, compensated ones included, have none of these properties.
 //
 // Products are made exact by FMA or by Dekker's splitting, with equal results: the same bits on every instruction set.
 // Error: c and s within 4e-16 (kernels/push.hpp). Tested against 113-bit arithmetic in tests/kernel/test_push.c.

@@ -18,10 +18,9 @@ struct ResidualKernels {
 
     // Given     basis [planes][count], orthonormal; vector [count]; count a multiple of 16
     // Returned  vector minus its components along the basis, one after the other
-    // Notes     Uncompensated sums in 16 parts. Error of an inner product at most count/16 rounding errors of the sum
-    // of
-    //           absolute products, 5e-13 of it for a 256x256 frame. kernels/project.hpp has the compensated form. The
-    //           same bits on every instruction set.
+    // Notes     Uncompensated sums in 16 parts. Error of an inner product: at most count/16 rounding errors of the sum
+    //           of absolute products, 5e-13 of it for a 256x256 frame. kernels/project.hpp has the compensated form.
+    //           The same bits on every instruction set.
     void (*project_out)(const double *basis, size_t planes, size_t count, double *vector) noexcept;
 
     // Given     a, b [count]; count a multiple of 16

@@ -48,10 +48,9 @@ struct SameConvKernels {
     // Returned  the interior of pooled: the image's values at the positions of the switches; the adjoint of unpool
     void (*pick)(const SameShape &shape, const float *image, const Switch *switches, float *pooled) noexcept;
 
-    // Notes     The order of sums is fixed, as in kernels/conv.hpp. Winograd's form has an error of about 2e-7 of the
-    // sum
-    //           of absolute products times the root of their number. Values that are equal in exact arithmetic may
-    //           differ by that, which can change the switch of tied maxima.
+    // Notes     The order of sums is fixed, as in kernels/conv.hpp. Error of Winograd's form: about 2e-7 of the sum of
+    //           absolute products times the root of their number. Values that are equal in exact arithmetic may differ
+    //           by that, so that the switch of equal maxima is not defined.
     // Reference Lavin and Gray (2016), CVPR, section 4.1
 };
 TOLIMAN_ISA_DECLARE(SameConvKernels, same_conv)

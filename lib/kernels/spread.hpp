@@ -32,11 +32,10 @@ struct SpreadPhases {
 struct SpreadKernels {
     // Given     samples, shape, phases with |df t| and |f t| below 2^51; pairs 1 or 2
     // Returned  grids[2 p] and grids[2 p + 1], each [cells + kSpreadLanes], increased by weights[p] times cosine and
-    // sine
-    //           of 2 pi f t times the kernel. The caller adds the cells from `cells` on to the start (periodic grid)
+    //           sine of 2 pi f t times the kernel. The grid is periodic: the caller adds the cells from `cells` on to
+    //           the first ones
     // Notes     Positions have an error below 2e-16 cells, regardless of the number of periods and cells. The same bits
-    // on
-    //           every instruction set.
+    //           on every instruction set.
     void (*spread)(const SpreadSamples &samples, const SpreadShape &shape, const SpreadPhases &phases, size_t pairs,
                    double *const *grids) noexcept;
 };

@@ -2,7 +2,9 @@
 //     Z = sqrt((2 - delta_m0)(n + 1)) P_((n - m)/2)^(0, m)(2 r^2 - 1) r^m {cos, sin}(m theta)
 // P is a Jacobi polynomial by its three-term recurrence. The usual sum of powers of r has large coefficients of
 // alternating sign and cancels at high orders. r^m cos and r^m sin are powers of x + i y: no arctangent, and smooth at
-// the centre. Reference: Noll (1976), J. Opt. Soc. Am. 66, 207; Abramowitz and Stegun (1964), 22.7.1.
+// the centre.
+//
+// Reference: Noll (1976), J. Opt. Soc. Am. 66, 207; Abramowitz and Stegun (1964), 22.7.1.
 #include "kernels/zernike.hpp"
 
 #include <cmath>
