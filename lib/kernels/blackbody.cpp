@@ -1,3 +1,4 @@
+// expm1 keeps the Rayleigh-Jeans regime accurate, where exp(x) - 1 would cancel.
 #include "kernels/blackbody.hpp"
 
 #include <cmath>

@@ -23,7 +23,7 @@ struct FieldTerm {
     size_t parent; // index of the earlier field
     double slope_x, slope_y;
     const double *mode; // [n][n], rad; NULL for none
-    double mode_scale;  // multiplies it
+    double mode_scale;  // factor of mode
 };
 
 // image += factor Re(p conj q) of two fields.

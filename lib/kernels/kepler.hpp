@@ -1,4 +1,4 @@
-// Kepler's equation.
+// Solution of Kepler's equation.
 #pragma once
 
 namespace toliman::kernels {

@@ -143,12 +143,12 @@ inline double exponential(double x) {
     return from_bits(to_bits(mantissa) + (to_bits(e + 0x1.8p52) << 52));
 }
 
-// Given     turns in [0, 1]
-// Returned  cos(2 pi turns)
-inline double cosine_of_turns(double turns) {
-    const double quarter = nearest_whole(4.0 * turns);
+// Given     cycles in [0, 1]
+// Returned  cos(2 pi cycles)
+inline double cosine_of_cycles(double cycles) {
+    const double quarter = nearest_whole(4.0 * cycles);
     double cosine, sine;
-    cis_quarters(quarter > 2.0 ? quarter - 4.0 : quarter, turns - 0.25 * quarter, cosine, sine);
+    cis_quarters(quarter > 2.0 ? quarter - 4.0 : quarter, cycles - 0.25 * quarter, cosine, sine);
     return cosine;
 }
 
@@ -343,7 +343,7 @@ void gaussian(size_t count, uint64_t first_pixel, NoiseKey key, double *normals)
         const size_t size = count - begin < kBlock ? count - begin : kBlock;
         draw_words(place, size, first_pixel + begin, key, 0, a, b);
         for (size_t i = 0; i < size; i++)
-            normals[begin + i] = std::sqrt(-2.0 * log_minus(unit(a[i]), 0.0)) * cosine_of_turns(unit(b[i]));
+            normals[begin + i] = std::sqrt(-2.0 * log_minus(unit(a[i]), 0.0)) * cosine_of_cycles(unit(b[i]));
     }
 }
 

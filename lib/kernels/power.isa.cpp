@@ -21,7 +21,7 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
-// Whether vectors can shift and convert signed integers of 64 bits.
+// Whether the instruction set has vector shifts and conversions of signed 64-bit integers.
 #if defined(__AVX512DQ__)
 constexpr bool kSigned = true;
 #else

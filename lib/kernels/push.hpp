@@ -46,6 +46,7 @@ struct PushKernels {
     void (*push_double_limb)(double f0, double df, size_t blocks, const PushSample &sample, double *anchors,
                              int64_t *const *lo) noexcept;
 
+    // Moves the upper part of lo into hi.
     // Given     lo, hi [n]
     // Returned  the same values, with 0 <= lo < 2^32
     void (*fold)(int64_t *lo, int64_t *hi, size_t n) noexcept;

@@ -1,5 +1,6 @@
-// Method: for a sample (t, y) of weight w and every f_k = f0 + k df, adds to integer accumulators, with p = 2 pi f_k t,
-//     w cos p, w sin p, w cos 2p, w sin 2p, w y cos p, w y sin p
+// Method: for a sample (t, y) of weight w and every f_k = f0 + k df, adds to integer accumulators, with the phase p =
+// f_k t in cycles,
+//     w cos 2 pi p, w sin 2 pi p, w cos 4 pi p, w sin 4 pi p, w y cos 2 pi p, w y sin 2 pi p
 // Frequencies are grouped in blocks of 64. The phase of a block's first frequency (its anchor) is reduced modulo 1
 // exactly; the 64 angles within a block are common to all blocks. A frequency then costs one complex product,
 // cos(a + b) = cos a cos b - sin a sin b, and no sine.

@@ -3,7 +3,7 @@
 
 namespace toliman::kernels {
 
-constexpr int kLargestNoll = 231; // all of radial order 20 and below
+constexpr int kLargestNoll = 231; // the last index of radial order 20
 
 // Given     noll, index from 1 to kLargestNoll; x, y in units of the disc's radius
 // Returned  the polynomial's value, of unit rms over the unit disc; NaN for another index

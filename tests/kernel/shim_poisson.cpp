@@ -60,7 +60,7 @@ double shim_exp(double x) {
     return probe::exponential(x);
 }
 double shim_cos(double turns) {
-    return probe::cosine_of_turns(turns);
+    return probe::cosine_of_cycles(turns);
 }
 
 double shim_log_probability(double count, double mean) {
