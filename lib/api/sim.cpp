@@ -15,8 +15,8 @@
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
-#include "optics/remarks.hpp"
 #include "optics/stages.hpp"
+#include "optics/warnings.hpp"
 
 namespace api = toliman::api;
 namespace optics = toliman::optics;
@@ -216,7 +216,7 @@ optics::Outline outline_of_text(const char *json, size_t size, const char *folde
 }
 
 void deliver_plan(const optics::Outline &outline, const optics::Settings &settings, toliman_sim_plan_info *out) {
-    optics::remark_beforehand(outline, settings);
+    optics::warn_before_images(outline, settings);
     api::deliver(plan_of(outline.scene, outline.pupil, outline.plan), out, "out");
 }
 

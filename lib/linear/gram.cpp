@@ -1,4 +1,7 @@
-// Inner products of all frames with all.
+// Method: the Gram matrix X X^T of N residual frames, minus their mean, in double precision. Its blocks of 256 x 256
+// are independent jobs; each is accumulated over slabs of 64 pixels in tiles of 64 x 64 x 64 = 2^18 multiply-adds,
+// which OpenBLAS always runs on the calling thread. A product that it splits over threads is rounded differently, so
+// the bits would depend on the number of threads.
 #include <algorithm>
 
 #include "backend/blas.hpp"
@@ -9,11 +12,9 @@ namespace toliman::linear {
 
 namespace {
 
-// A job makes one block of the matrix, in tiles of 2^18 multiply-adds: OpenBLAS runs those on the calling thread
-// however many it has, and a threaded product has other bits.
 constexpr size_t kBlock = 256, kTile = 64, kDepth = 64;
 
-// Some rows of the residuals less their mean, `depth` pixels of each from `first`.
+// A block's rows of residuals minus their mean, as double: `depth` pixels of each, from `first`.
 struct Slab {
     Buffer<double> values = Buffer<double>(kBlock * kDepth);
 
@@ -24,7 +25,7 @@ struct Slab {
     }
 };
 
-// out [m][n], rows `stride` apart, += left right^T; of a square on the diagonal only tiles on and below it.
+// out [m][n], rows `stride` apart, += left right^T; of a block on the diagonal only the tiles on and below it.
 void add_products(const Slab &left, size_t m, const Slab &right, size_t n, size_t depth, bool diagonal, double *out,
                   size_t stride) {
     for (size_t i = 0; i < m; i += kTile)

@@ -1,3 +1,9 @@
+// Method: with X the N x P matrix of residual frames minus their mean (P pixels, P >> N) the principal components of X
+// are those of its N x N Gram matrix X X^T = U diag(e) U^T: the principal images are X^T U / sqrt(e), and the frames'
+// components along them are U sqrt(e). So no decomposition of size P is needed. Without knowledge of the signal the
+// leading component finds it only above the threshold of spiked covariance models, (A/sigma)^2 / 2 > sqrt(P/N) for a
+// sinusoid of amplitude A (Baik, Ben Arous and Peche 2005, Annals of Probability 33, 1643; Paul 2007, Statistica Sinica
+// 17, 1617): 4.9e-6 px on the chapter scene, against a Cramer-Rao bound of 1.2e-6 px. See Residuals::threshold_px().
 #include <algorithm>
 #include <cmath>
 

@@ -11,7 +11,7 @@ namespace toliman::linear {
 
 namespace {
 
-// Sums of bin x bin pixels of a row of blocks are added to out [cols/bin]; value(c) is that of column c.
+// Adds one row of pixels to a row of blocks, out [cols/bin]; value(c) is that of column c.
 template <class Value> void add_row(size_t cols, size_t bin, double *out, Value value) {
     for (size_t c = 0; c < cols; c += bin, out++)
         for (size_t i = 0; i < bin; i++)
@@ -41,7 +41,7 @@ Buffer<double> Residuals::binned(const Buffer<double> &image) const {
     return out;
 }
 
-// A block of pixels is whitened as one larger pixel: the variance of its sum is the sum of the variances.
+// A block of pixels is whitened as one larger pixel: the variance of its sum is the sum of the pixels' variances.
 void Residuals::whiten(const FrameModel &model) {
     const Buffer<double> variance = binned(model.variance);
     inverse_sigma_.assign(pixels_, 1.0);
@@ -60,7 +60,8 @@ void Residuals::whiten(const FrameModel &model) {
 
 void Residuals::push(ImageView<const double> counts) {
     if (frames() == preparation_.capacity)
-        fail(Status::capacity, "%zu frames are in: {capacity} = %zu is used up", frames(), preparation_.capacity);
+        fail(Status::capacity, "{capacity} = %zu: %zu frames have been pushed, no more can be added",
+             preparation_.capacity, frames());
     std::fill(scratch_.begin(), scratch_.end(), 0.0);
     for (size_t r = 0; r < rows_; r++) {
         const double *const row = counts.row(r), *const reference = &reference_[r * cols_];
@@ -77,7 +78,7 @@ void Residuals::push(ImageView<const double> counts) {
     }
     for (const double value : scratch_)
         if (!(std::fabs(value) <= std::numeric_limits<float>::max()))
-            fail(Status::range, "{counts} differ from the scene's by %g: must be at most %g%s", value,
+            fail(Status::range, "{counts} differ from the scene's reference by %g: must be at most %g%s", value,
                  static_cast<double>(std::numeric_limits<float>::max()), preparation_.raw ? "" : " sigmas");
     values_.resize(values_.size() + pixels_);
     std::transform(scratch_.begin(), scratch_.end(), values_.end() - static_cast<ptrdiff_t>(pixels_),
@@ -86,7 +87,8 @@ void Residuals::push(ImageView<const double> counts) {
 
 void Residuals::push_many(const PixelFrames &images, size_t count) {
     if (count > preparation_.capacity - frames())
-        fail(Status::capacity, "{count} = %zu: %zu of %zu frames are in", count, frames(), preparation_.capacity);
+        fail(Status::capacity, "{count} = %zu: must be at most %zu: %zu of %zu frames have been pushed", count,
+             preparation_.capacity - frames(), frames(), preparation_.capacity);
     const size_t before = values_.size();
     Buffer<double> converted;
     try {

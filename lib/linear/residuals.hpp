@@ -1,4 +1,4 @@
-// The frames that components are found in: residuals against the scene's reference, binned, whitened, projected.
+// The set of frames that components are computed from: residuals from the reference, binned, whitened and projected.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -11,33 +11,35 @@
 namespace toliman::linear {
 
 struct Preparation {
-    bool raw = false;    // counts as they are: neither whitened nor projected
-    size_t bin = 1;      // pixels a side that are summed first; divides rows and cols
+    bool raw = false;    // residual counts, neither whitened nor projected
+    size_t bin = 1;      // side of the blocks of pixels that are summed first; divides rows and cols
     size_t capacity = 0; // frames
 };
 
-// Residuals are kept as float32, which is enough since the reference is gone: a value is off by 2^-24 of itself at
-// most. At 1e9 counts a pixel whose sigma is 3e4 is off by 6e-8 sigma, while 1e-6 px move it by 3e-3.
+// Residuals are stored as float32. This is sufficient because the reference is subtracted first: the relative rounding
+// error is at most 2^-24, or 6e-8 sigma for a residual of 1 sigma, while a displacement of 1e-6 px changes a pixel of
+// 1e9 counts by 3e-3 sigma.
 class Residuals {
   public:
-    // Takes all memory. Status::argument for a bin that does not divide the frame.
+    // Allocates all memory. Status::argument for a bin that does not divide the frame.
     Residuals(const FrameModel &model, const Preparation &preparation);
 
-    // Adds a frame of the model's shape. Status::argument for a count that is not finite, Status::range for one beyond
-    // float32, Status::capacity when full; nothing is changed then, and no memory taken ever.
+    // Adds a frame of the model's shape. Status::argument for a count that is not finite, Status::range for a residual
+    // beyond float32, Status::capacity when full; on failure nothing changes. Never allocates memory.
     void push(ImageView<const double> counts);
 
-    // The same of many frames: all of them or none.
+    // Adds many frames: all of them or, on failure, none.
     void push_many(const PixelFrames &frames, size_t count);
 
     void clear() noexcept { values_.clear(); }
 
-    // Inner products [frames][frames] of the residuals less their mean, in double. The same bits for any `workers`.
-    // `after_own` as of run_jobs().
+    // Gram matrix [frames][frames]: inner products of the residuals minus their mean, in double. The same bits for any
+    // number of workers. `after_own` as in run_jobs().
     Buffer<double> gram(unsigned workers, const std::function<void(double)> &after_own) const;
 
-    // The amplitude (px) of a sinusoid at which the leading principal component begins to see it, for the frames
-    // pushed; +infinity without frames. NaN for raw residuals, whose noise differs from pixel to pixel.
+    // Amplitude (px) of a sinusoid above which the leading principal component of the frames pushed so far correlates
+    // with it: crb_px (4 (pixels - projected) / frames)^(1/4), the spiked covariance threshold. +infinity without
+    // frames; NaN for raw residuals, whose noise differs from pixel to pixel.
     double threshold_px() const noexcept;
 
     const Preparation &preparation() const noexcept { return preparation_; }
@@ -46,9 +48,8 @@ class Residuals {
     size_t pixels() const noexcept { return pixels_; } // after binning
     size_t projected() const noexcept { return projected_; }
     size_t frames() const noexcept { return values_.size() / pixels_; }
-    double crb_px() const noexcept {
-        return crb_px_;
-    } // of the binned pixels with the projected images free; NaN if raw
+    // Cramer-Rao bound of the binned pixels with the projected images free; NaN if raw.
+    double crb_px() const noexcept { return crb_px_; }
 
   private:
     Buffer<double> binned(const Buffer<double> &image) const;
@@ -60,8 +61,8 @@ class Residuals {
     double crb_px_;
     Buffer<double> reference_;     // [rows][cols]
     Buffer<double> inverse_sigma_; // [pixels]; empty when raw
-    Buffer<double> units_;         // [projected][pixels], orthonormal
-    Buffer<double> scratch_;       // [pixels], the frame that is being pushed
+    Buffer<double> units_;         // [projected][pixels], orthonormal basis of the whitened nuisance images
+    Buffer<double> scratch_;       // [pixels], the frame being pushed
     Buffer<float> values_;         // [frames][pixels]
 };
 

@@ -1,3 +1,6 @@
+// Method: time is divided into intervals of plan.anchor_days; interval i has its expansion point at the orbital
+// position of its middle, (i + 1/2) anchor_days. An anchor depends on i alone, so a frame has the same bits whether its
+// anchor was cached or computed again.
 #include "optics/anchors.hpp"
 
 #include <algorithm>
@@ -19,17 +22,17 @@ std::shared_ptr<const Anchor> Anchors::near(double days) const {
     const auto number = static_cast<int64_t>(std::floor(days / plan_.anchor_days));
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found =
-        std::find_if(kept_.begin(), kept_.end(), [number](const auto &kept) { return kept.first == number; });
+        std::find_if(cache_.begin(), cache_.end(), [number](const auto &cached) { return cached.first == number; });
     std::shared_ptr<const Anchor> anchor;
-    if (found != kept_.end()) {
+    if (found != cache_.end()) {
         anchor = found->second;
-        kept_.erase(found);
+        cache_.erase(found);
     } else {
         anchor = std::make_shared<Anchor>(make((static_cast<double>(number) + 0.5) * plan_.anchor_days));
     }
-    kept_.emplace_front(number, anchor);
-    if (kept_.size() > kKeptAnchors)
-        kept_.pop_back();
+    cache_.emplace_front(number, anchor);
+    if (cache_.size() > kCachedAnchors)
+        cache_.pop_back();
     return anchor;
 }
 
@@ -41,10 +44,10 @@ Anchor Anchors::make(double days) const {
     for (size_t s = 0; s < scene_.stars.size(); s++) {
         StarImages images = imager_.images(light, s, 0, {0, plan_.place_order, disturbed, disturbed});
         for (Derivative &derivative : images.derivatives)
-            detector_.collect(derivative.image);
+            detector_.apply_response(derivative.image);
         anchor.star[s] = std::move(images.derivatives[0].image);
         images.derivatives.erase(images.derivatives.begin());
-        anchor.places[s] = std::move(images.derivatives);
+        anchor.position_derivatives[s] = std::move(images.derivatives);
         if (!disturbed)
             continue;
         add(images.scale, anchor.scale);
@@ -53,7 +56,7 @@ Anchor Anchors::make(double days) const {
     }
     for (Buffer<double> *image : {&anchor.scale, &anchor.focus, &anchor.focus_curve})
         if (!image->empty())
-            detector_.collect(*image);
+            detector_.apply_response(*image);
     return anchor;
 }
 

@@ -1,3 +1,7 @@
+// Method: photon noise is exact Poisson at every mean (kernels/poisson.hpp), no Gaussian approximation. Read noise is
+// Gaussian; a frame of n coadds has variance n sigma_read^2 and n times the full well. Rounding to integers adds
+// gain^2/12 electrons^2. Streams of random numbers are counter-based: photons and read noise are keyed by (seed,
+// frame), the flat field by the scene's seed alone, so that it is the same in all frames.
 #include "optics/detector.hpp"
 
 #include <algorithm>
@@ -10,9 +14,9 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kSafeSigmas = 4; // of read noise above 0 DN
+constexpr double kBiasSigmas = 4; // read noise below this many sigma above 0 DN may be clipped
 
-// Each pixel's own, the same in all frames.
+// qe times flat field, the same in all frames; empty if all are 1.
 Buffer<double> response_of(const Scene &scene, size_t pixels) {
     const Detector &detector = scene.detector;
     if (detector.qe == 1 && detector.flat_rms == 0)
@@ -32,14 +36,14 @@ DetectorStages::DetectorStages(const Scene &scene)
       has_qe_(scene.detector.qe != 1), response_(response_of(scene, pixels_)),
       dark_e_(scene.detector.dark_e_per_s * scene.cadence.exposure_s),
       read_e_(scene.noise.read_e * std::sqrt(static_cast<double>(scene.detector.coadds))),
-      capacity_e_(std::numeric_limits<double>::infinity()), e_per_count_(scene.detector.gain_e_per_dn),
+      full_well_e_(std::numeric_limits<double>::infinity()), e_per_count_(scene.detector.gain_e_per_dn),
       bias_(scene.detector.bias_dn),
       largest_count_(scene.detector.bit_depth > 0 ? std::ldexp(1.0, scene.detector.bit_depth) - 1 : 0) {
     if (scene.detector.full_well_e)
-        capacity_e_ = *scene.detector.full_well_e * static_cast<double>(scene.detector.coadds);
+        full_well_e_ = *scene.detector.full_well_e * static_cast<double>(scene.detector.coadds);
 }
 
-void DetectorStages::collect(Buffer<double> &image) const noexcept {
+void DetectorStages::apply_response(Buffer<double> &image) const noexcept {
     for (size_t i = 0; i < std::min(image.size(), response_.size()); i++)
         image[i] *= response_[i];
 }
@@ -56,7 +60,7 @@ Unit DetectorStages::unit() const noexcept {
 }
 
 bool DetectorStages::whole_counts() const noexcept {
-    const bool whole_electrons = photon_noise_ && read_e_ == 0 && std::floor(capacity_e_) == capacity_e_;
+    const bool whole_electrons = photon_noise_ && read_e_ == 0 && std::floor(full_well_e_) == full_well_e_;
     return largest_count_ > 0 || (whole_electrons && e_per_count_ == 1 && std::floor(bias_) == bias_);
 }
 
@@ -66,9 +70,9 @@ void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, dou
         random.poisson(expected, pixels_, 0, {seed, frame, kernels::kStreamPhotons}, image);
     else
         std::copy_n(expected, pixels_, image);
-    if (std::isfinite(capacity_e_))
+    if (std::isfinite(full_well_e_))
         for (size_t i = 0; i < pixels_; i++)
-            image[i] = std::min(image[i], capacity_e_);
+            image[i] = std::min(image[i], full_well_e_);
     if (read_e_ != 0) {
         double *const normals = expected;
         random.gaussian(pixels_, 0, {seed, frame, kernels::kStreamReadout}, normals);
@@ -77,7 +81,7 @@ void DetectorStages::detect(uint64_t seed, uint64_t frame, double *expected, dou
     }
     to_counts(Quantity::frame, image);
     if (largest_count_ > 0)
-        for (size_t i = 0; i < pixels_; i++) // adding 2^52 leaves no bits behind the point: halves go to even
+        for (size_t i = 0; i < pixels_; i++) // adding 2^52 leaves no fractional bits: rounds to nearest, ties to even
             image[i] = (std::min(std::max(0.0, image[i]), largest_count_) + 0x1p52) - 0x1p52;
 }
 
@@ -97,24 +101,27 @@ Buffer<double> DetectorStages::in_counts(Buffer<double> image, Quantity quantity
 
 void DetectorStages::warn(const Buffer<double> &electrons, const char *about, const std::string &source,
                           const Log &log) const {
-    size_t saturated = 0, overflown = 0, cut = 0;
-    const double least = kSafeSigmas * read_e_;
+    size_t saturated = 0, overflowing = 0, clipped = 0;
+    const double least = kBiasSigmas * read_e_;
     for (const double value : electrons) {
-        saturated += value > capacity_e_;
-        overflown += counts_of(std::min(value, capacity_e_)) > largest_count_ + 0.5;
-        cut += value + bias_ * e_per_count_ < least;
+        saturated += value > full_well_e_;
+        overflowing += counts_of(std::min(value, full_well_e_)) > largest_count_ + 0.5;
+        clipped += value + bias_ * e_per_count_ < least;
     }
     const double largest = *std::max_element(electrons.begin(), electrons.end());
     if (saturated > 0)
-        log.warn("%s: detector.full_well_e: %s%zu pixels are saturated: the largest expects %g e-, all coadds hold %g",
-                 source.c_str(), about, saturated, largest, capacity_e_);
-    if (largest_count_ > 0 && overflown > 0)
-        log.warn("%s: detector.bit_depth: %s%zu pixels overflow: the largest expects %g DN, the bits hold %.0f",
-                 source.c_str(), about, overflown, counts_of(std::min(largest, capacity_e_)), largest_count_);
-    if (largest_count_ > 0 && cut > 0)
-        log.warn("%s: detector.bias_dn: read noise may take %s%zu pixels below 0 DN, where it is cut off: a larger "
-                 "bias avoids it",
-                 source.c_str(), about, cut);
+        log.warn("%s: detector.full_well_e: %s%zu pixels are saturated: the brightest pixel expects %g e-, the full "
+                 "well of all coadds is %g e-",
+                 source.c_str(), about, saturated, largest, full_well_e_);
+    if (largest_count_ > 0 && overflowing > 0)
+        log.warn("%s: detector.bit_depth: %s%zu pixels overflow: the brightest pixel expects %g DN, the largest count "
+                 "is %.0f DN",
+                 source.c_str(), about, overflowing, counts_of(std::min(largest, full_well_e_)), largest_count_);
+    if (largest_count_ > 0 && clipped > 0)
+        log.warn(
+            "%s: detector.bias_dn: read noise may take %s%zu pixels below 0 DN, where counts are clipped: increase "
+            "the bias",
+            source.c_str(), about, clipped);
 }
 
 } // namespace toliman::optics

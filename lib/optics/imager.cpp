@@ -10,11 +10,11 @@ namespace toliman::optics {
 
 namespace {
 
-// Places in units of a pixel `finer` times smaller.
+// Offsets in units of a pixel that is `finer` times smaller.
 Light on_finer_grid(Light light, double finer) noexcept {
     for (auto &offset : light.offset_px)
-        for (double &place : offset)
-            place *= finer;
+        for (double &position : offset)
+            position *= finer;
     return light;
 }
 
@@ -26,17 +26,17 @@ std::unique_ptr<Transform> Imager::transform(const Grid &grid, size_t fields) co
     return std::make_unique<MatrixDft>(pupil_, grid, fields);
 }
 
-StarImages Imager::images(const Light &light, size_t star, double displacement_px, const Wanted &wanted,
-                          const std::function<void(double)> &done) const {
+StarImages Imager::images(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
+                          const std::function<void(double)> &on_progress) const {
     const PixelFilter &filter = plan_.filter;
     const auto finer = static_cast<double>(filter.oversampling);
     const Light sampled = plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light;
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
     StarImages images = propagate(engine, on_finer_grid(sampled, finer), sampling_grid(plan_.pixels, filter), star,
-                                  displacement_px * finer, wanted, workers_, done);
+                                  displacement_px * finer, request, workers_, on_progress);
     if (filter.empty())
         return images;
-    // Samples hold the light of their own small area, derivatives are per pixel.
+    // A sample holds the light of its own small area and its derivatives are per sample: scale both to whole pixels.
     const auto to_pixels = [&](Buffer<double> &image, size_t order) {
         if (image.empty())
             return;

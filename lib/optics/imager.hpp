@@ -1,4 +1,4 @@
-// Images of a star on the detector's pixels, made the way the plan says.
+// Images of a star on the detector's pixels: engine, wavelengths and pixel filter as planned.
 #pragma once
 #include "optics/plan.hpp"
 
@@ -6,13 +6,13 @@ namespace toliman::optics {
 
 class Imager {
   public:
-    // All three outlive the imager; workers > 0.
+    // scene, pupil and plan must outlive the imager; workers > 0.
     Imager(const Scene &scene, const Pupil &pupil, const Plan &plan, unsigned workers)
         : scene_(scene), pupil_(pupil), plan_(plan), workers_(workers) {}
 
-    // As propagate(), in light as the scene has it, on the detector's pixels.
-    StarImages images(const Light &light, size_t star, double displacement_px, const Wanted &wanted,
-                      const std::function<void(double)> &done = nullptr) const;
+    // As propagate(), for the scene's light and on the detector's pixels. on_progress as in propagate().
+    StarImages images(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
+                      const std::function<void(double)> &on_progress = nullptr) const;
 
   private:
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;

@@ -1,3 +1,11 @@
+// Method: for counts with mean I and variance V the Fisher matrix of the separation d and the nuisances q_k is
+//     F_ij = sum over pixels of (dI/da_i) (dI/da_j) / V,   a = (d, q_1, q_2, ...),
+// and the Cramer-Rao bound of d with all q free is sqrt((F^-1)_00). With g = (dI/dd) / sqrt(V), the whitened signal,
+// and u_k = (dI/dq_k) / sqrt(V) this equals 1 / |g - P g|, P the orthogonal projection onto the span of the u_k. The
+// projection is computed instead of F^-1: inverting F would square the condition number where nuisances are nearly
+// degenerate. Linearly dependent nuisances are dropped.
+// Exact for photon noise, V = I; with read noise, V = I + sigma_read^2, the usual Gaussian approximation.
+// Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 3.
 #include "optics/information.hpp"
 
 #include <limits>
@@ -8,17 +16,16 @@ namespace toliman::optics {
 
 namespace {
 
-// Standard deviation of the best unbiased estimate of the separation with the nuisances free: one over the length of
-// the whitened derivative that is left when the whitened nuisances are projected out.
+// The bound (px) with these nuisances free; infinity if nothing of the signal is left.
 double bound_with(const Images &images, const std::vector<Nuisance> &free) {
     const size_t n = images.both.size();
-    Buffer<double> units(free.size() * n), signal(n);
+    Buffer<double> nuisances(free.size() * n), signal(n);
     for (size_t k = 0; k < free.size(); k++)
-        kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, units.data() + k * n);
+        kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, nuisances.data() + k * n);
     kernels::whiten(images.motion[0].data(), images.variance.data(), n, signal.data());
-    const size_t rank = kernels::orthonormalise(units.data(), free.size(), n);
-    const double after = kernels::project_out_twice(units.data(), rank, n, signal.data()).after;
-    return after > 0 ? 1 / after : std::numeric_limits<double>::infinity();
+    const size_t rank = kernels::orthonormalise(nuisances.data(), free.size(), n);
+    const double remaining = kernels::project_out_twice(nuisances.data(), rank, n, signal.data()).after;
+    return remaining > 0 ? 1 / remaining : std::numeric_limits<double>::infinity();
 }
 
 } // namespace
@@ -46,17 +53,16 @@ const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept
 }
 
 Bounds bound(const Scene &scene, const Images &images) {
-    std::vector<Nuisance> free;
-    const auto with = [&](std::initializer_list<Nuisance> more) {
-        for (const Nuisance nuisance : more)
-            if (nuisance != Nuisance::flux_b || scene.stars.size() == 2)
-                free.push_back(nuisance);
-        return bound_with(images, free);
-    };
+    std::vector<Nuisance> flux_shift = {Nuisance::flux_a};
+    if (scene.stars.size() == 2)
+        flux_shift.push_back(Nuisance::flux_b);
+    flux_shift.insert(flux_shift.end(), {Nuisance::shift_x, Nuisance::shift_y});
+    std::vector<Nuisance> all = flux_shift;
+    all.insert(all.end(), {Nuisance::roll, Nuisance::scale, Nuisance::focus, Nuisance::background});
     Bounds bounds;
-    bounds.alone = with({});
-    bounds.flux_shift = with({Nuisance::flux_a, Nuisance::flux_b, Nuisance::shift_x, Nuisance::shift_y});
-    bounds.marginal = with({Nuisance::roll, Nuisance::scale, Nuisance::focus, Nuisance::background});
+    bounds.alone = bound_with(images, {});
+    bounds.flux_shift = bound_with(images, flux_shift);
+    bounds.marginal = bound_with(images, all);
     bounds.projected = bound_with(images, scene.projected);
     return bounds;
 }

@@ -1,20 +1,21 @@
-// What a frame can tell at best: Cramer-Rao bounds of the separation.
+// Cramer-Rao bounds of the separation measured in one frame.
 #pragma once
 #include "optics/images.hpp"
 
 namespace toliman::optics {
 
-// Standard deviations in px; infinity where the separation cannot be told from what is free.
+// Standard deviations in px; infinity where the separation is degenerate with the free nuisances.
 struct Bounds {
-    double alone = 0;      // all else known
+    double alone = 0;      // all nuisances known
     double flux_shift = 0; // both fluxes and the common shift free
     double marginal = 0;   // all eight nuisances free
-    double projected = 0;  // exactly the scene's preprocess.project free
+    double projected = 0;  // exactly those of the scene's preprocess.project free
 };
 
+// The bounds of all four sets of free nuisances.
 Bounds bound(const Scene &scene, const Images &images);
 
-// The derivative image of one nuisance.
+// The derivative image of a nuisance.
 const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept;
 
 } // namespace toliman::optics

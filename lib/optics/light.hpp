@@ -1,4 +1,4 @@
-// The light of the stars: sampled wavelengths, photons at each, and where the stars stand.
+// The light of the stars: sampled wavelengths, photons at each, and the stars' positions on the detector.
 #pragma once
 #include <array>
 #include <vector>
@@ -11,20 +11,22 @@ using Offsets = std::array<std::array<double, 2>, 2>; // [star][x, y], px
 
 struct Light {
     std::vector<double> wavelength_m;
-    std::array<std::vector<double>, 2> photons; // of A and B at each wavelength, whole star; B empty without one
-    Offsets offset_px = {};                     // at time 0
-    double axis[2] = {1, 0};                    // unit vector of a positive displacement of the moving star
+    // Of A and B at each wavelength, over an infinite image; B empty for a single star.
+    std::array<std::vector<double>, 2> photons;
+    Offsets offset_px = {};  // from the optical axis at time 0
+    double axis[2] = {1, 0}; // unit vector of a positive displacement of the moving star
     double separation_px = 0;
 };
 
-// Photons are relative (scaled later to the peak) or absolute, as the cadence says.
+// Photons per frame are absolute if the cadence gives an exposure, else relative, to be scaled to the peak later.
 Light make_light(const Scene &scene);
 
-// Unit vector of a positive displacement of the star that moves, with the stars there.
+// Unit vector of a positive displacement of the moving star, with the stars at these offsets: along the separation,
+// away from the other star; (1, 0) for a single star.
 std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept;
 
-// Where the stars of that light stand `days` after time 0: on their orbit if the scene has one, else as at time 0. The
-// scene's centre stands on the frame's axis at any time.
+// Offsets of the stars `days` after time 0: on their orbit if the scene has one, else those of time 0. The scene's
+// centre (barycentre of the light, A or B) is on the optical axis at all times.
 Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 
 // Multiplies all photons.

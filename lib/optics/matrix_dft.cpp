@@ -1,3 +1,13 @@
+// Method: matrix Fourier transform (Soummer et al. 2007): with E the N x N pupil field the focal field is
+//     F = M_v E M_u^T,   M_u[j][i] = exp(-2 pi i u_j x_i / lambda),
+// two matrix products, for pixels u_j at any pitch and any number of them.
+// Why not a padded FFT: its pupil samples N_E = N_out p D/lambda must be an integer, so that each wavelength's plate
+// scale is off by up to 0.26 % (padded_fft.cpp). Here positions are exact, nothing is interpolated, and only the
+// detector's pixels are computed.
+// Folding: both grids are symmetric about 0, so that the parts of E even and odd in x and y meet only cosines or sines.
+// The complex products become real ones with a quarter of the flops (measured 2.5 times faster, equal to 1.1e-15).
+// Error: max error / peak of an image 3e-15 to 7e-15 against an 80-bit sum.
+// Reference: Soummer, Pueyo, Sivaramakrishnan and Vanderbei 2007, Optics Express 15, 15935.
 #include "optics/matrix_dft.hpp"
 
 #include <algorithm>
@@ -11,31 +21,31 @@ namespace {
 using kernels::field_kernels;
 using kernels::half;
 
-// Products are cut into tiles of m n k <= 2^18, which OpenBLAS runs on the calling thread however many threads it has:
-// a threaded product has other bits. Tiles of 64 x 32 at k = 128 cost nothing (measured 5 % faster than whole
-// products).
+// Products are cut into tiles of m n k <= 2^18, which OpenBLAS always runs on the calling thread. A product that it
+// splits over threads is rounded differently, and the image would depend on the number of threads. Tiles of 64 x 32 at
+// k = 128 cost nothing (measured 5 % faster than whole products).
 constexpr size_t kLargestTile = size_t{1} << 18, kTileColumns = 32;
 
 size_t tile_rows(size_t k) noexcept {
     return std::max<size_t>(1, kLargestTile / (kTileColumns * k));
 }
 
-// Samples of each folded row up to the last that is open in any of the four quadrants.
-std::vector<size_t> reach_of(const Pupil &pupil) {
+// Number of samples of each folded row up to the last that is open in any of the four quadrants.
+std::vector<size_t> lit_samples_of(const Pupil &pupil) {
     const size_t n = pupil.samples, h = half(n);
-    std::vector<size_t> reach(h);
+    std::vector<size_t> lit(h);
     for (size_t y = 0; y < h; y++)
         for (const size_t row : {n - h + y, h - 1 - y})
             for (size_t col = 0; col < n; col++)
                 if (pupil.amplitude[row * n + col] != 0)
-                    reach[y] = std::max(reach[y], col < h ? h - col : col + 1 - (n - h));
-    return reach;
+                    lit[y] = std::max(lit[y], col < h ? h - col : col + 1 - (n - h));
+    return lit;
 }
 
 } // namespace
 
 MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
-    : pupil_(pupil), grid_(grid), fields_(fields), reach_(reach_of(pupil)), tilt_x_(pupil.samples),
+    : pupil_(pupil), grid_(grid), fields_(fields), lit_samples_(lit_samples_of(pupil)), tilt_x_(pupil.samples),
       tilt_y_(pupil.samples) {
     const size_t h = half(pupil.samples), v = half(grid.rows), u = half(grid.cols);
     for (Buffer<double> *operand : {&cosine_x_, &sine_x_})
@@ -51,15 +61,16 @@ MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
     scratch_.resize(fields * std::max(4 * pupil.samples, 2 * grid.cols));
 }
 
-// middle = folded times operand, row by row of folded [field][y][4][x]; what lies beyond the light is skipped.
+// middle = folded times operand, row by row of folded [field][y][4][x]; samples beyond the last lit one are skipped.
 void MatrixDft::along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept {
     const size_t h = half(pupil_.samples), u = half(grid_.cols), rows_at_once = std::max<size_t>(1, tile_rows(h) / 4);
     for (size_t field = 0; field < fields_; field++)
         for (size_t y = 0; y < h; y += rows_at_once) {
             const size_t count = std::min(rows_at_once, h - y), first = (field * h + y) * 4;
-            const size_t reach = std::max<size_t>(1, *std::max_element(reach_.data() + y, reach_.data() + y + count));
+            const size_t lit =
+                std::max<size_t>(1, *std::max_element(lit_samples_.data() + y, lit_samples_.data() + y + count));
             for (size_t j = 0; j < u; j += kTileColumns)
-                blas::dgemm(false, 4 * count, std::min(kTileColumns, u - j), reach, folded.data() + first * h, h,
+                blas::dgemm(false, 4 * count, std::min(kTileColumns, u - j), lit, folded.data() + first * h, h,
                             operand.data() + j, u, middle.data() + first * u + j, u);
         }
 }

@@ -1,4 +1,4 @@
-// The matrix Fourier transform from pupil to detector: exact pixel positions, only the pixels asked for.
+// The matrix Fourier transform from pupil to detector: exact pixel positions, and only the detector's pixels.
 #pragma once
 #include "optics/transform.hpp"
 
@@ -6,7 +6,7 @@ namespace toliman::optics {
 
 class MatrixDft : public Transform {
   public:
-    MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields); // pupil outlives it
+    MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields); // pupil must outlive the object
 
     const Pupil &pupil(long double) noexcept override { return pupil_; }
     void transform(long double wavenumber, const long double *offset,
@@ -21,7 +21,7 @@ class MatrixDft : public Transform {
     const Pupil &pupil_;
     Grid grid_;
     size_t fields_;
-    std::vector<size_t> reach_; // of each folded row: its samples up to the last one with light
+    std::vector<size_t> lit_samples_; // of each folded row: number of samples up to the last one with light
     Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
     Buffer<double> even_, odd_;               // folded fields, parts even and odd in x

@@ -1,3 +1,16 @@
+// Method: with s = 1/lambda and x in [-1, 1] its position in the band, the monochromatic image divided by s^2 is
+// band-limited in s: |F|^2 depends on s through phases of at most
+//     phi = pi D R (1/lambda_min - 1/lambda_max)
+// from the middle of the band, R the angle from a star to the farthest pixel. Its Chebyshev coefficients c_k(u) in x
+// therefore decay faster than exponentially for k > phi, like Bessel functions J_k(phi), and interpolation between M
+// Chebyshev nodes converges for a spectrum of any shape: the weights w_i s_i^2 of the spectrum's samples are projected
+// onto the nodes through the Lagrange polynomials of the nodes. s^2 goes with the weights; left in the image it would
+// need more nodes.
+// Why: 33 nodes give 101 wavelengths of 1 nm (0.2 arcsec per pixel, 256 x 256) to 3e-10 of the peak in 0.05 s, against
+// 0.15 s for every wavelength. The rule M = ceil(phi) + 12 covered every case tried at 1e-9, but node_errors()
+// predicts the error of each M instead, because a smooth spectrum needs fewer nodes than one with lines.
+// References: Berrut and Trefethen 2004, SIAM Review 46, 501 (barycentric interpolation); Trefethen 2013, Approximation
+// Theory and Approximation Practice, chapter 4 (aliasing).
 #include "optics/nodes.hpp"
 
 #include <algorithm>
@@ -11,35 +24,35 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr size_t kBeyondPhase = 24; // terms beyond the band's phase: the rest is below 1e-13
-constexpr size_t kPoints = 16;      // per side of the grid, where the error is looked for
-constexpr size_t kRough = 6;        // nodes that show the peak to a few per cent
+constexpr size_t kExtraTerms = 24; // Chebyshev terms beyond phi: the sum of all further terms is below 1e-13
+constexpr size_t kGridSide = 16;   // points per side of the grid on which errors are predicted
+constexpr size_t kRoughNodes = 6;  // give the peak to a few per cent
 
-// The band in 1/lambda, as its middle and half its width.
-struct Band1 {
-    double middle, reach;
+// The band in 1/lambda.
+struct WavenumberBand {
+    double middle, half_width;
 };
 
-Band1 band_of(const Light &light) noexcept {
+WavenumberBand band_of(const Light &light) noexcept {
     const double first = 1 / light.wavelength_m.front(), last = 1 / light.wavelength_m.back();
     return {0.5 * (first + last), 0.5 * (first - last)};
 }
 
+// Angle of the Chebyshev node x_j = cos(angle).
 double node_angle(size_t j, size_t count) noexcept {
     return kPi * (static_cast<double>(j) + 0.5) / static_cast<double>(count);
 }
 
-// Phase in rad through which the intensity of the pixel farthest from a star turns between the middle and the ends of
-// the band: pi D R (1/lambda_min - 1/lambda_max), R the angle between them.
+// phi of the pixel farthest from a star (rad).
 double band_phase(const Pupil &pupil, const Light &light, const Grid &grid) noexcept {
     double farthest = 0;
     for (const auto &offset : light.offset_px)
         farthest = std::max(farthest, std::hypot(static_cast<double>(grid.cols) / 2 + std::fabs(offset[0]),
                                                  static_cast<double>(grid.rows) / 2 + std::fabs(offset[1])));
-    return 2 * kPi * pupil.aperture_m * static_cast<double>(grid.pitch_rad) * farthest * band_of(light).reach;
+    return 2 * kPi * pupil.aperture_m * static_cast<double>(grid.pitch_rad) * farthest * band_of(light).half_width;
 }
 
-// Values of the Lagrange polynomials of the nodes at x.
+// Values at x of the Lagrange polynomials of the nodes, by the barycentric formula.
 std::vector<double> lagrange(const std::vector<double> &nodes, const std::vector<double> &weights, double x) {
     std::vector<double> values(nodes.size(), 0.0);
     double sum = 0;
@@ -57,37 +70,39 @@ std::vector<double> lagrange(const std::vector<double> &nodes, const std::vector
     return values;
 }
 
-// Moments of the star's light, weighted by 1/lambda^2, in Chebyshev polynomials over the band.
+// Chebyshev moments of the star's spectrum, m_k = sum over i of w_i s_i^2 T_k(x_i).
 std::vector<double> moments_of(const Light &light, size_t star, size_t count) {
-    const Band1 band = band_of(light);
+    const WavenumberBand band = band_of(light);
     std::vector<double> moments(count, 0.0);
     for (size_t i = 0; i < light.wavelength_m.size(); i++) {
         const double wavenumber = 1 / light.wavelength_m[i];
         const double weight = light.photons[star][i] * (wavenumber * wavenumber);
-        const double angle = std::acos(std::clamp((wavenumber - band.middle) / band.reach, -1.0, 1.0));
+        const double angle = std::acos(std::clamp((wavenumber - band.middle) / band.half_width, -1.0, 1.0));
         for (size_t k = 0; k < count; k++)
             moments[k] += weight * std::cos(static_cast<double>(k) * angle);
     }
     return moments;
 }
 
-// On so many nodes the polynomial of degree k looks like one of less degree, of this moment.
+// The moment of what M nodes interpolate T_k by: with k = 2 M t +- r, r <= M, the nodes cannot distinguish T_k from
+// (-1)^t T_r, which is 0 on all of them for r = M.
 double aliased(const std::vector<double> &moments, size_t k, size_t nodes) noexcept {
-    const size_t turns = (k + nodes) / (2 * nodes), whole = 2 * nodes * turns, rest = k > whole ? k - whole : whole - k;
-    if (rest == nodes)
+    const size_t t = (k + nodes) / (2 * nodes), multiple = 2 * nodes * t,
+                 r = k > multiple ? k - multiple : multiple - k;
+    if (r == nodes)
         return 0;
-    return turns % 2 == 0 ? moments[rest] : -moments[rest];
+    return t % 2 == 0 ? moments[r] : -moments[r];
 }
 
-// Chebyshev coefficients [count][rows * cols] of the intensity of one photon, less 1/lambda^2, over the band.
+// Chebyshev coefficients c_k [count][rows * cols] over the band of the image of one photon divided by s^2.
 Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, size_t count,
                                unsigned workers) {
-    const Band1 band = band_of(light);
+    const WavenumberBand band = band_of(light);
     const size_t points = grid.rows * grid.cols;
     Buffer<double> intensity(count * points), coefficients(count * points);
     const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
     run_jobs(workers, count, [&](size_t j) {
-        const long double wavenumber = band.middle + band.reach * std::cos(node_angle(j, count));
+        const long double wavenumber = band.middle + band.half_width * std::cos(node_angle(j, count));
         const auto step = static_cast<double>(step_of(pupil, grid, 1));
         MatrixDft dft(pupil, grid, 1);
         dft.transform(wavenumber, offset, {});
@@ -107,13 +122,13 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
 } // namespace
 
 Light project_on_nodes(const Light &light, size_t count) {
-    const Band1 band = band_of(light);
+    const WavenumberBand band = band_of(light);
     Light result = light;
     std::vector<double> nodes(count), weights(count);
     result.wavelength_m.resize(count);
     for (size_t j = 0; j < count; j++) {
         const double angle = node_angle(j, count);
-        result.wavelength_m[j] = 1 / (band.middle + band.reach * std::cos(angle));
+        result.wavelength_m[j] = 1 / (band.middle + band.half_width * std::cos(angle));
         nodes[j] = std::cos(angle);
         weights[j] = (j % 2 == 0 ? 1 : -1) * std::sin(angle);
     }
@@ -122,10 +137,9 @@ Light project_on_nodes(const Light &light, size_t count) {
             continue;
         std::vector<double> &photons = result.photons[star];
         photons.assign(count, 0.0);
-        // The image carries 1/lambda^2 besides what is band-limited: it goes with the weights.
         for (size_t i = 0; i < light.wavelength_m.size(); i++) {
             const double wavenumber = 1 / light.wavelength_m[i];
-            const std::vector<double> share = lagrange(nodes, weights, (wavenumber - band.middle) / band.reach);
+            const std::vector<double> share = lagrange(nodes, weights, (wavenumber - band.middle) / band.half_width);
             for (size_t j = 0; j < count; j++)
                 photons[j] += light.photons[star][i] * (wavenumber * wavenumber) * share[j];
         }
@@ -136,28 +150,33 @@ Light project_on_nodes(const Light &light, size_t count) {
 }
 
 double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
-    const Light rough = light.wavelength_m.size() > kRough ? project_on_nodes(light, kRough) : light;
+    const Light rough = light.wavelength_m.size() > kRoughNodes ? project_on_nodes(light, kRoughNodes) : light;
     const Engine engine = [&](const Grid &, size_t fields) { return std::make_unique<MatrixDft>(pupil, grid, fields); };
     Buffer<double> both(grid.rows * grid.cols);
     for (size_t star = 0; star < 2; star++)
         if (!light.photons[star].empty()) {
-            const StarImages images = propagate(engine, rough, grid, star, 0, Wanted(), workers);
+            const StarImages images = propagate(engine, rough, grid, star, 0, ImageRequest(), workers);
             for (size_t i = 0; i < both.size(); i++)
                 both[i] += images.at(0, 0)[i];
         }
     return *std::max_element(both.begin(), both.end());
 }
 
+// The exact image is sum over k of c_k(u) m_k. With M nodes each T_k, k >= M, is replaced by its alias, so that
+//     error_M(u) = sum over k >= M of c_k(u) (m_k - alias_M(m, k)).
+// errors[M] is its maximum over the coarse grid, summed over the stars.
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
-    const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid))) + kBeyondPhase;
-    // The same field of view in few points; places are in units of the pitch.
-    const double coarser = static_cast<double>(std::max<size_t>(std::max(grid.rows, grid.cols), 2) - 1) / (kPoints - 1);
-    const Grid points = {kPoints, kPoints, grid.pitch_rad * coarser};
+    const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid))) + kExtraTerms;
+    // The same field of view on a coarse grid. Offsets are in units of the pitch.
+    const double coarser =
+        static_cast<double>(std::max<size_t>(std::max(grid.rows, grid.cols), 2) - 1) / (kGridSide - 1);
+    const Grid points = {kGridSide, kGridSide, grid.pitch_rad * coarser};
     Light placed = light;
     for (auto &offset : placed.offset_px)
-        for (double &place : offset)
-            place /= coarser;
-    const double unit = static_cast<double>(grid.pitch_rad * grid.pitch_rad / (points.pitch_rad * points.pitch_rad));
+        for (double &position : offset)
+            position /= coarser;
+    const double pixels_per_point =
+        static_cast<double>(grid.pitch_rad * grid.pitch_rad / (points.pitch_rad * points.pitch_rad));
     std::vector<double> errors(count, 0.0);
     for (size_t star = 0; star < 2; star++) {
         if (light.photons[star].empty())
@@ -165,17 +184,17 @@ std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Gr
         const std::vector<double> moments = moments_of(light, star, count);
         const Buffer<double> coefficients = coefficients_of(pupil, placed, points, star, count, workers);
         for (size_t nodes = 1; nodes < count; nodes++) {
-            std::vector<double> lost(kPoints * kPoints, 0.0);
+            std::vector<double> error(kGridSide * kGridSide, 0.0);
             for (size_t k = nodes; k < count; k++)
-                for (size_t i = 0; i < lost.size(); i++)
-                    lost[i] += coefficients[k * lost.size() + i] * (moments[k] - aliased(moments, k, nodes));
-            double worst = 0;
-            for (const double value : lost)
-                worst = std::max(worst, std::fabs(value));
-            errors[nodes] += unit * worst;
+                for (size_t i = 0; i < error.size(); i++)
+                    error[i] += coefficients[k * error.size() + i] * (moments[k] - aliased(moments, k, nodes));
+            double largest = 0;
+            for (const double value : error)
+                largest = std::max(largest, std::fabs(value));
+            errors[nodes] += pixels_per_point * largest;
         }
     }
-    for (size_t nodes = count - 1; nodes-- > 1;) // what is better by chance does not count
+    for (size_t nodes = count - 1; nodes-- > 1;) // discards errors that are small by chance
         errors[nodes] = std::max(errors[nodes], errors[nodes + 1]);
     return errors;
 }

@@ -1,22 +1,18 @@
-// Fewer wavelengths for the same image. The image of one wavelength, less a factor 1/lambda^2, is band-limited in
-// 1/lambda, so that it can be interpolated between Chebyshev nodes there, and a spectrum of any shape can be projected
-// onto them.
+// Chebyshev nodes in 1/lambda: a spectrum is replaced by fewer wavelengths that give the same polychromatic image.
 #pragma once
 #include "optics/light.hpp"
 #include "optics/propagate.hpp"
 
 namespace toliman::optics {
 
-// The same light on `count` nodes that span its wavelengths: photons of a node may be negative.
-// Reference: Berrut and Trefethen 2004 (barycentric interpolation).
+// The light projected onto `count` nodes that span its wavelengths. The photons of a node may be negative.
 Light project_on_nodes(const Light &light, size_t count);
 
-// Photons of both stars' brightest pixel, to a few per cent.
+// Photons in the brightest pixel of both stars' image, to a few per cent.
 double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers);
 
-// Expected largest error of both stars' image, in photons, for each number of nodes from 0 on. It is found on a few
-// pixels all over the grid, where the Chebyshev coefficients of the intensity and the moments of the spectrum are
-// computed: the error is what the moments beyond the nodes would have added.
+// errors[M]: predicted largest error of both stars' image (photons) with M nodes, M = 1, 2, ...; errors[0] is not used.
+// Evaluated on a coarse grid over the field of view; non-increasing in M.
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers);
 
 } // namespace toliman::optics

@@ -1,6 +1,4 @@
-// The chapter's engine, kept as a baseline: the pupil is sampled with N_E = N_out d_pix D / (lambda f) cells, embedded
-// in N_out x N_out zeros and transformed by an FFT. N_E must be whole, so every wavelength has a plate scale of its
-// own.
+// The padded FFT engine, a baseline for comparison: the pupil in N_E x N_E cells, zero-padded to N_out x N_out.
 #pragma once
 #include "backend/fft.hpp"
 #include "optics/transform.hpp"
@@ -9,7 +7,7 @@ namespace toliman::optics {
 
 class PaddedFft : public Transform {
   public:
-    PaddedFft(const Scene &scene, const Grid &grid, size_t fields); // scene outlives it
+    PaddedFft(const Scene &scene, const Grid &grid, size_t fields); // scene must outlive the object
 
     const Pupil &pupil(long double wavenumber) override;
     void transform(long double wavenumber, const long double *offset,
@@ -31,7 +29,7 @@ class PaddedFft : public Transform {
 size_t padded_side(const Grid &grid) noexcept;
 size_t embedded_samples(const Scene &scene, const Grid &grid, double wavenumber) noexcept;
 
-// Relative error of the plate scale that each wavelength gets: images are this much larger than they should be.
+// Relative error of the plate scale at each wavelength: the image is larger by this than it should be.
 std::vector<double> plate_scale_errors(const Scene &scene, const Grid &grid, const std::vector<double> &wavelength_m);
 
 } // namespace toliman::optics

@@ -1,3 +1,11 @@
+// Method: an image has no spatial frequency above f_c = D p/lambda_min cycles per pixel, so that a pixel's transfer
+// function matters for |f| <= f_c only. The integral over a square pixel and a Gaussian blur of sigma s multiply the
+// spectrum, along each axis, by
+//     H(f) = sinc(f) exp(-2 pi^2 s^2 f^2),   sinc(f) = sin(pi f)/(pi f).
+// The transfer function of a symmetric filter with taps 0 ... n - 1, from the middle outwards, is a polynomial of
+// degree n - 1 in cos(2 pi f). Interpolating H at Chebyshev nodes of the band gives its coefficients; the error falls
+// exponentially with n. Binning an oversampled image is avoided: its error is of second order in the sample spacing.
+// Point sampling in place of the integral is wrong by 2.6e-2 (measured).
 #include "optics/pixel.hpp"
 
 #include <algorithm>
@@ -8,11 +16,11 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kDensest = 0.4; // cycles per sample that filters stay short for
-constexpr size_t kMostTaps = 100;
-constexpr double kRoundingOfSamples = 1e-15; // over the peak
-constexpr double kHopeless = 100;            // times the best error: longer filters only gather rounding
-constexpr size_t kChecks = 1000;             // places between 0 and the cutoff
+constexpr double kMaxCutoff = 0.4; // cycles per sample; filters stay short up to here
+constexpr size_t kMaxTaps = 100;
+constexpr double kSampleRounding = 1e-15; // relative to the peak
+constexpr double kGiveUpRatio = 100;      // times the best error: longer filters only accumulate rounding
+constexpr size_t kChecks = 1000;          // frequencies between 0 and the cutoff
 
 // Chebyshev coefficients from values at the nodes cos(pi (j + 1/2) / n).
 std::vector<double> coefficients_of(const std::vector<double> &values) {
@@ -26,7 +34,7 @@ std::vector<double> coefficients_of(const std::vector<double> &values) {
     return result;
 }
 
-// Clenshaw's sum, inside [-1, 1] or not.
+// Clenshaw's algorithm; x may be outside [-1, 1].
 double chebyshev_sum(const std::vector<double> &coefficients, double x) noexcept {
     double next = 0, last = 0;
     for (size_t k = coefficients.size(); k-- > 1;) {
@@ -37,10 +45,10 @@ double chebyshev_sum(const std::vector<double> &coefficients, double x) noexcept
     return coefficients[0] + x * next - last;
 }
 
-// The filter's transfer function in cycles per sample.
-class Transfer {
+// H at a frequency in cycles per sample.
+class TransferFunction {
   public:
-    Transfer(bool integrated, double jitter, size_t oversampling)
+    TransferFunction(bool integrated, double jitter, size_t oversampling)
         : integrated_(integrated), width_(static_cast<double>(oversampling)), jitter_(jitter * width_) {}
 
     double operator()(double frequency) const noexcept {
@@ -58,9 +66,10 @@ double frequency_of(double cosine) noexcept {
     return std::acos(std::clamp(cosine, -1.0, 1.0)) / (2 * kPi);
 }
 
-// With t = cos(2 pi frequency) a symmetric filter is a polynomial in t: the one that interpolates the transfer function
-// where there is light, t in [cos(2 pi cutoff), 1], written in Chebyshev polynomials of t itself.
-std::vector<double> taps_of(const Transfer &transfer, double cutoff, size_t count) {
+// With t = cos(2 pi f) the filter's transfer function is a polynomial in t, its taps are the coefficients of the
+// Chebyshev polynomials T_k(t) = cos(2 pi k f). Interpolates H on the band, t in [cos(2 pi cutoff), 1], and re-expands
+// the interpolant in T_k of t itself.
+std::vector<double> taps_of(const TransferFunction &transfer, double cutoff, size_t count) {
     const double sine = std::sin(kPi * cutoff), reach = sine * sine, middle = 1 - reach;
     std::vector<double> values(count);
     const auto node = [&](size_t j) {
@@ -77,8 +86,8 @@ std::vector<double> taps_of(const Transfer &transfer, double cutoff, size_t coun
     return taps;
 }
 
-// Largest error of the transfer function where there is light, and the rounding that long filters gather.
-double error_of(const std::vector<double> &taps, const Transfer &transfer, double cutoff) {
+// Largest error of the transfer function inside the band, plus the rounding that long filters accumulate.
+double error_of(const std::vector<double> &taps, const TransferFunction &transfer, double cutoff) {
     double worst = 0, size = 0;
     for (const double tap : taps)
         size += 2 * std::fabs(tap);
@@ -89,7 +98,7 @@ double error_of(const std::vector<double> &taps, const Transfer &transfer, doubl
             sum += 2 * taps[k] * std::cos(2 * kPi * static_cast<double>(k) * frequency);
         worst = std::max(worst, std::fabs(sum - transfer(frequency)));
     }
-    return worst + kRoundingOfSamples * size;
+    return worst + kSampleRounding * size;
 }
 
 // out[i] = sum over k of taps[|k|] in[(i step + k) stride]
@@ -110,18 +119,18 @@ PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double
     PixelFilter filter;
     if (!integrated && jitter_px == 0)
         return filter;
-    filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kDensest)));
+    filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxCutoff)));
     const double fine = cutoff / static_cast<double>(filter.oversampling);
-    const Transfer transfer(integrated, jitter_px, filter.oversampling);
-    for (size_t count = 1; count <= kMostTaps; count++) {
+    const TransferFunction transfer(integrated, jitter_px, filter.oversampling);
+    for (size_t count = 1; count <= kMaxTaps; count++) {
         std::vector<double> taps = taps_of(transfer, fine, count);
-        // Along both axes the error counts twice.
+        // The filter is applied along both axes, so that the error counts twice.
         const double error = 2 * error_of(taps, transfer, fine);
         if (filter.empty() || error < filter.error) {
             filter.taps = std::move(taps);
             filter.error = error;
         }
-        if (filter.error <= accuracy || !(error < kHopeless * filter.error))
+        if (filter.error <= accuracy || !(error < kGiveUpRatio * filter.error))
             break;
     }
     return filter;

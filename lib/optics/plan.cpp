@@ -1,3 +1,14 @@
+// Method: each approximation is the cheapest whose predicted error is within the scene's accuracy.
+//   wavelengths   the fewest Chebyshev nodes in 1/lambda, by node_errors() (nodes.cpp).
+//   expansion     an image has no spatial frequency above f_c = D p / lambda_min cycles per pixel, p the pixel scale.
+//                 By Bernstein's inequality max |I_(n+1)| <= (2 pi f_c)^n max |I_1|: the first omitted term of the
+//                 expansion of order n in a displacement d, relative to the signal d I_1, is at most
+//                 (2 pi f_c d)^n / (n + 1)!. Orders 2 to 8; beyond that every frame is propagated.
+//   orbit         anchors along it, as few as an expansion of order n allows; n minimises the propagated fields.
+//   pixel         the shortest filter (pixel.cpp).
+//   pupil         the scene's own sampling; its error is predicted but not held to the accuracy.
+// The predictions are bounds or estimates, tested against the true errors within a factor of 20 on twelve scenes.
+// Cost model: operation counts of the products, transforms and images, over rates measured on one core.
 #include "optics/plan.hpp"
 
 #include <algorithm>
@@ -14,71 +25,76 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kNodeMargin = 4;     // node errors are found on a few pixels: measured 0.3 to 3 of those of all pixels
-constexpr size_t kFewWavelengths = 8; // not worth fewer
-constexpr double kGreyOffset = 0.2;   // cells
-constexpr double kWorstOfMany = 4;    // standard deviations of the worst pixel
-constexpr size_t kLeastOrder = 2, kMostOrder = 8;
-constexpr double kShortestAnchor = 1e-3; // days
+// node_errors() samples few pixels: measured 0.3 to 3 times the error over all pixels.
+constexpr double kNodeErrorMargin = 4;
+constexpr size_t kMinWavelengths = 8;   // nodes are not worthwhile for fewer
+constexpr double kGreyOffset = 0.2;     // cells, upper estimate of the offset of a grey cell's centroid
+constexpr double kWorstPixelSigmas = 4; // standard deviations of the worst pixel
+constexpr size_t kMinOrder = 2, kMaxOrder = 8;
+constexpr double kMinAnchorDays = 1e-3;
 
-// For what a plan takes: operations a pupil cell and a pixel besides the products, and speeds of one core. They are
-// those of a 2020s server core and only steer expectations.
-constexpr double kFieldFlops = 60, kImageFlops = 12, kElementRate = 4e10, kPaddedRate = 3;
-constexpr double kPlaceSeconds = 0.9e-9; // more images than a cache holds
-constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9;
-constexpr double kStarFields = 4;   // the image, its slopes and focus
-constexpr double kFrameImages = 10; // kept besides the derivatives along the displacement and by places
+// Cost model: operations per pupil cell and per pixel in addition to the matrix products, and rates of one core of a
+// 2020s server. The estimate is a guide only.
+constexpr double kFieldFlops = 60, kImageFlops = 12; // per cell, per pixel
+constexpr double kElementRate = 4e10;                // flop/s of these
+constexpr double kPaddedRate = 3;                    // GFLOP/s of the padded FFT
+constexpr double kPositionTermSeconds = 0.9e-9;      // per pixel and image: together they exceed the cache
+constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
+constexpr double kStarFields = 4;   // the image, its two slopes and focus
+constexpr double kFrameImages = 10; // in memory in addition to the derivatives by displacement and position
 
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
     return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front();
 }
 
-// Images repeat themselves, every N lambda/D or every side of the FFT: each pixel must be nearer to a star than to its
-// repetitions, wherever the star gets.
+// The discrete transform is periodic: images repeat every N lambda/D (matrix DFT) or every side of the padded array
+// (FFT). Every pixel must be nearer to a star than to any of its aliases, wherever the star moves.
 void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthest, const Plan &plan) {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const auto finer = static_cast<double>(plan.filter.oversampling);
     const double half[2] = {static_cast<double>(grid.cols) / finer / 2, static_cast<double>(grid.rows) / finer / 2};
     const bool padded = plan.engine == EngineKind::padded_fft;
-    const double a_sample = 0.5 / cutoff_of(pupil, farthest, plan.pixels); // px that a sample more of the pupil adds
+    const double px_per_sample =
+        0.5 / cutoff_of(pupil, farthest, plan.pixels); // that one more pupil sample adds to half a period
     const double most_px = padded ? 0.5 * static_cast<double>(padded_side(grid)) / finer
-                                  : a_sample * static_cast<double>(kMostPupilSamples);
+                                  : px_per_sample * static_cast<double>(kMostPupilSamples);
     const char *const source = scene.source.c_str();
     double reach_px = 0;
     for (size_t star = 0; star < scene.stars.size(); star++)
         for (size_t axis = 0; axis < 2; axis++) {
-            const double place = std::fabs(farthest.offset_px[star][axis]), reach = half[axis] + place;
+            const double position = std::fabs(farthest.offset_px[star][axis]), reach = half[axis] + position;
             reach_px = std::max(reach_px, reach);
-            if (reach > most_px && place > half[axis] && most_px > 2 * half[axis])
+            if (reach > most_px && position > half[axis] && most_px > 2 * half[axis])
                 fail(Status::scene,
-                     "%s: {binary}: star %c is outside the frame of %zu x %zu by %.0f px: at most %.0f px "
-                     "are allowed there, or its image repeats itself in the frame",
-                     source, star == 0 ? 'A' : 'B', plan.pixels.rows, plan.pixels.cols, place - half[axis],
+                     "%s: {binary}: star %c is outside the frame of %zu x %zu by %.0f px: must be at most %.0f px, or "
+                     "the frame shows aliases of its image",
+                     source, star == 0 ? 'A' : 'B', plan.pixels.rows, plan.pixels.cols, position - half[axis],
                      most_px - 2 * half[axis]);
         }
-    const double needed = std::ceil(reach_px / a_sample);
+    const double needed = std::ceil(reach_px / px_per_sample);
     if (!padded && static_cast<double>(pupil.samples) < needed)
         fail(Status::scene, "%s: {telescope.pupil_samples} = %zu: must be at least %.0f, or the frame shows aliases%s",
              source, pupil.samples, needed,
              needed > static_cast<double>(kMostPupilSamples)
-                 ? "; 2048 at most are: make detector.shape or detector.pixel_scale_arcsec smaller"
+                 ? "; the maximum is 2048: reduce detector.shape or detector.pixel_scale_arcsec"
                  : "");
 }
 
-// This engine samples the pupil anew at each wavelength, and takes each of the scene's.
+// The padded FFT resamples the pupil at each wavelength and propagates each of the scene's wavelengths.
 void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
     const Telescope &telescope = scene.telescope;
     if (telescope.mask.kind == Mask::Kind::file || !telescope.amplitude_file.empty() || !telescope.opd_file.empty())
         fail(Status::unsupported,
-             "%s: {telescope}: the fft engine samples the pupil anew at each wavelength: it takes "
-             "no mask, amplitude or OPD file",
+             "%s: {telescope}: the fft engine resamples the pupil at each wavelength: mask, amplitude and OPD files "
+             "are not supported",
              scene.source.c_str());
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const size_t most = embedded_samples(scene, grid, 1 / light.wavelength_m.front());
     if (most > padded_side(grid))
         fail(Status::scene,
-             "%s: {detector.pixel_scale_arcsec} = %g: the fft engine would need %zu cells in %zu: make it smaller",
+             "%s: {detector.pixel_scale_arcsec} = %g: must be smaller: the fft engine would need %zu pupil samples in "
+             "an array of %zu",
              scene.source.c_str(), scene.detector.pixel_scale_arcsec, most, padded_side(grid));
     plan.plate_scale_errors = plate_scale_errors(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
 }
@@ -86,14 +102,14 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,
                         Plan &plan) {
     plan.wavelengths = plan.scene_wavelengths = light.wavelength_m.size();
-    // An accuracy below rounding asks for no approximation at all.
-    if (plan.wavelengths <= kFewWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
+    // An accuracy below rounding means: no approximation at all.
+    if (plan.wavelengths <= kMinWavelengths || plan.engine == EngineKind::padded_fft || scene.accuracy < kRounding)
         return;
-    if (!(peak > 0)) // lines may cancel in the rough look
+    if (!(peak > 0)) // spectral lines may cancel in the rough image
         return;
     const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
-        const double error = kNodeMargin * errors[nodes] / peak;
+        const double error = kNodeErrorMargin * errors[nodes] / peak;
         if (!(error <= scene.accuracy))
             continue;
         plan.nodes = true;
@@ -103,49 +119,52 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
     }
 }
 
-// Bernstein: a derivative of an image is at most 2 pi cutoff times the one before. The first term left out, against the
-// signal d I1, is d^n/(n + 1)! times the n-th derivative of that.
-void choose_order(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
-    const double turn = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * farthest_of(scene.signal);
+// Expansion in the displacement d: the smallest order n with (2 pi f_c d)^n / (n + 1)! <= accuracy (see the top of this
+// file). Rounding of the image adds kRounding / (2 pi f_c d) of the signal.
+void choose_displacement_order(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
+    const double phase = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * largest_displacement_px(scene.signal);
     double error = 1;
-    for (size_t order = 1; order <= kMostOrder; order++) {
-        error *= turn / static_cast<double>(order + 1);
+    for (size_t order = 1; order <= kMaxOrder; order++) {
+        error *= phase / static_cast<double>(order + 1);
         plan.order = order;
-        plan.series_error = error + (turn > 0 ? kRounding / turn : 0);
-        if (order >= kLeastOrder && error <= scene.accuracy)
+        plan.series_error = error + (phase > 0 ? kRounding / phase : 0);
+        if (order >= kMinOrder && error <= scene.accuracy)
             return;
     }
     plan.exact_frames = true;
-    plan.order = kLeastOrder;
+    plan.order = kMinOrder;
     plan.series_error = 0;
 }
 
-// Phases at 4 sigma: a stretch moves a pixel's light by its distance from the axis; defocus turns them by up to sqrt(3)
-// of its rms to either side.
-struct Shapes {
-    double stretched, turned;
+// Largest phases (rad) at 4 sigma. A relative scale s moves the light of a pixel at distance r from the axis by s r:
+// 2 pi f_c s r. Defocus: Noll's fourth polynomial is within +- sqrt(3) times its rms over the aperture; the phase in
+// an intensity is the difference of two points, hence the factor 2.
+struct ShapePhases {
+    double scale_phase, focus_phase;
 };
 
-Shapes shapes_of(const Scene &scene, const Light &light, double frequency, const Grid &pixels) {
+ShapePhases shape_phases_of(const Scene &scene, const Light &light, double frequency, const Grid &pixels) {
     const Systematics &systematics = scene.systematics;
     const double corner = 0.5 * std::hypot(static_cast<double>(pixels.rows), static_cast<double>(pixels.cols));
-    return {frequency * corner * reach_of(systematics.scale, scene.cadence),
-            2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() * reach_of(systematics.focus_nm, scene.cadence)};
+    return {frequency * corner * four_sigma_of(systematics.scale, scene.cadence),
+            2 * std::sqrt(3) * 2e-9 * kPi / light.wavelength_m.front() *
+                four_sigma_of(systematics.focus_nm, scene.cadence)};
 }
 
-// The series in the place is also that of the signal's slope, of which it leaves out d^n/n! times the n-th derivative.
-// Left out are the square of the stretch, the cube of the phase, and their products with all else.
-void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
+// Expansion in the stars' positions. The signal's slope is expanded about the shifted position, so that the error
+// relative to the signal is (2 pi f_c shift)^n / n!. Omitted of scale and focus: the square of the scale, the cube of
+// the focus, and their products with each other and with all other disturbances.
+void choose_position_expansion(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
-    const auto [stretched, turned] = shapes_of(scene, light, frequency, plan.pixels);
-    const double rest = frequency * moved + reach_of(scene.systematics.flux, scene.cadence);
-    plan.scale_focus_error =
-        stretched * stretched / 2 + turned * turned * turned / 6 + stretched * turned + (stretched + turned) * rest;
+    const double shift_px = systematic_shift_px(scene, light) + largest_displacement_px(scene.signal);
+    const auto [scale_phase, focus_phase] = shape_phases_of(scene, light, frequency, plan.pixels);
+    const double other_phases = frequency * shift_px + four_sigma_of(scene.systematics.flux, scene.cadence);
+    plan.scale_focus_error = scale_phase * scale_phase / 2 + focus_phase * focus_phase * focus_phase / 6 +
+                             scale_phase * focus_phase + (scale_phase + focus_phase) * other_phases;
 
-    double error = frequency * moved;
-    for (size_t order = kLeastOrder; !plan.exact_frames && order <= kMostOrder; order++) {
-        error *= frequency * moved / static_cast<double>(order);
+    double error = frequency * shift_px;
+    for (size_t order = kMinOrder; !plan.exact_frames && order <= kMaxOrder; order++) {
+        error *= frequency * shift_px / static_cast<double>(order);
         plan.place_order = order;
         plan.place_error = error;
         if (error <= scene.accuracy)
@@ -156,22 +175,24 @@ void choose_places(const Scene &scene, const Pupil &pupil, const Light &light, P
     plan.series_error = plan.place_error = 0;
 }
 
-// Stars that follow an orbit: a higher order reaches farther from an anchor but takes more fields. The plan is the
-// cheapest, and exact frames where there are fewer of them than fields.
+// Stars that follow an orbit: a higher order n is valid farther from its anchor,
+//     reach = (accuracy n!)^(1/n) / (2 pi f_c) - shift,
+// so that fewer anchors are needed, but each takes (n + 1)(n + 2)/2 fields per star. The order with the fewest fields
+// is chosen. If that is not fewer than the frames, every frame is propagated.
 void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double speed = orbit_px_a_day(scene, light), span = span_days(scene.cadence);
-    const double moved = wandering_px(scene, light) + farthest_of(scene.signal);
+    const double speed = orbit_px_per_day(scene, light), span = span_days(scene.cadence);
+    const double shift_px = systematic_shift_px(scene, light) + largest_displacement_px(scene.signal);
     auto least = static_cast<double>(scene.cadence.frames);
     plan.orbit_px = speed * longest_days(scene.cadence);
     plan.exact_frames = true;
     plan.place_order = 0;
     double factorial = 1;
-    for (size_t order = 1; order <= kMostOrder; order++) {
+    for (size_t order = 1; order <= kMaxOrder; order++) {
         factorial *= static_cast<double>(order);
         const auto n = static_cast<double>(order);
-        const double reach = std::pow(scene.accuracy * factorial, 1 / n) / frequency - moved;
-        if (order < kLeastOrder || reach <= 0)
+        const double reach = std::pow(scene.accuracy * factorial, 1 / n) / frequency - shift_px;
+        if (order < kMinOrder || reach <= 0)
             continue;
         const double anchors = std::max(1.0, std::ceil(span * speed / (2 * reach)));
         const double fields = anchors * (n + 1) * (n + 2) / 2;
@@ -181,21 +202,22 @@ void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, 
         plan.exact_frames = false;
         plan.place_order = order;
         plan.anchors = static_cast<size_t>(anchors);
-        plan.anchor_days = std::max(span / anchors, kShortestAnchor);
-        plan.place_error = std::pow(frequency * (moved + speed * plan.anchor_days / 2), n) / factorial;
+        plan.anchor_days = std::max(span / anchors, kMinAnchorDays);
+        plan.place_error = std::pow(frequency * (shift_px + speed * plan.anchor_days / 2), n) / factorial;
     }
-    if (!plan.exact_frames) { // the shapes are those at the anchor
-        const auto [stretched, turned] = shapes_of(scene, light, frequency, plan.pixels);
-        plan.scale_focus_error += (stretched + turned) * frequency * speed * plan.anchor_days / 2;
+    if (!plan.exact_frames) { // the scale and focus images are those at the anchor
+        const auto [scale_phase, focus_phase] = shape_phases_of(scene, light, frequency, plan.pixels);
+        plan.scale_focus_error += (scale_phase + focus_phase) * frequency * speed * plan.anchor_days / 2;
     }
-    plan.order = kLeastOrder;
+    plan.order = kMinOrder;
     plan.series_error = plan.place_error;
 }
 
-// Where the phase jumps between two cells the boundary may run anywhere between their centres: the field there is off
-// by the jump times an area spread evenly over half a cell to either side. Grey cells at the edge of the aperture hold
-// their light off their own centre by a tenth of a cell or so. Both add at random over the pupil, and the sum stands
-// against the field of the brightest pixel.
+// Error of N x N pupil samples. Where the phase jumps between two cells, the true boundary may run anywhere between
+// their centres: the field error is the jump times an area that is uniform over +- half a cell (variance 1/12 cell^2).
+// In grey cells at the edge of the aperture the centroid of the light is off the cell's centre by a tenth of a cell or
+// so.
+// Both add as random errors over the pupil; their sum is compared with the field of the brightest pixel.
 double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, double peak) {
     const size_t n = pupil.samples;
     const double wavenumber = 1 / light.wavelength_m[light.wavelength_m.size() / 2];
@@ -214,15 +236,15 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     for (const std::vector<double> &star : light.photons)
         photons = std::max(photons, std::accumulate(star.begin(), star.end(), 0.0));
     const auto step = static_cast<double>(step_of(pupil, pixels, wavenumber));
-    return peak > 0 ? 2 * kWorstOfMany * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
+    return peak > 0 ? 2 * kWorstPixelSigmas * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
 }
 
-// Images that are propagated, by what they are for.
+// Numbers of propagated fields.
 struct Fields {
     double stars;
-    double orders;  // of the moving star, beyond those of any star
-    double of_star; // of any star
-    double places;  // of the series in places, both stars together
+    double orders;         // displacement derivatives of the moving star, in addition to of_star
+    double of_star;        // per star
+    double position_terms; // of the expansion in positions, both stars together
 };
 
 Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
@@ -233,7 +255,7 @@ Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
             stars * static_cast<double>(terms)};
 }
 
-// What is kept, and besides the more of what makes the images of a star and what makes frames on all workers.
+// Memory: what is kept, plus the larger of the work space for a star's images and that for frames on all workers.
 double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noexcept {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
@@ -243,14 +265,15 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
     const auto chunks = static_cast<double>(std::min(plan.wavelengths, kWavelengthChunks));
     const double workers = plan.workers, busy = std::min(workers, chunks);
     const double field = 2 * n * n + 2 * samples + (padded ? 0 : 2 * n * cols);
-    // Each chunk of the wavelengths has its own images; who works on one has fields of the pupil.
-    const auto making = [&](double images) {
+    // Each chunk of wavelengths has its own images; each busy worker has its own pupil fields.
+    const auto work_space = [&](double images) {
         return images * (chunks * samples + busy * field) + (padded ? 2 * busy * side * side : 0);
     };
-    const double series = plan.anchors > 0 ? static_cast<double>(kKeptAnchors) * fields.places : fields.places;
+    const double series =
+        plan.anchors > 0 ? static_cast<double>(kCachedAnchors) * fields.position_terms : fields.position_terms;
     const double kept = 3 * n * n + pixels * (kFrameImages + fields.orders + series);
-    const double frames = workers * (pixels + (plan.exact_frames ? making(1) : 0));
-    return sizeof(double) * (kept + std::max(making(fields.orders + fields.of_star), frames));
+    const double frames = workers * (pixels + (plan.exact_frames ? work_space(1) : 0));
+    return sizeof(double) * (kept + std::max(work_space(fields.orders + fields.of_star), frames));
 }
 
 } // namespace
@@ -263,7 +286,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     const bool padded = plan.engine == EngineKind::padded_fft;
     const auto n = static_cast<double>(pupil.samples), rows = static_cast<double>(grid.rows);
     const auto cols = static_cast<double>(grid.cols), side = static_cast<double>(padded_side(grid));
-    // A fifth of the first product is outside the round pupil and skipped.
+    // Matrix DFT: 8 N cols (N + rows) flops, folded to a quarter; a fifth of the first product lies outside the round
+    // pupil and is skipped.
     const double transform = padded ? 10 * side * side * std::log2(side) : n * cols * (1.6 * n + 2 * rows);
     const double elements = kFieldFlops * n * n + kImageFlops * samples;
     const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps.size()) * 2 * samples;
@@ -279,8 +303,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     cost.frame_s = pixels * (kTermSeconds * static_cast<double>(plan.order) +
                              (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
     if (plan.place_order > 0) {
-        cost.frame_flops += 2 * in.places * pixels;
-        cost.frame_s += in.places * pixels * kPlaceSeconds;
+        cost.frame_flops += 2 * in.position_terms * pixels;
+        cost.frame_s += in.position_terms * pixels * kPositionTermSeconds;
     }
     if (plan.exact_frames) {
         const double moving = scene.systematics.any() ? in.stars : 1;
@@ -301,14 +325,14 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
                               scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
-    const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_out(scene, on_orbit);
+    const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_with_shifts(scene, on_orbit);
     refuse_aliases(scene, pupil, farthest, plan);
     const double peak = rough_peak(pupil, light, plan.pixels, workers);
     choose_wavelengths(scene, pupil, farthest, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
-    choose_order(scene, pupil, light, plan);
+    choose_displacement_order(scene, pupil, light, plan);
     if (scene.systematics.any())
-        choose_places(scene, pupil, on_orbit, plan);
+        choose_position_expansion(scene, pupil, on_orbit, plan);
     if (scene.binary.moving)
         choose_anchors(scene, pupil, on_orbit, plan);
     return plan;

@@ -1,3 +1,10 @@
+// Method: Fraunhofer diffraction, wavelength by wavelength. With E the pupil field, F its Fourier transform and w the
+// photons of the wavelength,
+//     E = A exp(2 pi i (OPD + x u_0 + y v_0) / lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 / area.
+// Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
+// more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite
+// differences would amplify rounding errors. Everything is in double precision: in single precision the difference
+// image of a displacement of 1e-6 px is 33 % wrong.
 #include "optics/propagate.hpp"
 
 #include <algorithm>
@@ -18,11 +25,11 @@ struct Order {
     size_t along, across;
 };
 
-// What is wanted, each order after those it is made from.
-std::vector<Order> orders_of(const Wanted &wanted) {
+// The requested orders, each after the orders that it is made from.
+std::vector<Order> orders_of(const ImageRequest &request) {
     std::vector<Order> orders;
-    for (size_t total = 0; total <= std::max(wanted.along, wanted.plane); total++)
-        for (size_t across = 0; across <= (total <= wanted.plane ? total : 0); across++)
+    for (size_t total = 0; total <= std::max(request.along, request.plane); total++)
+        for (size_t across = 0; across <= (total <= request.plane ? total : 0); across++)
             orders.push_back({total - across, across});
     return orders;
 }
@@ -41,8 +48,8 @@ double binomial(size_t n, size_t k) noexcept {
     return value;
 }
 
-// Leibniz: the derivative of F conj(F) is the sum of products of lower ones; two that mirror each other are one product
-// of twice the factor.
+// Leibniz' rule: the derivative of order (a, c) of F conj(F) is the sum over i <= a, j <= c of binomial(a, i)
+// binomial(c, j) F_(i, j) conj(F_(a-i, c-j)). Complex conjugate pairs are one product with twice the factor.
 std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t focus_orders) {
     std::vector<FieldProduct> products;
     for (size_t image = 0; image < orders.size(); image++) {
@@ -66,33 +73,33 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t f
     return products;
 }
 
-// What all threads share.
+// Shared by all threads.
 struct Task {
     const Engine &engine;
     const Light &light;
     const Grid &grid;
     size_t star;
-    long double offset[2]; // px; long double, since 1e-10 px beside 40 px would lose 7e-15
+    long double offset[2]; // px; in double a displacement of 1e-10 px added to 40 px would be off by 7e-15 px
     std::vector<Order> orders;
     std::vector<FieldProduct> products;
-    size_t focus_orders; // derivatives by defocus, behind those by place
+    size_t focus_orders; // derivatives by defocus, after those by position
 
     size_t images() const noexcept { return orders.size() + focus_orders; }
 };
 
-// The work of one thread: memory for the fields of one wavelength and the images that they add to.
+// One chunk of the wavelengths, on one thread: work space for the fields of one wavelength, and the chunk's images.
 class Chunk {
   public:
     explicit Chunk(const Task &task);
     void add(size_t wavelength);
-    std::vector<Buffer<double>> take() noexcept { return std::move(images_); }
+    std::vector<Buffer<double>> release() noexcept { return std::move(images_); }
 
   private:
     void set_terms(const Pupil &pupil, long double wavenumber);
 
     const Task &task_;
     std::vector<FieldTerm> terms_;
-    std::vector<FieldProduct> weighted_;
+    std::vector<FieldProduct> weighted_; // task_.products times the weight of the wavelength
     std::unique_ptr<Transform> transform_;
     std::vector<Buffer<double>> images_;
     std::vector<double *> image_of_;
@@ -136,7 +143,8 @@ void Chunk::add(size_t wavelength) {
     transform_->accumulate(weighted_, image_of_.data());
 }
 
-// I(u / (1 + s)) / (1 + s)^2 differentiated by s; minus the slope of an image is its derivative by the star's place.
+// Derivative of I(u / (1 + s)) / (1 + s)^2 by s at s = 0: -u . grad I - 2 I. The gradient of an image is minus its
+// derivative by the star's position.
 Buffer<double> scale_of(const StarImages &images, const Light &light, const Grid &grid) {
     const Buffer<double> &image = images.at(0, 0), &along = images.at(1, 0), &across = images.at(0, 1);
     const double centre_x = 0.5 * static_cast<double>(grid.cols - 1),
@@ -161,10 +169,10 @@ const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept
 }
 
 StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
-                     const Wanted &wanted, unsigned workers, const std::function<void(double)> &done) {
-    Task task = {engine, light, grid, star, {}, orders_of(wanted), {}, 0};
-    if (wanted.focus)
-        task.focus_orders = wanted.focus_curve ? 2 : 1;
+                     const ImageRequest &request, unsigned workers, const std::function<void(double)> &on_progress) {
+    Task task = {engine, light, grid, star, {}, orders_of(request), {}, 0};
+    if (request.focus)
+        task.focus_orders = request.focus_curve ? 2 : 1;
     for (size_t axis = 0; axis < 2; axis++)
         task.offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
     task.products = products_of(task.orders, task.focus_orders);
@@ -177,9 +185,9 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
             Chunk chunk(task);
             for (size_t i = part; i < count; i += parts.size())
                 chunk.add(i);
-            parts[part] = chunk.take();
+            parts[part] = chunk.release();
         },
-        done);
+        on_progress);
     for (size_t part = 1; part < parts.size(); part++)
         for (size_t image = 0; image < task.images(); image++)
             for (size_t i = 0; i < grid.rows * grid.cols; i++)
@@ -188,7 +196,7 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
     StarImages result;
     for (size_t i = 0; i < task.orders.size(); i++)
         result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(parts[0][i])});
-    if (wanted.focus) {
+    if (request.focus) {
         result.focus = std::move(parts[0][task.orders.size()]);
         result.scale = scale_of(result, light, grid);
     }

@@ -1,4 +1,4 @@
-// From the pupil to a star's image in all its light, with exact derivatives by its place and by focus.
+// Propagates a star from the pupil to its polychromatic image, with exact derivatives by its position and by focus.
 #pragma once
 #include <functional>
 #include <memory>
@@ -9,17 +9,18 @@
 
 namespace toliman::optics {
 
-constexpr size_t kWavelengthChunks = 8; // fixed, so that sums have one order on any number of workers
+constexpr size_t kWavelengthChunks = 8; // fixed, so that the order of summation does not depend on the workers
 
-// Derivatives by a star's place that are asked for: all along light.axis up to order `along`, and all of order <=
-// `plane` along and across it.
-struct Wanted {
+// The derivatives to compute: by position, all orders up to `along` along light.axis, and all mixed orders with a total
+// of at most `plane` along and across it.
+struct ImageRequest {
     size_t along = 0, plane = 0;
-    bool focus = false;       // also the derivatives by defocus and by a stretch of the image
-    bool focus_curve = false; // with focus: the second derivative by defocus, too
+    bool focus = false;       // also the derivatives by defocus and by the image's scale; needs plane >= 1
+    bool focus_curve = false; // with focus: also the second derivative by defocus
 };
 
-// Expected photons per pixel [rows][cols], per px^(along + across); across is along turned from x towards y.
+// Expected photons per pixel [rows][cols], per px^(along + across). The across axis is the along axis rotated by 90 deg
+// from x towards y.
 struct Derivative {
     size_t along, across;
     Buffer<double> image;
@@ -27,18 +28,20 @@ struct Derivative {
 
 struct StarImages {
     std::vector<Derivative> derivatives; // the first is the image itself
-    Buffer<double> focus, focus_curve;   // per nm rms of defocus (Noll's fourth), and per its square
-    Buffer<double> scale;                // by a stretch of the image about the axis, relative
+    Buffer<double> focus, focus_curve;   // per nm rms of defocus (Noll's fourth polynomial), and per nm^2
+    Buffer<double> scale;                // per relative scale of the image about the optical axis
 
+    // The derivative of that order, which must have been requested.
     const Buffer<double> &at(size_t along, size_t across) const noexcept;
 };
 
-// Makes the transform of one thread for so many fields on a grid.
+// Creates the transform of one thread for a number of fields on a grid.
 using Engine = std::function<std::unique_ptr<Transform>(const Grid &grid, size_t fields)>;
 
-// Images of star 0 (A) or 1 (B) moved by displacement_px along light.axis; offsets of light are in units of the grid's
-// pitch. `done` hears the fraction on the caller's thread and may throw. The bits do not depend on workers.
+// Images of star 0 (A) or 1 (B) displaced by displacement_px along light.axis. Offsets of light are in units of the
+// grid's pitch. Calls on_progress(fraction) on the caller's thread; it may throw. The bits do not depend on workers.
 StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
-                     const Wanted &wanted, unsigned workers, const std::function<void(double)> &done = nullptr);
+                     const ImageRequest &request, unsigned workers,
+                     const std::function<void(double)> &on_progress = nullptr);
 
 } // namespace toliman::optics

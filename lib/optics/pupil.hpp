@@ -1,4 +1,4 @@
-// The pupil: amplitude and optical path difference (OPD) of every cell.
+// The pupil: amplitude and optical path difference (OPD) in each cell of a grid.
 #pragma once
 #include "base/buffer.hpp"
 #include "optics/scene.hpp"
@@ -8,13 +8,13 @@ namespace toliman::optics {
 struct Pupil {
     size_t samples = 0;       // N
     double aperture_m = 0;    // D, the width of the N cells
-    Buffer<double> amplitude; // [N][N], open fraction of each cell times the amplitude that a file gives it
+    Buffer<double> amplitude; // [N][N], open fraction of each cell times the amplitude of the scene's file
     Buffer<double> opd_m;     // [N][N], mask and aberrations
-    Buffer<double> defocus;   // [N][N], Noll's fourth polynomial where there is light
-    double area = 0;          // that would let as much light through if it were open, in cells
+    Buffer<double> defocus;   // [N][N], Noll's fourth polynomial; 0 where the amplitude is 0
+    double area = 0;          // effective area in cells: a fully open area that transmits the same light
 };
 
-// The scene's pupil in samples x samples cells. Files give it cell by cell: they allow no other number than theirs.
+// The scene's pupil in samples x samples cells. Files must have exactly that many.
 Pupil make_pupil(const Scene &scene, size_t samples);
 
 } // namespace toliman::optics

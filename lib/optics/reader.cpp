@@ -30,9 +30,9 @@ size_t edit_distance(const std::string &a, const std::string &b) {
     return row[b.size()];
 }
 
-// The nearest candidate when it is near enough to be meant, else nullptr.
+// The candidate with the least edit distance; nullptr if that exceeds both 2 and a third of the word's length.
 const char *nearest(const std::string &word, std::initializer_list<const char *> candidates) {
-    constexpr size_t kLongest = 64; // no key is: what is longer would only take time
+    constexpr size_t kLongest = 64; // no key is longer; avoids quadratic time on long input
     if (word.size() > kLongest)
         return nullptr;
     const char *best = nullptr;
@@ -47,35 +47,35 @@ const char *nearest(const std::string &word, std::initializer_list<const char *>
     return best;
 }
 
-bool among(const std::string &word, std::initializer_list<const char *> words) {
+bool is_one_of(const std::string &word, std::initializer_list<const char *> words) {
     return std::any_of(words.begin(), words.end(), [&](const char *other) { return word == other; });
 }
 
-std::string joined(std::initializer_list<const char *> words) {
+std::string join(std::initializer_list<const char *> words) {
     std::string list;
     for (const char *word : words)
         list += (list.empty() ? "" : ", ") + std::string(word);
     return list;
 }
 
-std::string shown(double value) {
+std::string format_value(double value) {
     char text[40];
     const size_t length = print_text(text, sizeof text, "%.10g", value);
-    double said = 0;
-    std::from_chars(text, text + length, said);
-    if (said != value) // a bound is what it says
+    double parsed = 0;
+    std::from_chars(text, text + length, parsed);
+    if (parsed != value) // print enough digits for the exact value
         print_text(text, sizeof text, "%.17g", value);
     return text;
 }
 
-std::string shown(const json::Value &value) {
+std::string format_value(const json::Value &value) {
     switch (value.kind) {
     case Kind::null:
         return "null";
     case Kind::boolean:
         return value.boolean ? "true" : "false";
     case Kind::number:
-        return shown(value.number);
+        return format_value(value.number);
     case Kind::text:
         return '"' + value.text.substr(0, 40) + '"';
     case Kind::array:
@@ -86,8 +86,9 @@ std::string shown(const json::Value &value) {
     return "an object";
 }
 
-std::string shown(Range range) {
-    const std::string interval = (range.low_excluded ? "(" : "[") + shown(range.low) + ", " + shown(range.high) + "]";
+std::string format_value(Range range) {
+    const std::string interval =
+        (range.low_excluded ? "(" : "[") + format_value(range.low) + ", " + format_value(range.high) + "]";
     return range.unit[0] != '\0' ? interval + " " + range.unit : interval;
 }
 
@@ -97,7 +98,7 @@ Reader::Reader(const json::Value &value, std::string path, const std::string &so
     : value_(value), path_(std::move(path)), source_(source) {
     if (value.kind != Kind::object)
         fail(Status::scene, "%s: {%s} = %s: must be an object", source_.c_str(),
-             path_.empty() ? "the scene" : path_.c_str(), shown(value).c_str());
+             path_.empty() ? "the scene" : path_.c_str(), format_value(value).c_str());
 }
 
 void Reader::refuse(Status status, const char *key, const char *format, ...) const {
@@ -106,19 +107,19 @@ void Reader::refuse(Status status, const char *key, const char *format, ...) con
     va_start(arguments, format);
     print_text(text, sizeof text, format, arguments);
     va_end(arguments);
-    fail(status, "%s: {%s}%s", source_.c_str(), full(key).c_str(), text);
+    fail(status, "%s: {%s}%s", source_.c_str(), full_key(key).c_str(), text);
 }
 
 void Reader::allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later) const {
     for (const std::string &name : value_.names) {
-        if (among(name, known))
+        if (is_one_of(name, known))
             continue;
-        if (among(name, later))
+        if (is_one_of(name, later))
             refuse(Status::unsupported, name.c_str(), ": not supported yet");
-        const char *meant = nearest(name, known);
-        if (meant != nullptr)
-            refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", meant);
-        refuse(Status::scene, name.c_str(), ": unknown key; allowed are %s", joined(known).c_str());
+        const char *suggestion = nearest(name, known);
+        if (suggestion != nullptr)
+            refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", suggestion);
+        refuse(Status::scene, name.c_str(), ": unknown key; allowed keys: %s", join(known).c_str());
     }
 }
 
@@ -128,38 +129,40 @@ void Reader::exclude(std::initializer_list<const char *> keys, const char *why) 
             refuse(Status::scene, key, ": %s", why);
 }
 
-const json::Value &Reader::need(const char *key) const {
+const json::Value &Reader::require(const char *key) const {
     const json::Value *value = value_.find(key);
     if (value == nullptr)
         refuse(Status::scene, key, ": is missing");
     return *value;
 }
 
-const json::Value &Reader::need(const char *key, Kind kind, const char *kind_name) const {
-    const json::Value &value = need(key);
+const json::Value &Reader::require(const char *key, Kind kind, const char *kind_name) const {
+    const json::Value &value = require(key);
     if (value.kind != kind)
-        refuse(Status::scene, key, " = %s: must be %s", shown(value).c_str(), kind_name);
+        refuse(Status::scene, key, " = %s: must be %s", format_value(value).c_str(), kind_name);
     return value;
 }
 
 double Reader::checked(const std::string &key, const json::Value &value, Range range) const {
     if (value.kind != Kind::number)
-        refuse(Status::scene, key.c_str(), " = %s: must be a number in %s", shown(value).c_str(), shown(range).c_str());
+        refuse(Status::scene, key.c_str(), " = %s: must be a number in %s", format_value(value).c_str(),
+               format_value(range).c_str());
     if (value.number < range.low || value.number > range.high || (range.low_excluded && value.number == range.low))
-        refuse(Status::scene, key.c_str(), " = %s: must be in %s", shown(value).c_str(), shown(range).c_str());
+        refuse(Status::scene, key.c_str(), " = %s: must be in %s", format_value(value).c_str(),
+               format_value(range).c_str());
     return value.number;
 }
 
 bool Reader::has_object(const char *key) const {
-    return has(key) && need(key).kind == Kind::object;
+    return has(key) && require(key).kind == Kind::object;
 }
 
 bool Reader::has_text(const char *key) const {
-    return has(key) && need(key).kind == Kind::text;
+    return has(key) && require(key).kind == Kind::text;
 }
 
 double Reader::number(const char *key, Range range) const {
-    return checked(key, need(key), range);
+    return checked(key, require(key), range);
 }
 
 double Reader::number_or(const char *key, double otherwise, Range range) const {
@@ -171,9 +174,9 @@ std::optional<double> Reader::optional_number(const char *key, Range range) cons
 }
 
 std::vector<double> Reader::numbers(const char *key, size_t least, size_t most, Range range) const {
-    const json::Value &array = need(key, Kind::array, "an array of numbers");
+    const json::Value &array = require(key, Kind::array, "an array of numbers");
     if (array.items.size() < least || array.items.size() > most)
-        refuse(Status::scene, key, ": %zu numbers: must be %zu to %zu", array.items.size(), least, most);
+        refuse(Status::scene, key, ": has %zu numbers: must have %zu to %zu", array.items.size(), least, most);
     std::vector<double> numbers;
     for (size_t i = 0; i < array.items.size(); i++)
         numbers.push_back(checked(key + ("[" + std::to_string(i) + "]"), array.items[i], range));
@@ -183,23 +186,23 @@ std::vector<double> Reader::numbers(const char *key, size_t least, size_t most, 
 int64_t Reader::integer(const char *key, Range range) const {
     const double value = number(key, range);
     if (value != std::floor(value))
-        refuse(Status::scene, key, " = %s: must be a whole number", shown(value).c_str());
+        refuse(Status::scene, key, " = %s: must be a whole number", format_value(value).c_str());
     return static_cast<int64_t>(value);
 }
 
 bool Reader::boolean_or(const char *key, bool otherwise) const {
-    return has(key) ? need(key, Kind::boolean, "true or false").boolean : otherwise;
+    return has(key) ? require(key, Kind::boolean, "true or false").boolean : otherwise;
 }
 
 const std::string &Reader::text(const char *key) const {
-    return need(key, Kind::text, "a text").text;
+    return require(key, Kind::text, "a string").text;
 }
 
 std::vector<std::string> Reader::texts(const char *key) const {
     std::vector<std::string> texts;
-    for (const json::Value &item : need(key, Kind::array, "an array of texts").items) {
+    for (const json::Value &item : require(key, Kind::array, "an array of strings").items) {
         if (item.kind != Kind::text)
-            refuse(Status::scene, key, ": %s in it: must be a text", shown(item).c_str());
+            refuse(Status::scene, key, ": contains %s: must contain only strings", format_value(item).c_str());
         texts.push_back(item.text);
     }
     return texts;
@@ -214,9 +217,10 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
             return index;
         list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
     }
-    const char *meant = nearest(given, choices);
+    const char *suggestion = nearest(given, choices);
     refuse(Status::scene, key, " = \"%s\": must be one of %s%s%s%s", given.substr(0, 40).c_str(), list.c_str(),
-           meant != nullptr ? "; did you mean \"" : "", meant != nullptr ? meant : "", meant != nullptr ? "\"?" : "");
+           suggestion != nullptr ? "; did you mean \"" : "", suggestion != nullptr ? suggestion : "",
+           suggestion != nullptr ? "\"?" : "");
 }
 
 std::string Reader::file(const char *key, const std::string &folder) const {
@@ -225,22 +229,22 @@ std::string Reader::file(const char *key, const std::string &folder) const {
     try {
         file::head(path, 1);
     } catch (const Error &error) {
-        fail_within(error, error.status(), "%s: %s: %s", source_.c_str(), full(key).c_str(), error.what());
+        fail_within(error, error.status(), "%s: %s: %s", source_.c_str(), full_key(key).c_str(), error.what());
     }
     return path;
 }
 
 Reader Reader::object(const char *key) const {
-    return Reader(need(key), full(key), source_);
+    return Reader(require(key), full_key(key), source_);
 }
 
 std::vector<Reader> Reader::objects(const char *key, size_t least, size_t most) const {
-    const json::Value &array = need(key, Kind::array, "an array of objects");
+    const json::Value &array = require(key, Kind::array, "an array of objects");
     if (array.items.size() < least || array.items.size() > most)
-        refuse(Status::scene, key, ": %zu entries: must be %zu to %zu", array.items.size(), least, most);
+        refuse(Status::scene, key, ": has %zu entries: must have %zu to %zu", array.items.size(), least, most);
     std::vector<Reader> readers;
     for (size_t i = 0; i < array.items.size(); i++)
-        readers.emplace_back(array.items[i], full(key) + "[" + std::to_string(i) + "]", source_);
+        readers.emplace_back(array.items[i], full_key(key) + "[" + std::to_string(i) + "]", source_);
     return readers;
 }
 

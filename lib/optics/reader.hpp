@@ -1,5 +1,5 @@
-// Reads one object of a scene, key by key: type, range and spelling are checked, and every complaint names the file,
-// the key with its path, the value and what is allowed.
+// Reads one JSON object of a scene, key by key, and checks types, ranges and spelling. Every error names the file, the
+// full key, the value and what is allowed: `scene.json: telescope.aperture_m = -0.125: must be in [0.001, 100] m`.
 #pragma once
 #include <initializer_list>
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace toliman::optics {
 
-// Allowed numbers: low ... high, low itself only when it is not excluded.
+// Allowed interval: [low, high], or (low, high] if low is excluded.
 struct Range {
     double low, high;
     const char *unit; // "" for none
@@ -26,13 +26,14 @@ constexpr Range within(double low, double high, const char *unit) {
 
 class Reader {
   public:
-    // value must be an object; path is "" for the scene itself. Both live as long as the reader.
+    // value must be an object; path is "" for the scene itself. value and source must outlive the reader.
     Reader(const json::Value &value, std::string path, const std::string &source);
 
-    // Complains about a key that is neither in known nor in later; one in later is valid but not built yet.
+    // Refuses keys that are not in `known`, suggesting the nearest one. Those in `later` are reserved: not supported
+    // yet.
     void allow(std::initializer_list<const char *> known, std::initializer_list<const char *> later = {}) const;
 
-    // Complains about keys that only another variant of the object has: "<key>: <why>".
+    // Refuses keys that only another variant of the object allows, with the message "<key>: <why>".
     void exclude(std::initializer_list<const char *> keys, const char *why) const;
 
     const std::vector<std::string> &names() const { return value_.names; }
@@ -47,22 +48,22 @@ class Reader {
     bool boolean_or(const char *key, bool otherwise) const;
     const std::string &text(const char *key) const;
     std::vector<std::string> texts(const char *key) const;
-    // Index of the text among the choices.
+    // Index of the string in the list of choices.
     size_t choice(const char *key, std::initializer_list<const char *> choices) const;
-    // A file's name, from `folder` on unless absolute; the file is there and can be read.
+    // A file name, relative to `folder` unless absolute; checks that the file exists and can be read.
     std::string file(const char *key, const std::string &folder) const;
     Reader object(const char *key) const;
     std::vector<Reader> objects(const char *key, size_t least, size_t most) const;
 
-    // "<source>: <path>.<key>: <text>"
+    // Fails with "<source>: <path>.<key><text>"; the format begins with ": " or " = ".
     [[noreturn]] void refuse(Status status, const char *key, const char *format, ...) const
         __attribute__((format(printf, 4, 5)));
 
   private:
-    const json::Value &need(const char *key) const;
-    const json::Value &need(const char *key, json::Value::Kind kind, const char *kind_name) const;
+    const json::Value &require(const char *key) const;
+    const json::Value &require(const char *key, json::Value::Kind kind, const char *kind_name) const;
     double checked(const std::string &key, const json::Value &value, Range range) const;
-    std::string full(const std::string &key) const { return path_.empty() ? key : path_ + "." + key; }
+    std::string full_key(const std::string &key) const { return path_.empty() ? key : path_ + "." + key; }
 
     const json::Value &value_;
     std::string path_;

@@ -57,19 +57,19 @@ std::vector<Nuisance> read_projected(const Reader &scene, size_t stars) {
         if (nuisance == Nuisance::flux_b && stars < 2)
             reader.refuse(Status::scene, "project", ": \"flux_b\": the scene has star A only");
         if (std::count(projected.begin(), projected.end(), nuisance) != 0)
-            reader.refuse(Status::scene, "project", ": \"%s\" stands twice", name.c_str());
+            reader.refuse(Status::scene, "project", ": duplicate \"%s\"", name.c_str());
         projected.push_back(nuisance);
     }
     return projected;
 }
 
-void need_band(const Reader &reader, const Scene &scene) {
+void check_band(const Reader &reader, const Scene &scene) {
     const bool continuous = std::any_of(scene.stars.begin(), scene.stars.end(),
                                         [](const Star &star) { return star.source.kind != Source::Kind::lines; });
     if (continuous && !scene.band)
-        reader.refuse(Status::scene, "band", ": is missing: only spectra of lines do without");
+        reader.refuse(Status::scene, "band", ": is missing: required unless all spectra are lines");
     if (!continuous && scene.band)
-        reader.refuse(Status::scene, "band", ": not used: all spectra are lines");
+        reader.refuse(Status::scene, "band", ": not allowed: all spectra are lines");
 }
 
 } // namespace
@@ -102,7 +102,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     scene.telescope = read_telescope(reader, folder);
     scene.band = read_band(reader);
     scene.stars = read_stars(reader, folder);
-    need_band(reader, scene);
+    check_band(reader, scene);
     scene.binary = read_binary(reader, scene.stars.size());
     scene.cadence = read_cadence(reader, scene.stars, folder);
     scene.detector = read_detector(reader, scene.cadence);

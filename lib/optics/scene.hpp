@@ -1,4 +1,4 @@
-// A scene: everything a simulation is told, validated. Read from JSON (schema toliman-scene/1) by read_scene().
+// A scene: the validated input of a simulation, read from JSON (schema toliman-scene/1) by read_scene().
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,17 +10,18 @@
 
 namespace toliman::optics {
 
-constexpr double kLargestDisplacement = 0.1;  // px, of a series
-constexpr double kFarthestDisplacement = 100; // px, of an image propagated anew
-constexpr size_t kMostPupilSamples = 2048;    // either way
+constexpr double kLargestDisplacement = 0.1;  // px, by Taylor expansion
+constexpr double kFarthestDisplacement = 100; // px, of a propagated image
+constexpr size_t kMostPupilSamples = 2048;    // per axis
 constexpr double kFewestPhotons = 1e-6;       // in the brightest pixel; far below any use, far above underflow
 
 struct Struts {
     int count = 0;
     double width_m = 0;
-    double angle_deg = 0; // of the first, from +x towards +y; the others follow at equal angles
+    double angle_deg = 0; // of the first, from +x towards +y; the others are at equal spacing
 };
 
+// One term of a spiral mask: the phase steps where the sum of the terms is positive.
 struct SpiralTerm {
     double a, f, l, m, p; // a cos(2 pi f r + l ln r + m theta + p), r in units of the aperture's radius
 };
@@ -28,7 +29,7 @@ struct SpiralTerm {
 struct Mask {
     enum class Kind { clear, spiral, file } kind = Kind::clear;
     enum class Quantity { binary, opd_m, phase_rad } quantity = Quantity::binary; // what the file holds
-    double opd_m = 0;       // where a spiral is positive, or a binary file 1
+    double opd_m = 0;       // where the sum of a spiral's terms is positive, or a binary file is 1
     double reference_m = 0; // wavelength of a phase
     std::vector<SpiralTerm> terms;
     std::string file;
@@ -41,7 +42,7 @@ struct ZernikeTerm {
 
 struct Telescope {
     double aperture_m = 0;
-    double secondary_m = 0; // diameter that is blocked
+    double secondary_m = 0; // diameter of the central obstruction
     Struts struts;
     size_t pupil_samples = 256;
     std::string amplitude_file; // "" = none
@@ -69,7 +70,7 @@ struct Star {
 
 struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
-    Place place = {0, 0}; // of B from A at time 0
+    RelativePosition position = {0, 0}; // of B from A at time 0
     std::optional<Orbit> orbit;
     double years = 0;    // from the orbit's epoch to time 0
     bool moving = false; // the stars follow the orbit through the cadence
@@ -78,7 +79,7 @@ struct Binary {
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By
 };
 
-// A sinusoid, or the shape that a planet's eccentric orbit makes of it.
+// A sinusoid, or the reflex motion due to a planet on an eccentric orbit.
 struct Signal {
     size_t star = 0; // 0 = A, 1 = B
     double amplitude_px = 0, period_days = 0, phase_rad = 0;
@@ -89,27 +90,27 @@ struct Cadence {
     int64_t frames = 0;
     double interval_days = 1;
     std::vector<double> times_days; // of the frames; empty: k times the interval
-    double peak_photons = 0;        // 0: exposure_s counts
+    double peak_photons = 0;        // 0: exposure_s is given instead
     double exposure_s = 0;
 };
 
-double longest_days(const Cadence &cadence) noexcept; // of a frame from time 0
+double longest_days(const Cadence &cadence) noexcept; // largest |time| of a frame
 
 struct Detector {
     size_t rows = 0, cols = 0;
     double pixel_scale_arcsec = 0;
-    double rotation_deg = 0; // position angle of the +y axis
-    bool integrated = false; // pixels collect over their area; otherwise the image is sampled at their centres
-    double qe = 1;           // electrons a photon
-    int64_t coadds = 1;      // frames summed on board
-    double flat_rms = 0;     // of the pixels' response, relative
-    double dark_e_per_s = 0; // a pixel
-    std::optional<double> full_well_e; // of each frame that is summed
+    double rotation_deg = 0;           // position angle of the +y axis
+    bool integrated = false;           // integrate over the pixel's area; otherwise sample the image at its centre
+    double qe = 1;                     // electrons per photon
+    int64_t coadds = 1;                // frames summed on board
+    double flat_rms = 0;               // of the pixels' response, relative
+    double dark_e_per_s = 0;           // per pixel
+    std::optional<double> full_well_e; // of each coadded frame
     double gain_e_per_dn = 1, bias_dn = 0;
     int bit_depth = 0; // 0 = counts are not rounded
 };
 
-// What disturbs frame k: rms times a normal variate of its own, and the drift times its time in days.
+// One kind of systematics: frame k has rms times its own normal variate, plus the drift times its time in days.
 struct Disturbance {
     double rms = 0, drift_per_day = 0;
     bool any() const noexcept { return rms != 0 || drift_per_day != 0; }
@@ -117,7 +118,7 @@ struct Disturbance {
 
 struct Systematics {
     Disturbance pointing_px, roll_rad, scale, focus_nm, flux;
-    double jitter_px = 0; // the same blur in all frames, so that it disturbs none
+    double jitter_px = 0; // the same blur in all frames, hence not counted by any()
     bool any() const noexcept {
         return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any();
     }
@@ -129,13 +130,13 @@ struct Noise {
     uint64_t seed = 0;
 };
 
-// What an estimator can be made blind to, and its name in the scene.
+// Nuisance parameters that an estimator can project out, and their names in the scene.
 enum class Nuisance { flux_a, flux_b, shift_x, shift_y, roll, scale, focus, background };
 constexpr size_t kNuisances = 8;
 const char *name_of(Nuisance nuisance) noexcept;
 
 struct Scene {
-    std::string source;  // how messages call the scene: its path as given
+    std::string source;  // name of the scene in messages: its path as given
     std::string name;    // as base/name.hpp allows, or ""
     uint64_t digest = 0; // FNV-1a of the JSON text
     Telescope telescope;
@@ -151,8 +152,9 @@ struct Scene {
     double accuracy = 1e-9;
 };
 
-// The scene in JSON text. File names inside it are resolved against folder; the files are not opened here.
-// Status::format if the text is no JSON, Status::scene or Status::unsupported for its content.
+// Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days is read, the
+// others are checked to exist. Status::format if the text is not JSON, Status::scene or Status::unsupported for its
+// content.
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder);
 
 } // namespace toliman::optics

@@ -15,7 +15,7 @@ void read_offset(const Reader &offsets, size_t star, Binary &result) {
 
 void read_offsets(const Reader &binary, size_t stars, Binary &result) {
     binary.exclude({"separation_arcsec", "position_angle_deg", "centre", "date", "orbit", "moving"},
-                   "not with offsets_px, which gives the stars' places");
+                   "not allowed with offsets_px, which gives the stars' positions");
     binary.allow({"offsets_px", "distance_pc"});
     const Reader reader = binary.object("offsets_px");
     if (stars == 2)
@@ -28,7 +28,7 @@ void read_offsets(const Reader &binary, size_t stars, Binary &result) {
         read_offset(reader, 1, result);
     const double *offset = result.offsets_px;
     if (stars == 2 && std::equal(offset, offset + 2, offset + 2))
-        binary.refuse(Status::scene, "offsets_px", ": both stars stand at (%g, %g): the separation has no direction",
+        binary.refuse(Status::scene, "offsets_px", ": both stars are at (%g, %g) px: the separation has no direction",
                       offset[0], offset[1]);
 }
 
@@ -46,7 +46,7 @@ Orbit read_elements(const Reader &reader) {
     return orbit;
 }
 
-// The stars stand where the orbit has them at the date, which is time 0 of the cadence.
+// The date is time 0 of the cadence.
 void read_orbit(const Reader &reader, Binary &binary) {
     if (reader.has_object("orbit")) {
         binary.orbit = read_elements(reader.object("orbit"));
@@ -55,9 +55,9 @@ void read_orbit(const Reader &reader, Binary &binary) {
         binary.orbit = kAlphaCen;
     }
     binary.years = reader.number("date", kDate) - binary.orbit->epoch;
-    binary.place = place_on(*binary.orbit, binary.years);
-    if (binary.place.separation_arcsec == 0)
-        reader.refuse(Status::scene, "orbit", ": both stars stand in one place: the separation has no direction");
+    binary.position = position_on_orbit(*binary.orbit, binary.years);
+    if (binary.position.separation_arcsec == 0)
+        reader.refuse(Status::scene, "orbit", ": both stars are at the same position: the separation has no direction");
     binary.moving = reader.boolean_or("moving", false);
 }
 
@@ -67,7 +67,7 @@ Binary read_binary(const Reader &scene, size_t stars) {
     Binary binary;
     if (!scene.has("binary")) {
         if (stars == 2)
-            scene.refuse(Status::scene, "binary", ": is missing: two stars need their places");
+            scene.refuse(Status::scene, "binary", ": is missing: two stars need their positions");
         return binary;
     }
     const Reader reader = scene.object("binary");
@@ -79,7 +79,7 @@ Binary read_binary(const Reader &scene, size_t stars) {
     const bool by_orbit = reader.has("orbit") || reader.has("date");
     if (by_orbit) {
         reader.exclude({"separation_arcsec", "position_angle_deg"},
-                       "not with date and orbit, which give the stars' places");
+                       "not allowed with date and orbit, which give the stars' positions");
         reader.allow({"date", "orbit", "moving", "centre", "distance_pc"});
     } else {
         reader.exclude({"moving"}, "needs date and orbit");
@@ -87,12 +87,12 @@ Binary read_binary(const Reader &scene, size_t stars) {
             {"separation_arcsec", "position_angle_deg", "centre", "offsets_px", "date", "orbit", "distance_pc"});
     }
     if (stars == 1)
-        scene.refuse(Status::scene, "binary", ": a single star takes offsets_px only");
+        scene.refuse(Status::scene, "binary", ": a single star allows offsets_px only");
     if (by_orbit) {
         read_orbit(reader, binary);
     } else {
-        binary.place.separation_arcsec = reader.number("separation_arcsec", within(1e-6, 1e5, "arcsec"));
-        binary.place.position_angle_deg = reader.number_or("position_angle_deg", 0, kTurn);
+        binary.position.separation_arcsec = reader.number("separation_arcsec", within(1e-6, 1e5, "arcsec"));
+        binary.position.position_angle_deg = reader.number_or("position_angle_deg", 0, kTurn);
     }
     if (reader.has("centre"))
         binary.centre = static_cast<Binary::Centre>(reader.choice("centre", {"barycentre", "A", "B"}));

@@ -13,7 +13,7 @@ constexpr double kMostFrames = 1e7;
 constexpr Range kTime = within(-1e9, 1e9, "days");
 constexpr size_t kLargestFile = size_t{512} << 20;
 
-// Times of a file, one a line; blank lines and those that begin with # are passed over.
+// Times from a file, one per line; blank lines and lines that begin with # are skipped.
 std::vector<double> times_in(const std::string &path) {
     const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
     const std::string text(bytes.begin(), bytes.end());
@@ -29,14 +29,14 @@ std::vector<double> times_in(const std::string &path) {
             continue;
         double time = 0;
         const char *const end = line.data() + line.size();
-        const auto [rest, error] = std::from_chars(line.data(), end, time);
-        if (error != std::errc() || rest != end || !(std::fabs(time) <= kTime.high))
+        const auto [after, error] = std::from_chars(line.data(), end, time);
+        if (error != std::errc() || after != end || !(std::fabs(time) <= kTime.high))
             fail(Status::format, "{%s}:%zu: \"%.40s\": must be a number in [%g, %g] days", path.c_str(), number,
                  line.c_str(), kTime.low, kTime.high);
         times.push_back(time);
     }
     if (times.empty() || times.size() > static_cast<size_t>(kMostFrames))
-        fail(Status::format, "{%s}: holds %zu times: must be 1 to %.0f", path.c_str(), times.size(), kMostFrames);
+        fail(Status::format, "{%s}: contains %zu times: must be 1 to %.0f", path.c_str(), times.size(), kMostFrames);
     return times;
 }
 
@@ -46,7 +46,7 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     const Reader reader = scene.object("cadence");
     Cadence cadence;
     if (reader.has("times_days")) {
-        reader.exclude({"frames", "interval_days"}, "not with times_days, which gives all times");
+        reader.exclude({"frames", "interval_days"}, "not allowed with times_days, which gives all times");
         reader.allow({"times_days", "peak_photons", "exposure_s"});
         cadence.times_days = reader.has_text("times_days") ? times_in(reader.file("times_days", folder))
                                                            : reader.numbers("times_days", 1, 4096, kTime);
@@ -62,11 +62,11 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     if (reader.has("exposure_s")) {
         cadence.exposure_s = reader.number("exposure_s", above(0, 1e9, "s"));
         if (!std::all_of(stars.begin(), stars.end(), rated))
-            reader.refuse(Status::scene, "exposure_s", ": every star needs photons_per_s with it");
+            reader.refuse(Status::scene, "exposure_s", ": needs photons_per_s for every star");
     } else {
         cadence.peak_photons = reader.number("peak_photons", within(kFewestPhotons, 1e12, "photons"));
         if (std::any_of(stars.begin(), stars.end(), rated) && !std::all_of(stars.begin(), stars.end(), rated))
-            scene.refuse(Status::scene, "stars", ": give photons_per_s for both or for none");
+            scene.refuse(Status::scene, "stars", ": give photons_per_s for both stars or neither");
     }
     return cadence;
 }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// A number is the rms; `most` bounds it and what the drift makes of the cadence.
+// A number is the rms; an object gives rms and drift. `most` bounds the rms and the total drift over the cadence.
 Disturbance read_disturbance(const Reader &reader, const char *key, double most, const char *unit, double days) {
     Disturbance disturbance;
     if (!reader.has_object(key)) {
@@ -21,7 +21,8 @@ Disturbance read_disturbance(const Reader &reader, const char *key, double most,
     disturbance.drift_per_day = object.number_or("drift_per_day", 0, within(-most, most, unit));
     const double drift = std::fabs(disturbance.drift_per_day) * days;
     if (drift > most)
-        object.refuse(Status::scene, "drift_per_day", " = %g: makes %g in the cadence's %g days: at most %g%s%s",
+        object.refuse(Status::scene, "drift_per_day",
+                      " = %g: amounts to %g in the cadence's %g days: must be at most %g%s%s",
                       disturbance.drift_per_day, drift, days, most, unit[0] != '\0' ? " " : "", unit);
     return disturbance;
 }
@@ -50,7 +51,7 @@ Detector read_detector(const Reader &scene, const Cadence &cadence) {
     detector.qe = reader.number_or("qe", 1, above(0, 1, ""));
     if (reader.has("coadds"))
         detector.coadds = reader.integer("coadds", within(1, 1e9, "frames"));
-    detector.flat_rms = reader.number_or("flat_rms", 0, within(0, 0.1, "")); // no response falls below 0
+    detector.flat_rms = reader.number_or("flat_rms", 0, within(0, 0.1, "")); // keeps responses above 0
     detector.dark_e_per_s = reader.number_or("dark_e_per_s", 0, within(0, 1e9, "e-/s"));
     if (detector.dark_e_per_s > 0 && cadence.exposure_s == 0)
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
@@ -76,8 +77,8 @@ Systematics read_systematics(const Reader &scene, const Cadence &cadence) {
     systematics.flux = read_disturbance(reader, "flux_rms", 0.1, "", days);
     const Disturbance jitter = read_disturbance(reader, "jitter_sigma_px", 10, "px", days);
     if (jitter.drift_per_day != 0)
-        reader.refuse(Status::unsupported, "jitter_sigma_px", ".drift_per_day = %g: the blur is the same in all frames",
-                      jitter.drift_per_day);
+        reader.refuse(Status::unsupported, "jitter_sigma_px",
+                      ".drift_per_day = %g: must be 0: the blur is the same in all frames", jitter.drift_per_day);
     systematics.jitter_px = jitter.rms;
     return systematics;
 }

@@ -1,4 +1,4 @@
-// The groups of a scene, each read by one function; internal to read_scene().
+// Readers of the scene's groups of keys, one function per group; internal to read_scene().
 #pragma once
 #include "optics/reader.hpp"
 #include "optics/scene.hpp"
@@ -16,7 +16,7 @@ std::vector<Star> read_stars(const Reader &scene, const std::string &folder);
 Binary read_binary(const Reader &scene, size_t stars);
 Detector read_detector(const Reader &scene, const Cadence &cadence);
 Systematics read_systematics(const Reader &scene, const Cadence &cadence);
-// Needs the stars, the binary and the detector in known.
+// Uses the stars, the binary and the detector of `known`.
 Signal read_signal(const Reader &scene, const Scene &known);
 
 } // namespace toliman::optics

@@ -9,7 +9,7 @@ constexpr double kPi = 3.14159265358979323846;
 
 void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
     reader.exclude({"amplitude_px", "amplitude_uas", "period_days"},
-                   "needs kind \"sinusoid\"; a planet's mass_earth and semi_major_au give it");
+                   "needs kind \"sinusoid\"; for a planet mass_earth and semi_major_au determine it");
     reader.allow({"kind", "star", "mass_earth", "semi_major_au", "eccentricity", "argument_deg", "phase_rad"});
     const char star = kStarNames[signal.star][0];
     if (!known.stars[signal.star].mass_sun)
@@ -25,7 +25,7 @@ void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
     signal.argument_rad = reader.number_or("argument_deg", 0, kTurn) * kPi / 180;
     const double farthest = signal.amplitude_px * (1 + signal.eccentricity);
     if (farthest > kFarthestDisplacement)
-        reader.refuse(Status::scene, "mass_earth", " = %g: moves star %c by up to %.3g px: at most %g px are allowed",
+        reader.refuse(Status::scene, "mass_earth", " = %g: moves star %c by up to %.3g px: must be at most %g px",
                       planet.mass_earth, star, farthest, kFarthestDisplacement);
 }
 

@@ -34,10 +34,10 @@ Source read_source(const Reader &star, const std::string &folder) {
         source.wavelength_nm = reader.numbers("wavelength_nm", 1, 1024, kWavelength);
         source.weight = reader.numbers("weight", 1, 1024, within(0, 1e30, ""));
         if (source.weight.size() != source.wavelength_nm.size())
-            reader.refuse(Status::scene, "weight", ": %zu numbers: must be one a line, %zu", source.weight.size(),
-                          source.wavelength_nm.size());
+            reader.refuse(Status::scene, "weight", ": has %zu numbers: must have %zu, one per line",
+                          source.weight.size(), source.wavelength_nm.size());
         if (std::none_of(source.weight.begin(), source.weight.end(), [](double weight) { return weight > 0; }))
-            reader.refuse(Status::scene, "weight", ": all 0: at least one line must shine");
+            reader.refuse(Status::scene, "weight", ": all are 0: at least one must be above 0");
         break;
     }
     return source;
@@ -51,7 +51,8 @@ std::optional<Band> read_band(const Reader &scene) {
     const Reader reader = scene.object("band");
     Band band;
     if (reader.has("wavelength_nm")) {
-        reader.exclude({"min_nm", "max_nm", "step_nm"}, "not with wavelength_nm, the only one then");
+        reader.exclude({"min_nm", "max_nm", "step_nm"},
+                       "not allowed with wavelength_nm, which gives a single wavelength");
         reader.allow({"wavelength_nm"});
         band.min_nm = band.max_nm = reader.number("wavelength_nm", kWavelength);
         return band;
@@ -67,7 +68,7 @@ std::optional<Band> read_band(const Reader &scene) {
         reader.refuse(Status::scene, "step_nm", " = %g: must divide the band of %g nm into equal steps", step_nm,
                       band.max_nm - band.min_nm);
     if (steps > kMostSteps)
-        reader.refuse(Status::scene, "step_nm", " = %g: %.0f steps: at most %.0f are allowed", step_nm, steps,
+        reader.refuse(Status::scene, "step_nm", " = %g: gives %.0f steps: must be at most %.0f", step_nm, steps,
                       kMostSteps);
     band.steps = static_cast<size_t>(steps);
     return band;

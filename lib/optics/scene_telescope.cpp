@@ -11,7 +11,7 @@ namespace {
 constexpr double kNanometre = 1e-9;
 constexpr Range kMaskOpd = above(0, 1e6, "nm");
 
-// The step of a mask: an OPD, or the height of a stepped mirror, where light travels it twice.
+// The OPD of a mask's step: given directly, or as the height of a stepped mirror, whose OPD is twice the height.
 double read_step_m(const Reader &mask) {
     if (mask.has("opd_nm") == mask.has("height_nm"))
         mask.refuse(Status::scene, "opd_nm", ": give either opd_nm or height_nm");
@@ -19,6 +19,8 @@ double read_step_m(const Reader &mask) {
                               : 2 * mask.number("height_nm", kMaskOpd) * kNanometre;
 }
 
+// The mask's step is where sum over the terms of a cos(2 pi f r + l ln r + m theta + p) > 0, r in units of the
+// aperture's radius.
 std::vector<SpiralTerm> read_terms(const Reader &mask) {
     const Range free = within(-1e4, 1e4, "");
     std::vector<SpiralTerm> terms;
@@ -94,7 +96,7 @@ Struts read_struts(const Reader &telescope, double aperture_m) {
     return struts;
 }
 
-// Noll's index that a key of zernike_rms_nm spells: digits alone, the first not 0.
+// Parses a key of zernike_rms_nm, a Noll index in decimal digits without leading zeros.
 int read_noll(const Reader &zernikes, const std::string &key) {
     int noll = 0;
     const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), noll);

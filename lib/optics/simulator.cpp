@@ -1,3 +1,11 @@
+// Method: the moving star's image is expanded in its displacement d along the binary's axis,
+//     I(d) = I_0 + d I_1 + d^2/2! I_2 + ... + d^n/n! I_n,
+// where I_1, I_2, ... are derivative images propagated once (propagate.cpp). A frame then costs one multiply-add per
+// pixel and order, plus its noise: 1095 frames in less than a second, against 15 minutes when each is propagated.
+// Measured truncation relative to the signal at d = 1e-6 px: 3.3e-7 for n = 1, 5e-9 (rounding) for n = 2; at 1e-2 px:
+// 7.9e-6 for n = 2, 1.4e-8 for n = 3. plan.cpp chooses n from the scene's accuracy. With systematics or an orbit the
+// expansion is in both coordinates of both stars. Motion too large for an expansion: every frame is propagated.
+// A frame depends on (scene, seed, k) alone, so frames may be made in any order and on any number of threads.
 #include "optics/simulator.hpp"
 
 #include <algorithm>
@@ -6,7 +14,7 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
-#include "optics/remarks.hpp"
+#include "optics/warnings.hpp"
 #include "optics/wobble.hpp"
 
 namespace toliman::optics {
@@ -42,7 +50,7 @@ Simulator::Simulator(Outline outline, const Settings &settings)
       anchors_(scene_, imager_, plan_, detector_, light_),
       images_(make_images(scene_, imager_, plan_, detector_, light_, settings.progress)),
       bounds_(bound(scene_, images_)) {
-    check_use();
+    check_usable();
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
@@ -51,24 +59,25 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     }
     truncation_ = predict_truncation();
     if (truncation_ > scene_.accuracy)
-        settings.log.warn("%s: accuracy = %g: the signal's series is expected to be off by %.2g of the signal",
+        settings.log.warn("%s: accuracy = %g: the Taylor expansion's expected error is %.2g of the signal",
                           scene_.source.c_str(), scene_.accuracy, truncation_);
-    remark(scene_, light_, plan_, settings.log);
+    warn_of_plan(scene_, light_, plan_, settings.log);
     detector_.warn(images_.both, "", scene_.source, settings.log);
 }
 
-// Light enough for finite whitened images, and a signal that shows in them.
-void Simulator::check_use() const {
+// Refuses a scene too faint for finite whitened images, and a signal that changes no pixel.
+void Simulator::check_usable() const {
     const double peak = images_.peak_photons;
     if (!(peak >= kFewestPhotons))
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
              scene_.source.c_str(), peak, kFewestPhotons);
     if (scene_.signal.amplitude_px != 0 && !std::isfinite(bounds_.alone))
-        fail(Status::scene, "%s: {signal}: star %c's motion changes no pixel of the frame", scene_.source.c_str(),
+        fail(Status::scene, "%s: {signal}: the motion of star %c changes no pixel of the frame", scene_.source.c_str(),
              scene_.signal.star == 0 ? 'A' : 'B');
 }
 
-// The first term that the series leaves out, at its largest pixel and displacement, against the signal's largest.
+// Largest pixel of the first omitted term, d^(n+1)/(n+1)! I_(n+1), over that of the signal, d I_1, at the signal's
+// largest displacement d.
 double Simulator::predict_truncation() const {
     if (plan_.exact_frames)
         return 0;
@@ -98,8 +107,8 @@ double Simulator::displacement_px(int64_t k) const noexcept {
 }
 
 Buffer<double> Simulator::star_at(const Light &light, size_t star, double displacement_px) const {
-    StarImages images = imager_.images(light, star, displacement_px, Wanted());
-    detector_.collect(images.derivatives[0].image);
+    StarImages images = imager_.images(light, star, displacement_px, ImageRequest());
+    detector_.apply_response(images.derivatives[0].image);
     return std::move(images.derivatives[0].image);
 }
 
@@ -111,11 +120,11 @@ void Simulator::propagate(double displacement_px, double *image) const {
         image[i] = std::max(0.0, moved[i] + (still.empty() ? 0 : still[i]) + detector_.dark_e());
 }
 
-// Horner's rule, over stretches that stay in the cache.
+// Horner's rule, block by block, so that the partial sums stay in the cache across all orders.
 void Simulator::expect(double displacement_px, double *image) const noexcept {
-    constexpr size_t stretch = 1024;
-    for (size_t first = 0; first < pixels(); first += stretch) {
-        const size_t count = std::min(stretch, pixels() - first);
+    constexpr size_t block = 1024;
+    for (size_t first = 0; first < pixels(); first += block) {
+        const size_t count = std::min(block, pixels() - first);
         double *const sum = image + first;
         std::copy_n(images_.motion[plan_.order - 1].data() + first, count, sum);
         for (size_t n = plan_.order - 1; n > 0; n--) {
@@ -124,14 +133,15 @@ void Simulator::expect(double displacement_px, double *image) const noexcept {
             for (size_t i = 0; i < count; i++)
                 sum[i] = term[i] + factor * sum[i];
         }
-        // Where the light all but vanishes the cut series may fall below zero.
+        // Where there is almost no light the truncated expansion may be slightly negative.
         for (size_t i = 0; i < count; i++)
             sum[i] = std::max(0.0, images_.both[first + i] + displacement_px * sum[i]);
     }
 }
 
-// Places and fluxes exactly or by the series of both stars' places, about time 0 or the anchor of the time; scale to
-// first order, focus to second.
+// Expected electrons of a frame with systematics or orbital motion. Positions and fluxes: by the expansion in both
+// stars' positions, about time 0 or about the anchor of this time, or exactly. Scale: first order. Focus: second
+// order, because a mask may leave the image no first-order dependence on focus.
 void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double days,
                                  double *image) const {
     const Offsets offsets = scene_.binary.moving ? offsets_at(scene_, light_, days) : light_.offset_px;
@@ -139,43 +149,45 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
     const std::shared_ptr<const Anchor> anchor = plan_.anchors > 0 ? anchors_.near(days) : nullptr;
     const Offsets &from = anchor ? anchor->offset_px : light_.offset_px;
     std::vector<Term> terms;
-    const auto add_shapes = [&](const Buffer<double> &scale, const Buffer<double> &focus, const Buffer<double> &curve) {
+    const auto add_scale_and_focus = [&](const Buffer<double> &scale, const Buffer<double> &focus,
+                                         const Buffer<double> &curve) {
         if (disturbances.scale != 0)
             terms.push_back({scale.data(), disturbances.scale});
         if (disturbances.focus_nm == 0)
             return;
-        // A mask may leave no slope at the best focus.
         terms.push_back({curve.data(), 0.5 * disturbances.focus_nm * disturbances.focus_nm});
         terms.push_back({focus.data(), disturbances.focus_nm});
     };
     if (anchor)
-        add_shapes(anchor->scale, anchor->focus, anchor->focus_curve);
+        add_scale_and_focus(anchor->scale, anchor->focus, anchor->focus_curve);
     else if (!plan_.exact_frames)
-        add_shapes(images_.scale, images_.focus, images_.focus_curve);
-    const bool shaped = disturbances.scale != 0 || disturbances.focus_nm != 0;
-    StarImages anew[2];
+        add_scale_and_focus(images_.scale, images_.focus, images_.focus_curve);
+    const bool scale_or_focus = disturbances.scale != 0 || disturbances.focus_nm != 0;
+    StarImages repropagated[2];
     for (size_t star = 0; star < scene_.stars.size(); star++) {
-        const double own = star == scene_.signal.star ? displacement_px : 0;
+        const double wobble = star == scene_.signal.star ? displacement_px : 0;
         const double flux = 1 + disturbances.flux[star];
-        auto move = move_of(disturbances, offsets[star], axis.data(), own);
+        auto shift = shift_of(disturbances, offsets[star], axis.data(), wobble);
         for (size_t i = 0; i < 2; i++)
-            move[i] += offsets[star][i] - from[star][i];
+            shift[i] += offsets[star][i] - from[star][i];
         if (plan_.exact_frames) {
             Light light = light_;
             for (size_t i = 0; i < 2; i++)
-                light.offset_px[star][i] += move[i];
-            anew[star] = imager_.images(light, star, 0, shaped ? Wanted{0, 1, true, true} : Wanted());
-            for (Buffer<double> *part :
-                 {&anew[star].derivatives[0].image, &anew[star].scale, &anew[star].focus, &anew[star].focus_curve})
-                detector_.collect(*part);
-            add_shapes(anew[star].scale, anew[star].focus, anew[star].focus_curve);
-            terms.push_back({anew[star].at(0, 0).data(), flux});
+                light.offset_px[star][i] += shift[i];
+            repropagated[star] =
+                imager_.images(light, star, 0, scale_or_focus ? ImageRequest{0, 1, true, true} : ImageRequest());
+            for (Buffer<double> *part : {&repropagated[star].derivatives[0].image, &repropagated[star].scale,
+                                         &repropagated[star].focus, &repropagated[star].focus_curve})
+                detector_.apply_response(*part);
+            add_scale_and_focus(repropagated[star].scale, repropagated[star].focus, repropagated[star].focus_curve);
+            terms.push_back({repropagated[star].at(0, 0).data(), flux});
         } else {
-            add_places(anchor ? anchor->places[star] : images_.places[star], light_.axis, move, flux, terms);
+            add_position_terms(anchor ? anchor->position_derivatives[star] : images_.position_derivatives[star],
+                               light_.axis, shift, flux, terms);
             terms.push_back({(anchor ? anchor->star[star] : images_.star[star]).data(), flux});
         }
     }
-    add_up(terms, detector_.dark_e(), pixels(), image);
+    sum_terms(terms, detector_.dark_e(), pixels(), image);
 }
 
 void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
@@ -189,12 +201,12 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
         expect(displacement_px, scratch);
     const double most = *std::max_element(scratch, scratch + pixels());
     if (!(most <= kMostPhotons))
-        fail(Status::range, "frame %lld: a pixel expects %g electrons: at most %g are allowed",
-             static_cast<long long>(k), most, kMostPhotons);
+        fail(Status::range, "frame %lld: a pixel expects %g electrons: must be at most %g", static_cast<long long>(k),
+             most, kMostPhotons);
     detector_.detect(seed, number, scratch, image);
 }
 
-// In the frame's own unit; the bound is the same in any.
+// Images in the frame's unit; the bound, in px, does not depend on the unit.
 FrameModel Simulator::frame_model() const {
     FrameModel model;
     model.source = scene_.source;

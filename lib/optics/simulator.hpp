@@ -1,5 +1,4 @@
-// A scene made ready: images computed once, then frames by random access. Immutable, so any number of threads may use
-// it.
+// The prepared scene: computes its images once, then makes any frame by index. Const calls may run on several threads.
 #pragma once
 #include <string>
 
@@ -18,12 +17,12 @@ namespace toliman::optics {
 
 struct Settings {
     EngineKind engine = EngineKind::matrix_dft;
-    unsigned workers = 0; // 0 = one a processor
+    unsigned workers = 0; // 0 = one per processor
     Progress progress;
     Log log;
 };
 
-// What comes before any image.
+// A validated scene with its pupil, light and plan: all that is known before an image is computed.
 struct Outline {
     Scene scene;
     Pupil pupil;
@@ -31,9 +30,10 @@ struct Outline {
     Plan plan;
 };
 
-// Of a scene in JSON text, which messages call `source` and whose files start at `folder`; of a scene file.
+// The outline of a scene in JSON text; messages name it `source`, and its relative file names start at `folder`.
 Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
                    const Settings &settings);
+// The same of a scene file, whose relative file names start at its own folder.
 Outline outline_of(const std::string &path, const Settings &settings);
 
 class Simulator {
@@ -52,26 +52,28 @@ class Simulator {
     double truncation() const noexcept { return truncation_; }
     size_t pixels() const noexcept { return scene_.detector.rows * scene_.detector.cols; }
 
-    // Displacements that frames may have.
+    // Largest |displacement| that a frame may have.
     double largest_displacement_px() const noexcept {
         return plan_.exact_frames ? kFarthestDisplacement : kLargestDisplacement;
     }
     double min_displacement_px() const noexcept { return min_displacement_; }
     double max_displacement_px() const noexcept { return max_displacement_; }
 
-    double time_days(int64_t k) const noexcept; // beyond listed times, the last of them
+    double time_days(int64_t k) const noexcept; // of frame k; beyond a list of times, its last entry
     double displacement_px(int64_t k) const noexcept;
 
-    // Expected electrons at a displacement, into image[rows][cols]: each wavelength anew, or by the series.
+    // Expected electrons at a displacement, into image[rows][cols]: by propagating every wavelength, ...
     void propagate(double displacement_px, double *image) const;
+    // ... or by the Taylor expansion in the displacement.
     void expect(double displacement_px, double *image) const noexcept;
-    // What frame k holds of them, disturbed and with noise; scratch and image hold pixels() each.
+    // Frame k with its systematics, detector stages and noise; scratch and image hold pixels() values each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
+    // The scene's images in the frame's unit, for estimators.
     FrameModel frame_model() const;
 
   private:
-    void check_use() const;
+    void check_usable() const;
     double predict_truncation() const;
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
     void expect_disturbed(double displacement_px, const Disturbances &disturbances, double days, double *image) const;
@@ -86,7 +88,7 @@ class Simulator {
     Images images_;
     Bounds bounds_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
-    double truncation_ = 0;
+    double truncation_ = 0; // predicted error of the expansion, relative to the signal's largest pixel
 };
 
 } // namespace toliman::optics

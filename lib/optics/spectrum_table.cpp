@@ -20,7 +20,7 @@ const char *skip_spaces(const char *text, const char *end) {
     return text;
 }
 
-// Two numbers with a comma between, nothing else.
+// Reads two numbers separated by a comma; false if the text is anything else.
 bool read_pair(const char *text, const char *end, double &first, double &second) {
     const auto [after_first, error] = std::from_chars(skip_spaces(text, end), end, first);
     const char *comma = skip_spaces(after_first, end);
@@ -35,7 +35,7 @@ bool read_pair(const char *text, const char *end, double &first, double &second)
 SpectrumTable::SpectrumTable(const std::string &path) {
     const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
     const char *text = reinterpret_cast<const char *>(bytes.data()), *end = text + bytes.size();
-    bool head_allowed = true;
+    bool header_allowed = true;
     for (size_t number = 1; text != end; number++) {
         const char *stop = std::find(text, end, '\n'), *start = skip_spaces(text, stop);
         text = stop == end ? end : stop + 1;
@@ -43,11 +43,11 @@ SpectrumTable::SpectrumTable(const std::string &path) {
             continue;
         double wavelength, flux;
         if (!read_pair(start, stop, wavelength, flux)) {
-            if (!std::exchange(head_allowed, false) || (*start >= '0' && *start <= '9'))
-                fail(Status::format, "{%s}: line %zu: must be two numbers with a comma between", path.c_str(), number);
+            if (!std::exchange(header_allowed, false) || (*start >= '0' && *start <= '9'))
+                fail(Status::format, "{%s}: line %zu: must be two numbers separated by a comma", path.c_str(), number);
             continue;
         }
-        head_allowed = false;
+        header_allowed = false;
         if (!std::isfinite(wavelength) || (!wavelength_nm_.empty() && wavelength <= wavelength_nm_.back()))
             fail(Status::format, "{%s}: line %zu: wavelengths must increase", path.c_str(), number);
         if (!(flux >= 0) || !std::isfinite(flux))
@@ -57,7 +57,7 @@ SpectrumTable::SpectrumTable(const std::string &path) {
         flux_.push_back(flux);
     }
     if (wavelength_nm_.empty())
-        fail(Status::format, "{%s}: holds no numbers", path.c_str());
+        fail(Status::format, "{%s}: contains no numbers", path.c_str());
 }
 
 double SpectrumTable::at(double wavelength_nm) const noexcept {

@@ -1,4 +1,5 @@
-// Tables of a spectrum: lines of wavelength_nm,relative photon flux; # starts a comment, a line of words may head them.
+// A spectrum from a CSV file with the columns wavelength_nm and relative photon flux. Blank lines and lines that begin
+// with # are skipped; the first other line may be a header.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,12 +8,12 @@ namespace toliman::optics {
 
 class SpectrumTable {
   public:
-    // Status::not_found or Status::format, with file and line.
+    // Fails with Status::not_found, or with Status::format and file and line.
     explicit SpectrumTable(const std::string &path);
 
     double first_nm() const noexcept { return wavelength_nm_.front(); }
     double last_nm() const noexcept { return wavelength_nm_.back(); }
-    // Linear between the table's points; beyond first and last the value there.
+    // Relative flux, by linear interpolation; constant beyond the first and the last wavelength.
     double at(double wavelength_nm) const noexcept;
 
   private:

@@ -6,7 +6,7 @@ namespace {
 
 struct Stage {
     const char *name;
-    bool (*is_there)(const Scene &);
+    bool (*is_modelled)(const Scene &);
 };
 
 const Stage kAllStages[kStages] = {
@@ -38,7 +38,7 @@ const char *stage_name(size_t stage) noexcept {
 }
 
 bool has_stage(const Scene &scene, size_t stage) noexcept {
-    return kAllStages[stage].is_there(scene);
+    return kAllStages[stage].is_modelled(scene);
 }
 
 } // namespace toliman::optics

@@ -1,4 +1,5 @@
-// What a scene can have beyond one star behind a clear aperture, by name; a stage that it does not name costs nothing.
+// The optional stages of the model, by name, beyond one star and a clear aperture. A stage that a scene does not name
+// costs nothing. The numbers of stages are public: append new ones at the end.
 #pragma once
 #include "optics/scene.hpp"
 

@@ -1,3 +1,10 @@
+// Method: the disturbed image of a star is its two-dimensional Taylor expansion in the shift (a along, c across the
+// binary's axis),
+//     I(a, c) = sum over i + j <= n of a^i/i! c^j/j! d^(i+j) I / da^i dc^j,
+// with derivative images propagated once. One weighted sum of images then makes the whole frame, with flux, scale and
+// focus. Products of scale or focus with the other disturbances are omitted (estimated by plan.cpp as
+// scale_focus_error). The variates are counter-based, keyed by (seed, k): frame k has the same systematics in any
+// order of evaluation.
 #include "optics/systematics.hpp"
 
 #include <algorithm>
@@ -11,6 +18,7 @@ namespace {
 
 enum Draw { pointing_x, pointing_y, roll, scale, focus, flux_a, flux_b, draws };
 
+// x^n / n!
 double power_over_factorial(double x, size_t n) noexcept {
     double value = 1;
     for (size_t i = 1; i <= n; i++)
@@ -33,30 +41,30 @@ Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, dou
             {value(systematics.flux, flux_a), value(systematics.flux, flux_b)}};
 }
 
-std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset, const double *axis,
-                              double displacement_px) noexcept {
+std::array<double, 2> shift_of(const Disturbances &disturbances, const std::array<double, 2> &offset,
+                               const double *axis, double displacement_px) noexcept {
     const double sine = std::sin(disturbances.roll_rad), half = std::sin(0.5 * disturbances.roll_rad);
-    const double less_one = -2 * half * half; // of the cosine
-    const double own_x = displacement_px * axis[0], own_y = displacement_px * axis[1];
-    const double x = offset[0] + own_x, y = offset[1] + own_y;
-    return {disturbances.pointing_px[0] + own_x + less_one * x - sine * y,
-            disturbances.pointing_px[1] + own_y + less_one * y + sine * x};
+    const double cosine_minus_1 = -2 * half * half; // without cancellation at small rolls
+    const double wobble_x = displacement_px * axis[0], wobble_y = displacement_px * axis[1];
+    const double x = offset[0] + wobble_x, y = offset[1] + wobble_y;
+    return {disturbances.pointing_px[0] + wobble_x + cosine_minus_1 * x - sine * y,
+            disturbances.pointing_px[1] + wobble_y + cosine_minus_1 * y + sine * x};
 }
 
-void add_places(const std::vector<Derivative> &places, const double *axis, const std::array<double, 2> &move,
-                double flux, std::vector<Term> &terms) {
-    const double along = move[0] * axis[0] + move[1] * axis[1], across = move[1] * axis[0] - move[0] * axis[1];
-    // Those of the highest order first: they are the smallest.
-    for (size_t i = places.size(); i-- > 0;)
-        terms.push_back({places[i].image.data(), flux * power_over_factorial(along, places[i].along) *
-                                                     power_over_factorial(across, places[i].across)});
+void add_position_terms(const std::vector<Derivative> &derivatives, const double *axis,
+                        const std::array<double, 2> &shift, double flux, std::vector<Term> &terms) {
+    const double along = shift[0] * axis[0] + shift[1] * axis[1], across = shift[1] * axis[0] - shift[0] * axis[1];
+    // Highest orders first, so that the smallest terms are summed first.
+    for (size_t i = derivatives.size(); i-- > 0;)
+        terms.push_back({derivatives[i].image.data(), flux * power_over_factorial(along, derivatives[i].along) *
+                                                          power_over_factorial(across, derivatives[i].across)});
 }
 
-// Over stretches that stay in the cache.
-void add_up(const std::vector<Term> &terms, double offset, size_t pixels, double *image) noexcept {
-    constexpr size_t stretch = 1024;
-    for (size_t first = 0; first < pixels; first += stretch) {
-        const size_t count = std::min(stretch, pixels - first);
+// Block by block, so that the partial sums stay in the cache.
+void sum_terms(const std::vector<Term> &terms, double offset, size_t pixels, double *image) noexcept {
+    constexpr size_t block = 1024;
+    for (size_t first = 0; first < pixels; first += block) {
+        const size_t count = std::min(block, pixels - first);
         double *const sum = image + first;
         std::fill_n(sum, count, 0.0);
         for (const Term &term : terms)

@@ -1,4 +1,4 @@
-// What disturbs the telescope from frame to frame, and the frame that comes of it.
+// Systematics of one frame (pointing, roll, scale, focus, flux), and the weighted sum of images that models them.
 #pragma once
 #include <array>
 #include <vector>
@@ -8,18 +8,18 @@
 
 namespace toliman::optics {
 
-// Of one frame.
+// The systematics of one frame.
 struct Disturbances {
     double pointing_px[2], roll_rad, scale, focus_nm, flux[2];
 };
 
-// Those of frame k of a seed at a time: each rms times its own normal variate, and its drift.
+// Draws those of frame k: each is its rms times a normal variate of (seed, k), plus its drift times `days`.
 Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, double days) noexcept;
 
-// How far [x, y] px a star at offset, displaced along the axis, stands from there: the sky turns about the frame's
-// centre, from x towards y, and then shifts.
-std::array<double, 2> move_of(const Disturbances &disturbances, const std::array<double, 2> &offset, const double *axis,
-                              double displacement_px) noexcept;
+// Shift [x, y] (px) of a star from `offset`: its own displacement along the axis, then the roll about the frame's
+// centre (from x towards y), then the pointing.
+std::array<double, 2> shift_of(const Disturbances &disturbances, const std::array<double, 2> &offset,
+                               const double *axis, double displacement_px) noexcept;
 
 // A weighted image.
 struct Term {
@@ -27,11 +27,12 @@ struct Term {
     double weight;
 };
 
-// Adds the Taylor series of a star of that relative flux at its new place, all but the star's image itself.
-void add_places(const std::vector<Derivative> &places, const double *axis, const std::array<double, 2> &move,
-                double flux, std::vector<Term> &terms);
+// Appends the terms of order 1 and up of a star's Taylor expansion at `shift`, times its relative flux. The caller adds
+// order 0, the star's image. The derivatives are along and across `axis`.
+void add_position_terms(const std::vector<Derivative> &derivatives, const double *axis,
+                        const std::array<double, 2> &shift, double flux, std::vector<Term> &terms);
 
-// image = offset + sum of the terms, not below 0.
-void add_up(const std::vector<Term> &terms, double offset, size_t pixels, double *image) noexcept;
+// image = max(0, offset + sum of the terms).
+void sum_terms(const std::vector<Term> &terms, double offset, size_t pixels, double *image) noexcept;
 
 } // namespace toliman::optics

@@ -1,3 +1,4 @@
+// Phases are formed in long double and reduced before they become double: many cycles would cost their last digits.
 #include "optics/transform.hpp"
 
 #include <cmath>

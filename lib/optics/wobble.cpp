@@ -1,3 +1,7 @@
+// Method: with E from Kepler's equation at the mean anomaly 2 pi t/P + phase, and the argument w,
+//     displacement = amplitude ((cos E - e) sin w + sqrt(1 - e^2) sin E cos w),
+// which is r/a sin(true anomaly + w). Only the projection on the binary's axis is modelled, as if the orbital plane
+// contained it.
 #include "optics/wobble.hpp"
 
 #include <cmath>
@@ -9,11 +13,11 @@ namespace toliman::optics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// IAU 2015 resolution B3 (nominal GM of the Sun and the Earth, m^3/s^2) and 2012 B2 (m)
+// Nominal GM of the Sun and the Earth (IAU 2015 resolution B3, m^3/s^2), astronomical unit (IAU 2012 resolution B2, m).
 constexpr double kSun = 1.3271244e20, kEarth = 3.986004e14, kAstronomicalUnit = 149597870700.0;
 constexpr double kSecondsPerDay = 86400;
 
-double planet_share(const Planet &planet) noexcept {
+double mass_fraction(const Planet &planet) noexcept {
     const double planet_sun = planet.mass_earth * (kEarth / kSun);
     return planet_sun / (planet.star_mass_sun + planet_sun);
 }
@@ -21,13 +25,13 @@ double planet_share(const Planet &planet) noexcept {
 } // namespace
 
 double reflex_uas(const Planet &planet) noexcept {
-    return 1e6 * planet_share(planet) * planet.semi_major_au / planet.distance_pc; // 1 au at 1 pc is 1 arcsec
+    return 1e6 * mass_fraction(planet) * planet.semi_major_au / planet.distance_pc; // 1 au at 1 pc is 1 arcsec
 }
 
 double period_days(const Planet &planet) noexcept {
     const double axis = planet.semi_major_au * kAstronomicalUnit;
-    const double pull = planet.star_mass_sun * kSun + planet.mass_earth * kEarth;
-    return 2 * kPi * std::sqrt(axis * axis * axis / pull) / kSecondsPerDay;
+    const double gm = planet.star_mass_sun * kSun + planet.mass_earth * kEarth;
+    return 2 * kPi * std::sqrt(axis * axis * axis / gm) / kSecondsPerDay;
 }
 
 double displacement_px(const Signal &signal, double days) noexcept {

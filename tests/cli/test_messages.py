@@ -113,7 +113,7 @@ class Small(ProgramTest):
 
     def test_keys_and_ranges(self):
         self.scene(noise={"zebra": 1})
-        self.psf_refused(2, "s.json: noise.zebra: unknown key; allowed are photon, read_e, seed")
+        self.psf_refused(2, "s.json: noise.zebra: unknown key; allowed keys: photon, read_e, seed")
         self.scene(noise={"sead": 1})
         self.psf_refused(2, "s.json: noise.sead: unknown key; did you mean \"seed\"?")
         self.scene(stars={"A": {"spectrum": {"kind": "blackbdy", "temperature_k": 5790}}})
@@ -121,8 +121,8 @@ class Small(ProgramTest):
         self.scene(noise={"seed": 1e17})
         self.psf_refused(2, "s.json: noise.seed = 1e+17: must be in [0, 9007199254740991]")
         self.scene(detector={"shape": [2048, 2048], "pixel_scale_arcsec": 3})
-        self.psf_refused(2, "s.json: telescope.pupil_samples = 32: must be at least ", "2048 at most",
-                         "detector.shape or detector.pixel_scale_arcsec smaller")
+        self.psf_refused(2, "s.json: telescope.pupil_samples = 32: must be at least ", "the maximum is 2048: ",
+                         "reduce detector.shape or detector.pixel_scale_arcsec")
 
     def test_files_that_a_scene_names(self):
         missing = "No such file or directory"

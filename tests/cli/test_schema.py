@@ -94,7 +94,7 @@ class Schema(ProgramTest):
             if pixels < 100:
                 self.succeed("psf", "scene.json", "--out", "x.npy")
             else:
-                self.refuse(2, f"moves star A by up to {pixels} px: {bound}",
+                self.refuse(2, f"moves star A by up to {pixels} px: must be {bound}",
                             arguments=("psf", "scene.json", "--out", "y.npy"))
 
     def test_detectors_and_systematics(self):

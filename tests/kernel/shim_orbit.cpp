@@ -8,9 +8,9 @@ using namespace toliman::optics;
 extern "C" {
 
 void shim_alpha_cen(double date, double *separation_arcsec, double *position_angle_deg) {
-    const Place place = place_on(kAlphaCen, date - kAlphaCen.epoch);
-    *separation_arcsec = place.separation_arcsec;
-    *position_angle_deg = place.position_angle_deg;
+    const RelativePosition position = position_on_orbit(kAlphaCen, date - kAlphaCen.epoch);
+    *separation_arcsec = position.separation_arcsec;
+    *position_angle_deg = position.position_angle_deg;
 }
 
 // {Ax, Ay, Bx, By} of a scene, days after its time 0.

@@ -129,7 +129,7 @@ static void components_take_many_frames_or_none(void **unused) {
     const toliman_image *const image = IMAGE_OF(TOLIMAN_PIXEL_U16BE, pixels);
     assert_ok(toliman_components_push_many(at_once, NULL, 0));
     assert_fails(toliman_components_push_many(at_once, image, COUNT + 1), TOLIMAN_E_CAPACITY,
-                 "count = 4: 0 of 3 frames are in");
+                 "count = 4: must be at most 3: 0 of 3 frames have been pushed");
     plain[kPixels + 300] = NAN;
     assert_fails(toliman_components_push_many(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][44] = nan");

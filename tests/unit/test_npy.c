@@ -93,7 +93,7 @@ static void files_by_their_path(void **state) {
         toliman_sim_options_init(&options, sizeof options);
         options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
         assert_fails(toliman_sim_create_json(scene, strlen(scene), "", &options, &sim), TOLIMAN_E_UNSUPPORTED,
-                     "no mask, amplitude or OPD file");
+                     "mask, amplitude and OPD files are not supported");
         free(scene);
     }
 }

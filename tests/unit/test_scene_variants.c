@@ -8,12 +8,12 @@ static void keys_of_other_variants(void **state) {
     const char *const places = "\"separation_arcsec\": 4, \"position_angle_deg\": 30";
     const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
     const char *const cases[][3] = {
-        {"\"frames\": 100", "\"times_days\": [1, 2]", "scene: cadence.interval_days: not with times_days"},
-        {"\"interval_days\": 2", "\"times_days\": [1, 2]", "cadence.frames: not with times_days"},
+        {"\"frames\": 100", "\"times_days\": [1, 2]", "scene: cadence.interval_days: not allowed with times_days"},
+        {"\"interval_days\": 2", "\"times_days\": [1, 2]", "cadence.frames: not allowed with times_days"},
         {places, "\"separation_arcsec\": 4, \"moving\": true", "scene: binary.moving: needs date and orbit"},
         {places, "\"offsets_px\": {\"A\": [0, 0], \"B\": [9, 1]}, \"centre\": \"A\"",
-         "binary.centre: not with offsets_px"},
-        {"\"min_nm\": 550", "\"wavelength_nm\": 550", "scene: band.max_nm: not with wavelength_nm"},
+         "binary.centre: not allowed with offsets_px"},
+        {"\"min_nm\": 550", "\"wavelength_nm\": 550", "scene: band.max_nm: not allowed with wavelength_nm"},
         {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"file\": \"x.npy\"", "telescope.mask.file: needs kind \"file\""},
         {"\"kind\": \"spiral\"", "\"kind\": \"clear\"", "telescope.mask.terms: needs kind \"spiral\""},
         {kelvin, "\"kind\": \"lines\", \"temperature_k\": 5790",
@@ -54,11 +54,11 @@ static void values_of_other_kinds(void **state) {
         {"\"aperture_m\": 0.125", "\"aperture_m\": false", "telescope.aperture_m = false: must be a number"},
         {"\"aperture_m\": 0.125", "\"aperture_m\": {}", "telescope.aperture_m = an object: must be a number"},
         {"\"noise\"", "\"preprocess\": {\"project\": [\"shift_x\", 1]}, \"noise\"",
-         "preprocess.project: 1 in it: must be a text"},
+         "preprocess.project: contains 1: must contain only strings"},
         {"\"noise\"", "\"preprocess\": {\"project\": true}, \"noise\"",
-         "preprocess.project = true: must be an array of texts"},
+         "preprocess.project = true: must be an array of strings"},
         {"{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}", "",
-         "telescope.mask.terms: 0 entries: must be 1 to"},
+         "telescope.mask.terms: has 0 entries: must have 1 to"},
     };
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
 }
@@ -69,7 +69,7 @@ static void sizes_out_of_reach(void **state) {
         {"[64, 64]", "[64, 64.5]", "detector.shape = [64, 64.5]: must be whole numbers"},
         {"\"step_nm\": 12.5", "\"step_nm\": 100", "band.step_nm = 100: must divide the band of 50 nm"},
         {"\"noise\"", "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": 0.09}}, \"noise\"",
-         "drift_per_day = 0.09: makes"},
+         "drift_per_day = 0.09: amounts to"},
     };
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
     const refusal faint[] = {
@@ -123,7 +123,7 @@ static void a_single_star_has_no_other(void **state) {
     const refusal cases[] = {
         {"\"cadence\"", "\"preprocess\": {\"project\": [\"flux_b\"]}, \"cadence\"",
          "preprocess.project: \"flux_b\": the scene has star A only"},
-        {"\"offsets_px\": {\"A\": [0, 0]}", "\"separation_arcsec\": 4", "binary: a single star takes offsets_px only"},
+        {"\"offsets_px\": {\"A\": [0, 0]}", "\"separation_arcsec\": 4", "binary: a single star allows offsets_px only"},
         {"\"cadence\"",
          "\"signal\": {\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
          "\"cadence\"",
@@ -138,11 +138,11 @@ static void lines_shine_and_need_no_band(void **state) {
     const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
     const refusal cases[] = {
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [1]",
-         "stars.A.spectrum.weight: 1 numbers: must be one a line, 2"},
+         "stars.A.spectrum.weight: has 1 numbers: must have 2, one per line"},
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 0]",
-         "stars.A.spectrum.weight: all 0: at least one line must shine"},
+         "stars.A.spectrum.weight: all are 0: at least one must be above 0"},
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 1]",
-         "band: not used: all spectra are lines"},
+         "band: not allowed: all spectra are lines"},
     };
     check_refusals(kSingleScene, cases, sizeof cases / sizeof *cases);
 }
@@ -154,7 +154,7 @@ static void stars_in_one_place(void **state) {
         {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
          "\"date\": 2000, \"orbit\": {\"period_years\": 80, \"semi_major_arcsec\": 5e-324, \"eccentricity\": 0.9,"
          " \"inclination_deg\": 0, \"node_deg\": 0, \"periastron_deg\": 0, \"epoch\": 2000}",
-         "binary.orbit: both stars stand in one place: the separation has no direction"},
+         "binary.orbit: both stars are at the same position: the separation has no direction"},
     };
     check_refusals(kBinaryScene, cases, 1);
 }

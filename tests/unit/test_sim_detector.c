@@ -243,13 +243,15 @@ static void limits_are_reported(void **state) {
     char expected[300];
     toliman_sim_destroy(make("\"full_well_e\": 800, \"coadds\": 3", ""));
     snprintf(expected, sizeof expected,
-             "scene: detector.full_well_e: %zu pixels are saturated: the largest expects %g e-, all coadds hold 2400",
+             "scene: detector.full_well_e: %zu pixels are saturated: the brightest pixel expects %g e-, the full well "
+             "of all coadds is 2400 e-",
              saturated, largest);
     assert_non_null(strstr(heard, expected));
     toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 10, \"bit_depth\": 10", ""));
     snprintf(expected, sizeof expected,
-             "scene: detector.bit_depth: %zu pixels overflow: the largest expects %g DN, the bits hold 1023", overflown,
-             largest / 2 + 10);
+             "scene: detector.bit_depth: %zu pixels overflow: the brightest pixel expects %g DN, the largest count is "
+             "1023 DN",
+             overflown, largest / 2 + 10);
     assert_non_null(strstr(heard, expected));
     toliman_sim_destroy(make("\"gain_e_per_dn\": 2, \"bias_dn\": 20, \"bit_depth\": 20, \"full_well_e\": 1e9", kNoise));
     assert_null(strstr(heard, "detector."));

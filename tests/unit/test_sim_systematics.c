@@ -214,9 +214,9 @@ static void check_against_said(const char *systematics, char *disturbed, double 
     frame_of(undisturbed, 0, 99, bare);
     toliman_sim_destroy(undisturbed);
     toliman_sim_destroy(make(kStars, systematics));
-    const char *const at = strstr(heard, "may be off by ");
+    const char *const at = strstr(heard, "may reach ");
     assert_non_null(at);
-    assert_int_equal(sscanf(at, "may be off by %lf of the peak", &said), 1);
+    assert_int_equal(sscanf(at, "may reach %lf of the peak", &said), 1);
     frame_of(sim, 0, 99, image);
     double *const expected = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
     const double effect = difference(bare, expected), error = difference(image, expected);
@@ -471,14 +471,15 @@ static void impossible_systematics(void **state) {
         {"\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1}",
          "systematics.flux_rms.drift_per_day = -1: must be in [-0.1, 0.1]"},
         {"\"pointing_rms_px\": {\"rms\": 0, \"drift_per_day\": -0.1}",
-         "systematics.pointing_rms_px.drift_per_day = -0.1: makes 19.8 in the cadence's 198 days: at most 10 px"},
+         "systematics.pointing_rms_px.drift_per_day = -0.1: amounts to 19.8 in the cadence's 198 days: must be at most "
+         "10 px"},
         {"\"pointing\": 1", "systematics.pointing: unknown key"},
     };
     check_additions(kBinaryScene, "\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
     /* Twice the light must still be counted exactly. */
     char *const bright = replaced(kBinaryScene, "1e5", "6e11");
     toliman_sim_destroy(sim_of(bright));
-    const char *const flux[][2] = {{"\"flux_rms\": 0.01", "at most 5e+11 are allowed"}};
+    const char *const flux[][2] = {{"\"flux_rms\": 0.01", "must be at most 5e+11"}};
     check_additions(bright, "\"noise\"", "\"systematics\": {%s}, \"noise\"", flux, 1);
     free(bright);
 }
