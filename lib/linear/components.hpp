@@ -24,7 +24,7 @@ Components principal_components(size_t frames, Buffer<double> gram, size_t count
 
 struct DictionaryOptions {
     size_t count = 1;
-    double lambda = 1;       // weight of the codes' L1 norm, in rms pixels
+    double lambda = 1;       // weight of the codes' L1 norm, in units of the rms of a pixel
     size_t iterations = 200; // maximum
     uint64_t seed = 0;       // of the initial atoms
     Progress progress;

@@ -7,7 +7,7 @@
 
 namespace toliman::linear {
 
-// Estimates the displacement from a frame. Const calls may run on several threads.
+// Estimates the displacement from a frame (method: template.cpp). Const calls may run on several threads.
 class TemplateEstimator {
   public:
     // Status::scene if the derivative lies in the span of the nuisance images.
@@ -24,9 +24,9 @@ class TemplateEstimator {
                        double *chi_square) const;
 
     // Reduced chi-square of the fit of derivative and nuisances to counts whose estimate is `value`,
-    // |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - nuisances - 1), r the whitened residual, w the whitened
-    // derivative and u_k the orthonormal whitened nuisances; +infinity on overflow. Relative error 1e-12 |r|^2 / (the
-    // numerator).
+    // |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - nuisances - 1), r the whitened residual, u_k the orthonormal
+    // whitened nuisances and w the whitened derivative orthogonal to them; +infinity on overflow. Relative error: 1e-12
+    // times |r|^2 over the numerator.
     double chi_square(ImageView<const double> counts, double value, Buffer<double> &scratch) const;
 
     // FNV-1a of everything that determines the estimates.

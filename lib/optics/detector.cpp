@@ -14,7 +14,7 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kBiasSigmas = 4; // read noise below this many sigma above 0 DN may be clipped
+constexpr double kBiasSigmas = 4; // pixels nearer to 0 DN than this many sigma of read noise may be clipped
 
 // qe times flat field, the same in all frames; empty if all are 1.
 Buffer<double> response_of(const Scene &scene, size_t pixels) {

@@ -1,7 +1,7 @@
 // Method: every nuisance image of the frame is a combination of the stars' derivative images along (a) and across (c)
 // the binary's axis, whose unit vector is (x, y):
 //     shift x = x d/da - y d/dc,   shift y = y d/da + x d/dc,
-//     roll about the frame's centre of a star at (u, v) = -v d/dx + u d/dy,
+//     roll about the frame's centre, for a star at (u, v): -v shift x + u shift y,
 // so that none of them needs a propagation of its own. Focus and scale come from propagate().
 #include "optics/images.hpp"
 

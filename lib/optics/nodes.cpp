@@ -84,8 +84,8 @@ std::vector<double> moments_of(const Light &light, size_t star, size_t count) {
     return moments;
 }
 
-// The moment of what M nodes interpolate T_k by: with k = 2 M t +- r, r <= M, the nodes cannot distinguish T_k from
-// (-1)^t T_r, which is 0 on all of them for r = M.
+// Moment of the alias of T_k on M nodes: with k = 2 M t +- r, r <= M, T_k equals (-1)^t T_r on all of them, which is 0
+// for r = M.
 double aliased(const std::vector<double> &moments, size_t k, size_t nodes) noexcept {
     const size_t t = (k + nodes) / (2 * nodes), multiple = 2 * nodes * t,
                  r = k > multiple ? k - multiple : multiple - k;

@@ -91,12 +91,12 @@ void PaddedFft::transform(long double wavenumber, const long double *offset,
             fft_.data()[row * side_ + col] = value;
         }
         fft_.transform();
-        keep_pixels(field);
+        crop_to_frame(field);
     }
 }
 
 // Copies the frame's pixels out of the FFT, whose zero frequency is element 0 and whose negative ones are at the end.
-void PaddedFft::keep_pixels(size_t field) noexcept {
+void PaddedFft::crop_to_frame(size_t field) noexcept {
     for (size_t row = 0; row < grid_.rows; row++)
         for (size_t col = 0; col < grid_.cols; col++) {
             const size_t v = (row + side_ - grid_.rows / 2) % side_, u = (col + side_ - grid_.cols / 2) % side_;

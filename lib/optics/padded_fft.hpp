@@ -15,7 +15,7 @@ class PaddedFft : public Transform {
     void accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept override;
 
   private:
-    void keep_pixels(size_t field) noexcept;
+    void crop_to_frame(size_t field) noexcept;
 
     const Scene &scene_;
     Grid grid_;

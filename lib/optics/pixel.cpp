@@ -66,9 +66,9 @@ double frequency_of(double cosine) noexcept {
     return std::acos(std::clamp(cosine, -1.0, 1.0)) / (2 * kPi);
 }
 
-// With t = cos(2 pi f) the filter's transfer function is a polynomial in t, its taps are the coefficients of the
-// Chebyshev polynomials T_k(t) = cos(2 pi k f). Interpolates H on the band, t in [cos(2 pi cutoff), 1], and re-expands
-// the interpolant in T_k of t itself.
+// With t = cos(2 pi f) the filter's transfer function is a polynomial in t: tap k is half the coefficient of the
+// Chebyshev polynomial T_k(t) = cos(2 pi k f), tap 0 the whole of it. Interpolates H on the band, t in [cos(2 pi
+// cutoff), 1], and re-expands the interpolant in T_k of t itself.
 std::vector<double> taps_of(const TransferFunction &transfer, double cutoff, size_t count) {
     const double sine = std::sin(kPi * cutoff), reach = sine * sine, middle = 1 - reach;
     std::vector<double> values(count);

@@ -17,6 +17,7 @@ struct PixelFilter {
 
 // The shortest filter found with error <= accuracy, for square pixels (integrated) and Gaussian jitter of standard
 // deviation jitter_px, on images without spatial frequencies above `cutoff` cycles per px; else the most accurate one.
+// Empty for point sampling without jitter.
 PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double accuracy);
 
 // The grid of point samples that a filter needs for `pixels`.

@@ -122,7 +122,7 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
 // Expansion in the displacement d: the smallest order n with (2 pi f_c d)^n / (n + 1)! <= accuracy (see the top of this
 // file). Rounding of the image adds kRounding / (2 pi f_c d) of the signal.
 void choose_displacement_order(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
-    const double phase = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * largest_displacement_px(scene.signal);
+    const double phase = 2 * kPi * cutoff_of(pupil, light, plan.pixels) * max_signal_px(scene.signal);
     double error = 1;
     for (size_t order = 1; order <= kMaxOrder; order++) {
         error *= phase / static_cast<double>(order + 1);
@@ -156,7 +156,7 @@ ShapePhases shape_phases_of(const Scene &scene, const Light &light, double frequ
 // the focus, and their products with each other and with all other disturbances.
 void choose_position_expansion(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double shift_px = systematic_shift_px(scene, light) + largest_displacement_px(scene.signal);
+    const double shift_px = systematic_shift_px(scene, light) + max_signal_px(scene.signal);
     const auto [scale_phase, focus_phase] = shape_phases_of(scene, light, frequency, plan.pixels);
     const double other_phases = frequency * shift_px + four_sigma_of(scene.systematics.flux, scene.cadence);
     plan.scale_focus_error = scale_phase * scale_phase / 2 + focus_phase * focus_phase * focus_phase / 6 +
@@ -182,7 +182,7 @@ void choose_position_expansion(const Scene &scene, const Pupil &pupil, const Lig
 void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
     const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
     const double speed = orbit_px_per_day(scene, light), span = span_days(scene.cadence);
-    const double shift_px = systematic_shift_px(scene, light) + largest_displacement_px(scene.signal);
+    const double shift_px = systematic_shift_px(scene, light) + max_signal_px(scene.signal);
     auto least = static_cast<double>(scene.cadence.frames);
     plan.orbit_px = speed * longest_days(scene.cadence);
     plan.exact_frames = true;
@@ -216,8 +216,8 @@ void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, 
 // Error of N x N pupil samples. Where the phase jumps between two cells, the true boundary may run anywhere between
 // their centres: the field error is the jump times an area that is uniform over +- half a cell (variance 1/12 cell^2).
 // In grey cells at the edge of the aperture the centroid of the light is off the cell's centre by a tenth of a cell or
-// so.
-// Both add as random errors over the pupil; their sum is compared with the field of the brightest pixel.
+// so. Both add as random errors over the pupil; their sum is compared with the field of the brightest pixel, and the
+// relative error of an intensity is twice that of its field.
 double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, double peak) {
     const size_t n = pupil.samples;
     const double wavenumber = 1 / light.wavelength_m[light.wavelength_m.size() / 2];

@@ -3,7 +3,7 @@
 //     E = A exp(2 pi i (OPD + x u_0 + y v_0) / lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 / area.
 // Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
 // more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite
-// differences would amplify rounding errors. Everything is in double precision: in single precision the difference
+// differences would amplify rounding errors. Images are in double precision: in single precision the difference
 // image of a displacement of 1e-6 px is 33 % wrong.
 #include "optics/propagate.hpp"
 

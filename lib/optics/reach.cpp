@@ -31,7 +31,7 @@ std::vector<double> orbit_days(const Scene &scene) {
 
 } // namespace
 
-double largest_displacement_px(const Signal &signal) noexcept {
+double max_signal_px(const Signal &signal) noexcept {
     return signal.amplitude_px * (1 + signal.eccentricity);
 }
 
@@ -81,7 +81,7 @@ double systematic_shift_px(const Scene &scene, const Light &light) noexcept {
 
 Light farthest_with_shifts(const Scene &scene, const Light &on_orbit) {
     Light farthest = on_orbit;
-    const double shift = systematic_shift_px(scene, on_orbit) + largest_displacement_px(scene.signal);
+    const double shift = systematic_shift_px(scene, on_orbit) + max_signal_px(scene.signal);
     for (auto &offset : farthest.offset_px)
         for (double &position : offset)
             position += std::copysign(shift, position);

@@ -4,7 +4,7 @@
 
 namespace toliman::optics {
 
-double largest_displacement_px(const Signal &signal) noexcept; // in either direction
+double max_signal_px(const Signal &signal) noexcept; // in either direction
 // Largest value of a disturbance at 4 sigma, drift over the cadence included.
 double four_sigma_of(const Disturbance &disturbance, const Cadence &cadence) noexcept;
 double span_days(const Cadence &cadence) noexcept; // between the first and the last frame

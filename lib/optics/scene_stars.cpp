@@ -34,7 +34,7 @@ Source read_source(const Reader &star, const std::string &folder) {
         source.wavelength_nm = reader.numbers("wavelength_nm", 1, 1024, kWavelength);
         source.weight = reader.numbers("weight", 1, 1024, within(0, 1e30, ""));
         if (source.weight.size() != source.wavelength_nm.size())
-            reader.refuse(Status::scene, "weight", ": has %zu numbers: must have %zu, one per line",
+            reader.refuse(Status::scene, "weight", ": has %zu numbers: must have %zu, one per spectral line",
                           source.weight.size(), source.wavelength_nm.size());
         if (std::none_of(source.weight.begin(), source.weight.end(), [](double weight) { return weight > 0; }))
             reader.refuse(Status::scene, "weight", ": all are 0: at least one must be above 0");

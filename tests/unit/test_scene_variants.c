@@ -138,7 +138,7 @@ static void lines_shine_and_need_no_band(void **state) {
     const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
     const refusal cases[] = {
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [1]",
-         "stars.A.spectrum.weight: has 1 numbers: must have 2, one per line"},
+         "stars.A.spectrum.weight: has 1 numbers: must have 2, one per spectral line"},
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 0]",
          "stars.A.spectrum.weight: all are 0: at least one must be above 0"},
         {kelvin, "\"kind\": \"lines\", \"wavelength_nm\": [550, 560], \"weight\": [0, 1]",
