@@ -43,7 +43,7 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
     const auto [before, remaining] = kernels::project_out_twice(units.data(), rank, pixels, filter_.data());
     if (remaining == 0)
         fail(Status::scene,
-             "%s: {preprocess.project}: no information on the separation remains after the projection: 0 of %g px^-2 "
+             "%s: {preprocess.project}: the projection leaves no information about the separation: 0 of %g px^-2 "
              "per frame",
              model.source.c_str(), before * before);
 

@@ -224,12 +224,12 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     const double off_centre = kGreyOffset * 2 * kPi / static_cast<double>(n);
     double sum = 0;
     for (size_t i = 0; i + n < n * n; i++) {
-        const double here = pupil.amplitude[i];
+        const double amplitude = pupil.amplitude[i];
         for (const size_t next : {i + 1, i + n}) {
             const double jump = 2 * std::sin(kPi * wavenumber * (pupil.opd_m[next] - pupil.opd_m[i]));
-            sum += here * pupil.amplitude[next] * jump * jump / 12;
+            sum += amplitude * pupil.amplitude[next] * jump * jump / 12;
         }
-        if (here > 0 && here < 1)
+        if (amplitude > 0 && amplitude < 1)
             sum += off_centre * off_centre;
     }
     double photons = 0;

@@ -58,14 +58,14 @@ Cadence read_cadence(const Reader &scene, const std::vector<Star> &stars, const 
     }
     if (reader.has("peak_photons") == reader.has("exposure_s"))
         reader.refuse(Status::scene, "peak_photons", ": give either peak_photons or exposure_s");
-    const auto rated = [](const Star &star) { return star.photons_per_s.has_value(); };
+    const auto has_flux = [](const Star &star) { return star.photons_per_s.has_value(); };
     if (reader.has("exposure_s")) {
         cadence.exposure_s = reader.number("exposure_s", above(0, 1e9, "s"));
-        if (!std::all_of(stars.begin(), stars.end(), rated))
+        if (!std::all_of(stars.begin(), stars.end(), has_flux))
             reader.refuse(Status::scene, "exposure_s", ": needs photons_per_s for every star");
     } else {
         cadence.peak_photons = reader.number("peak_photons", within(kFewestPhotons, 1e12, "photons"));
-        if (std::any_of(stars.begin(), stars.end(), rated) && !std::all_of(stars.begin(), stars.end(), rated))
+        if (std::any_of(stars.begin(), stars.end(), has_flux) && !std::all_of(stars.begin(), stars.end(), has_flux))
             scene.refuse(Status::scene, "stars", ": give photons_per_s for both stars or neither");
     }
     return cadence;
