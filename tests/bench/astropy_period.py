@@ -1,7 +1,7 @@
-"""The same periodograms by astropy: a JSON line a method, processor seconds and the largest error.
+"""Computes the same periodograms with astropy: one JSON line per method, with processor seconds and largest error.
 
-Usage: astropy_period.py SAMPLES REFERENCE F0 DF NF; SAMPLES holds times, values and sigmas in float64, REFERENCE exact
-powers at some frequencies."""
+Usage: astropy_period.py SAMPLES REFERENCE F0 DF NF. SAMPLES holds times, values and sigmas as float64; REFERENCE holds
+exact powers at some frequencies."""
 import json
 import sys
 import time

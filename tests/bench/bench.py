@@ -1,7 +1,8 @@
-"""Measures everything and sets the error and a peer beside each time: make bench.
+"""Runs all benchmarks and prints error, reference and speed-up of each (make bench).
 
-Usage: bench.py BIN OUT [NAME ...]; BIN holds the programs, NAME is sim, cae, period, weights, run or size: all of them
-without, one with its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the table of tools/docs/benchmarks.md."""
+Usage: bench.py BIN OUT [NAME ...]. BIN is the folder of the programs; NAME is sim, cae, period, weights, run or size
+(default: all). A single NAME also prints its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the
+table of tools/docs/benchmarks.md."""
 import datetime
 import importlib
 import json
@@ -13,11 +14,11 @@ NAMES = ("sim", "cae", "period", "weights", "run", "size")
 
 
 def machine(binaries):
-    """Facts of `toliman doctor`; ends where OpenBLAS runs kernels that are too old for the processor."""
+    """Properties reported by `toliman doctor`; exits if OpenBLAS uses kernels older than the processor supports."""
     from measuring import environment
     done = subprocess.run([os.path.join(binaries, "toliman"), "doctor", "--json"], env=environment(),
                           stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    facts = json.loads(done.stdout)  # a slow disk is no matter
+    facts = json.loads(done.stdout)  # the exit code is ignored: a slow disk does not matter here
     if facts["blas_is_slow"]:
         sys.exit(f"bench: OpenBLAS runs its {facts['blas_core']} kernels; set OPENBLAS_CORETYPE")
     return facts
@@ -28,7 +29,7 @@ def number(value, form):
 
 
 def seconds(value):
-    """In the unit that suits it."""
+    """In s, ms or us, depending on the value."""
     for unit, size in (("s", 1), ("ms", 1e-3), ("us", 1e-6)):
         if value >= size:
             break
@@ -43,7 +44,7 @@ def spread(row):
 
 
 def error(row):
-    """1e-9 of peak at 196 pixels."""
+    """For example "1e-9 of peak at 196 pixels"."""
     if "error" not in row:
         return ""
     at = "at " + row["error_at"] if "error_at" in row else ""
@@ -51,7 +52,7 @@ def error(row):
 
 
 def print_table(rows):
-    print("| what | time | +- | error | reference | speed-up | x lower bound |\n|---|---|---|---|---|---|---|")
+    print("| what | time | +- | error | reference | speed-up | x roofline |\n|---|---|---|---|---|---|---|")
     for r in rows:
         print(f"| {r['what']} | {seconds(r['seconds'])} | {spread(r)} | {error(r)} | {r.get('peer', '')} | "
               f"{number(r.get('ratio_peer'), ',.3g')} | {number(r.get('ratio_roofline'), '.2f')} |")
@@ -61,9 +62,10 @@ def main():
     binaries, out, names = sys.argv[1], sys.argv[2], sys.argv[3:] or NAMES
     unknown = [name for name in names if name not in NAMES]
     if unknown:
-        print(f"bench: no bench is named {unknown[0]}; there are {', '.join(NAMES)}", file=sys.stderr)
+        print(f"bench: unknown benchmark {unknown[0]}: must be one of {', '.join(NAMES)}", file=sys.stderr)
         return 2
-    benches = [importlib.import_module(name) for name in names]  # what one of them needs is missed at once
+    # All modules are imported first: a missing dependency is reported before anything is measured.
+    benches = [importlib.import_module(name) for name in names]
     os.makedirs(out, exist_ok=True)
     facts = {"date": datetime.date.today().isoformat(), **machine(binaries)}
     print(f"{facts['date']}, {facts['cpu']}, one core; kernels {facts['isa']}, OpenBLAS {facts['blas_core']} "

@@ -1,7 +1,7 @@
-// Measures the autoencoder on one core, instruction set by instruction set, and prints one JSON object a line;
-// cae.py runs it, lays out the table and sets peers beside it. Times are processor time, medians. With a folder
-// as argument it leaves there weights and an image and, of each set, what the network makes of it and the loss's
-// gradient, for the peers to compare with: raw float32.
+// Measures the autoencoder on one core with each instruction set and prints one JSON object per line. cae.py runs this
+// program, prints the table and adds the reference implementations. Times are medians of processor time. With a folder
+// as argument, the program also writes raw float32 files for the references to compare with: weights and an image, and
+// for each instruction set the network's latent, output and loss gradient.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -52,7 +52,7 @@ void check(toliman_status status) {
     }
 }
 
-// Products and sums a second of float32 vectors that never leave the registers.
+// Peak rate of multiply-adds: float32 vectors that never leave the registers.
 volatile float sink;
 constexpr int kChains = 12, kTurns = 200000;
 
@@ -102,9 +102,9 @@ double peak_gflops(Isa isa) {
     return 2.0 * 4 * kChains * kTurns / time_of(10, chains_baseline).median * 1e-9;
 }
 
-// Million products and sums of a stage's convolution at the least, in the form in which it is computed. A coarse pixel
-// takes of each pair of channels 9 products in `flight`, where the mean is taken first, and the 36 of its 2x2 fine
-// pixels in `paper`, or 16 in Winograd's form, which the gradient by the weights does not have.
+// Minimal number of operations of a stage's convolution, in millions, for the algorithm in use. Per coarse pixel and
+// pair of channels, `flight` needs 9 products (the mean is taken first). `paper` needs 36 (its 2x2 fine pixels), or 16
+// in Winograd's form. The gradient with respect to the weights has no Winograd form.
 double mflop(const Layout &layout, size_t stage, bool by_weights = false) {
     const toliman::kernels::ConvShape &s = kShapes[stage];
     const toliman::kernels::SameShape same = {2 * s.rows, 2 * s.cols, s.fine_channels, s.coarse_channels};
@@ -119,7 +119,8 @@ double encoding_mflop(const Layout &layout) {
     return sum;
 }
 
-// Both halves forwards and by the images, but for the gradient by the first one; both by the weights.
+// Forward pass and gradient with respect to the images in encoder and decoder, except the gradient with respect to the
+// first image; gradient with respect to the weights of both.
 double training_mflop(const Layout &layout) {
     double sum = -mflop(layout, 0);
     for (size_t s = 0; s < kStages; s++)
@@ -132,7 +133,7 @@ void write(const std::string &path, const float *values, size_t count) {
         .write(reinterpret_cast<const char *>(values), static_cast<std::streamsize>(4 * count));
 }
 
-// One image's way there and back, as unsupervised training goes it.
+// Forward and backward pass of one image, as in unsupervised training.
 struct Step {
     explicit Step(const Layout &which)
         : layout(which), weights(initial_weights(3)), operators(which, weights), pass(which), gradient(which) {
@@ -151,7 +152,7 @@ struct Step {
             }
         gradient.add(weights, operators, pass);
     }
-    // A batch with its step of Adam.
+    // One batch and its Adam step.
     void batch() {
         operators = Operators(layout, weights);
         gradient.clear();
@@ -171,7 +172,7 @@ struct Step {
     size_t steps = 0;
 };
 
-void leave_for_peers(const std::string &folder, const Layout &layout) {
+void write_for_peers(const std::string &folder, const Layout &layout) {
     Step step(layout);
     step.image();
     step.gradient.get(step.result);
@@ -209,14 +210,14 @@ struct Scene {
 
 void measure_encode(const Scene &scene, const Layout &layout, double peak, const std::vector<double> &reference) {
     const Network trained = from_blob(scene.blob.data(), scene.blob.size()).network;
-    // The trained weights fit either layout; what they are worth is not asked here.
+    // The trained weights fit either layout. Their quality does not matter: only the time is measured.
     const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
     Buffer<double> scratch;
     const timing whole = time_of(20, [&] { sink = static_cast<float>(network.encode(frame)); });
     const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
-    Preprocess blind = network.preprocess(); // to any four images, as good as others for the time
+    Preprocess blind = network.preprocess(); // any four images: the time does not depend on their content
     blind.projected = 4;
     blind.nuisance_basis.assign(4 * kPixels, 1.0 / kSide);
     const timing projecting = time_of(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
@@ -226,7 +227,7 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
                          std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) - reference[i]) /
                              scene.info.crb_px);
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"least_ms\": %.4f, "
+                "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"roofline_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
                 toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
                 preprocess.median * 1e3, projecting.median * 1e3, encoding_mflop(layout) / peak, moved);
@@ -236,7 +237,7 @@ void measure_training(const Layout &layout, double peak) {
     Step step(layout);
     const timing time = time_of(1, [&] { step.batch(); });
     std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"batch\": %zu, \"least_ms\": %.4f}\n",
+                "\"batch\": %zu, \"roofline_ms\": %.4f}\n",
                 toliman::kernels::host_isa_name(), layout.name, time.median * 1e3 / kBatch, time.spread * 1e3 / kBatch,
                 kBatch, training_mflop(layout) / peak);
 }
@@ -275,7 +276,7 @@ int main(int count, char **arguments) {
                     peak);
         for (const Layout *layout : {&kFlight, &kPaper}) {
             if (count > 1)
-                leave_for_peers(arguments[1], *layout);
+                write_for_peers(arguments[1], *layout);
             measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
             measure_training(*layout, peak);
         }

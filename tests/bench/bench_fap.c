@@ -1,4 +1,5 @@
-/* False alarms of pure noise and samples until a signal is found, on the chapter's sampling: 1095 daily samples. */
+/* False alarm rates on pure noise, and number of samples until a signal is detected, for the chapter's sampling: 1095
+ * daily samples. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -6,7 +7,7 @@
 
 enum { DAYS = 1095, ENDS = 4000, STREAMS = 1000, SIGNALS = 400, SIGNAL_DAYS = 450 };
 static const double kTarget = 0.01;
-/* 1e-6 px where one frame tells 1.24e-6 px. */
+/* 1e-6 px, with a standard error of 1.24e-6 px per frame. */
 static const double kAmplitude = 1 / 1.24, kPeriodDays = 365, kChapterPhase = 0.4;
 
 static int found[FAP_METHODS][STREAMS > SIGNALS ? STREAMS : SIGNALS];
@@ -41,10 +42,11 @@ int main(void) {
         chapter[m] = fap_median(found[m], SIGNALS);
     toliman_period_destroy(period);
 
-    printf("FAP %g, one sample a day. Noise: %d series of %d looked at once, %d at every sample from %d on.\n"
-           "Signal of %.3f sigma and %g days: median samples until found, of %d series.\n\n",
+    printf("FAP %g, one sample a day. Noise: %d series of %d samples with one query, %d queried at every sample from "
+           "%d on.\n"
+           "Signal of %.3f sigma and %g days: median number of samples until detection, %d series.\n\n",
            kTarget, ENDS, DAYS, STREAMS, FAP_FROM, kAmplitude, kPeriodDays, SIGNALS);
-    printf("| method | alarms, one look | alarms, every look | until found, any phase | phase %g "
+    printf("| method | alarms, one query | alarms, every query | until detection, any phase | phase %g "
            "|\n|---|---|---|---|---|\n",
            kChapterPhase);
     for (int m = 0; m < FAP_METHODS; m++)

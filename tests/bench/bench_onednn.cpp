@@ -1,4 +1,4 @@
-// The encoder of layout `paper` by oneDNN, one thread: milliseconds an image, as one JSON object.
+// The encoder of layout `paper` in oneDNN, one thread: milliseconds per image, as one JSON object.
 #include <cstdio>
 #include <unordered_map>
 #include <vector>

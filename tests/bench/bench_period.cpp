@@ -1,7 +1,7 @@
-// Measures the periodograms on one core and prints one JSON object a line; period.py runs it beside astropy and
-// lays out the tables. Times are processor time, medians; errors are against sums in long double of exact phases.
+// Measures the periodograms on one core and prints one JSON object per line. period.py runs this program and astropy,
+// and prints the tables. Times are medians of processor time. Errors are against sums in long double with exact phases.
 //
-// Usage: bench_period FILE N F0 DF NF; FILE holds N times, values and sigmas, in float64.
+// Usage: bench_period FILE N F0 DF NF; FILE holds N times, values and sigmas as float64.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,7 +34,7 @@ struct Series {
 struct Reference {
     std::vector<int64_t> k;
     std::vector<double> power;
-    double error(const std::vector<double> &other) const { // of as many frequencies as there are
+    double error(const std::vector<double> &other) const { // only frequencies that `other` contains
         double worst = 0;
         for (size_t i = 0; i < k.size(); i++)
             if (static_cast<size_t>(k[i]) < other.size())
@@ -64,7 +64,7 @@ Series read(char **arguments) {
     return series;
 }
 
-// Floating mean, by the normal equations of 1, cosine and sine.
+// Floating-mean power from the normal equations of 1, cosine and sine.
 double exact_power(const Series &series, int64_t k) {
     const Quad f = static_cast<Quad>(series.f0) + static_cast<Quad>(k) * static_cast<Quad>(series.df);
     long double w = 0, wy = 0, c = 0, s = 0, cc = 0, cs = 0, ss = 0, yc = 0, ys = 0, yy = 0;
@@ -85,8 +85,9 @@ double exact_power(const Series &series, int64_t k) {
     return static_cast<double>((yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / ((cc * ss - cs * cs) * yy));
 }
 
-// All frequencies where that takes seconds; else the highest power's, an early one, which every part has, and a dozen.
-std::vector<int64_t> looked_at(const Series &series, const std::vector<double> &power) {
+// All frequencies if the reference takes seconds only. Otherwise: the highest power, a low frequency that every partial
+// grid contains, and a dozen more.
+std::vector<int64_t> compared_frequencies(const Series &series, const std::vector<double> &power) {
     std::vector<int64_t> all(power.size());
     std::iota(all.begin(), all.end(), 0);
     if (series.n() * power.size() <= 10000000)
@@ -98,7 +99,7 @@ std::vector<int64_t> looked_at(const Series &series, const std::vector<double> &
 }
 
 Reference reference_of(const Series &series, const std::vector<double> &power) {
-    Reference reference = {looked_at(series, power), {}};
+    Reference reference = {compared_frequencies(series, power), {}};
     for (int64_t k : reference.k)
         reference.power.push_back(exact_power(series, k));
     std::string text = "{\"part\": \"reference\", \"k\": [", powers;
@@ -131,7 +132,7 @@ void measure_batch(const Series &series) {
         std::printf("{\"part\": \"batch\", \"tolerance\": %g, \"seconds\": %.6f, \"spread\": %.2g, \"error\": %.3g}\n",
                     tolerance, time.median, time.spread, reference.error(power));
     }
-    // Direct sums take a time proportional to the frequencies: where that is long, a part of them is measured.
+    // The time of direct sums is proportional to the number of frequencies: for long runs, measure a part of the grid.
     constexpr double kMost = 5e8;
     const double terms = static_cast<double>(series.n()) * static_cast<double>(series.nf);
     const auto part =
@@ -141,7 +142,7 @@ void measure_batch(const Series &series) {
     std::printf("{\"part\": \"direct\", \"seconds\": %.6f, \"measured\": %g, \"error\": %.3g}\n",
                 seconds * static_cast<double>(series.nf) / static_cast<double>(part),
                 static_cast<double>(part) / static_cast<double>(series.nf), reference.error(power));
-    // All samples into exact sums and one query; the time is proportional to the samples.
+    // Push all samples into exact sums, then one query. The time is proportional to the number of samples.
     const auto pushed = std::min(series.n(), static_cast<size_t>(kMost / static_cast<double>(series.nf)));
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
@@ -159,7 +160,7 @@ void measure_batch(const Series &series) {
     std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
 }
 
-// What a push and a query do at the very least: both words of each sum are read and one is written.
+// Hardware lower bound of a push and a query: read both words of each sum and write one.
 inline __attribute__((always_inline)) void pass(uint64_t *__restrict lower, const uint64_t *__restrict upper,
                                                 size_t count) {
     for (size_t i = 0; i < count; i++)
@@ -179,8 +180,9 @@ void pass_baseline(uint64_t *lower, const uint64_t *upper, size_t count) {
     pass(lower, upper, count);
 }
 
-// Seconds of the quickest pass through the memory of the sums that this processor has, whatever the library uses.
-double pass_s(const Series &series, bool wide) {
+// Time in seconds of the fastest pass over the accumulators that this processor supports, whichever instruction set the
+// library uses.
+double pass_s(const Series &series, bool double_limb) {
     const struct {
         Isa isa;
         void (*pass)(uint64_t *, const uint64_t *, size_t);
@@ -191,7 +193,7 @@ double pass_s(const Series &series, bool wide) {
         {Isa::avx512, pass_avx512},
 #endif
     };
-    const size_t sums = wide ? size_t{toliman::kernels::kSums} : toliman::kernels::kSingleLimbSums;
+    const size_t sums = double_limb ? size_t{toliman::kernels::kSums} : toliman::kernels::kSingleLimbSums;
     const size_t count = static_cast<size_t>(series.nf) * sums;
     std::vector<uint64_t> lower(count), upper(count, 1);
     double least = INFINITY;
@@ -201,12 +203,12 @@ double pass_s(const Series &series, bool wide) {
     return least;
 }
 
-// One frame more and the power of every frequency.
-void measure_frame(const Series &series, bool wide) {
+// Push one frame and query the power of every frequency.
+void measure_frame(const Series &series, bool double_limb) {
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
     options.sigma_floor = 0.1;
-    options.flags = wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
+    options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
     constexpr int kPushes = 1000;
@@ -220,11 +222,11 @@ void measure_frame(const Series &series, bool wide) {
     const timing query = measure(5, kQueries, [&] {
         check(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, power.size(), power.data()));
     });
-    const double roofline = pass_s(series, wide), nf = static_cast<double>(series.nf);
+    const double roofline = pass_s(series, double_limb), nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);
     std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f, "
                 "\"spread\": %.2g, \"roofline\": %.3g}\n",
-                wide ? "wide" : "frame", toliman::kernels::host_isa_name(), push.median / nf * 1e9,
+                double_limb ? "double_limb" : "frame", toliman::kernels::host_isa_name(), push.median / nf * 1e9,
                 query.median / nf * 1e9, push.median + query.median, push.spread + query.spread, roofline);
 }
 
@@ -243,5 +245,5 @@ int main(int argc, char **argv) {
         measure_frame(series, false);
         measure_frame(series, true);
     }
-    measure_batch(series); // with the widest
+    measure_batch(series); // with the widest instruction set
 }

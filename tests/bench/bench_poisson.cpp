@@ -1,5 +1,5 @@
-// Nanoseconds a pixel of the Poisson kernel in each instruction set of this processor, one JSON object a line;
-// processor time, median of nine. sim.py runs it beside numpy.
+// Nanoseconds per pixel of the Poisson kernel with each instruction set of this processor, one JSON object per line;
+// median of nine, processor time. sim.py runs this program and numpy.
 #include <cmath>
 #include <cstdio>
 #include <vector>

@@ -1,5 +1,5 @@
-/* Measures the simulator on one core and prints one JSON object a line; sim.py runs it and lays out the tables.
- * Times are processor time, medians; errors are against sums in long double at some pixels. */
+/* Measures the simulator on one core and prints one JSON object per line. sim.py runs this program and prints the
+ * tables. Times are medians of processor time; errors are against sums in long double at some pixels. */
 #include <stdio.h>
 #include <sys/resource.h>
 
@@ -61,8 +61,8 @@ static timing image_time(const toliman_sim *sim, int repeats) {
     return timing_of(times, (size_t)repeats);
 }
 
-/* Seconds of the transforms alone at the speed of OpenBLAS's products: of each wavelength two products, without a fifth
- * of the first, which is outside the round pupil. */
+/* Hardware lower bound in seconds: the transforms alone at OpenBLAS's speed. Each wavelength needs two products; a
+ * fifth of the first one is outside the round pupil. */
 static double roofline_s(const toliman_sim *sim) {
     double gflops;
     assert_ok(toliman_get_blas_speed(&gflops));
@@ -71,7 +71,8 @@ static double roofline_s(const toliman_sim *sim) {
     return plan.wavelengths * n * cols * (1.6 * n + 2 * rows) / gflops * 1e-9;
 }
 
-/* The pixels looked at, all columns with all rows: both stars' cores and the frame at large with its corners. */
+/* The pixels compared, all columns with all rows: the cores of both stars, and points across the frame including its
+ * corners. */
 typedef struct {
     int column[POINTS], row[POINTS];
     double u[POINTS], v[POINTS];
@@ -95,8 +96,8 @@ static points points_of(const toliman_sim *sim) {
     return p;
 }
 
-/* Where two simulators differ most takes the place of a pixel of the frame at large. */
-static void look_where_they_differ(const toliman_sim *a, const toliman_sim *b, points *p) {
+/* Replaces a point of the frame by the pixel where the two simulators differ most. */
+static void put_point_of_largest_difference(const toliman_sim *a, const toliman_sim *b, points *p) {
     double *const one = image_of(a, TOLIMAN_SIM_IMAGE_BOTH), *const other = image_of(b, TOLIMAN_SIM_IMAGE_BOTH);
     int worst = 0;
     for (int i = 0; i < 256 * 256; i++)
@@ -107,7 +108,7 @@ static void look_where_they_differ(const toliman_sim *a, const toliman_sim *b, p
     free(other);
 }
 
-/* The reference of a simulator's scene with star A displaced by d px. */
+/* The reference image with star A displaced by d px. */
 static void displaced(const reference *r, const points *p, long double d, long double *sum) {
     reference moved = *r;
     const long double x = r->offset[2] - r->offset[0], y = r->offset[3] - r->offset[1], length = sqrtl(x * x + y * y);
@@ -117,7 +118,8 @@ static void displaced(const reference *r, const points *p, long double d, long d
     add_stars(&moved, p->u, POINTS, p->v, POINTS, sum);
 }
 
-/* error/peak of the image at the points, and by how much a displacement found with its series is off. */
+/* Error of the image at the points relative to the peak, and error of the displacement fitted with the Taylor
+ * expansion. */
 static void errors_of(const toliman_sim *sim, const points *p, double d, const long double *still,
                       const long double *moved, double *error, double *shift) {
     double *const both = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const there = doubles(256 * 256);
@@ -136,7 +138,7 @@ static void errors_of(const toliman_sim *sim, const points *p, double d, const l
     free(there);
 }
 
-/* Engine x pupil samples x wavelengths x order, on the chapter's scene. */
+/* Engine x pupil samples x wavelengths x expansion order, for the chapter's scene. */
 static void measure_choices(void) {
     const double far[] = {1e-6, 1e-2}, accuracies[] = {1e-3, 1e-6, 1e-9, 1e-12, 1e-15};
     const int samples[] = {128, 192, 256};
@@ -159,7 +161,7 @@ static void measure_choices(void) {
             double error, shift;
             errors_of(sim, &p, far[k], still, moved, &error, &shift);
             printf("{\"part\": \"choices\", \"engine\": \"%s\", \"samples\": %lld, \"wavelengths\": %d, \"order\": %d, "
-                   "\"displacement_px\": %g, \"seconds\": %.5g, \"error\": %.3g, \"looked_at\": %d, "
+                   "\"displacement_px\": %g, \"seconds\": %.5g, \"error\": %.3g, \"compared\": %d, "
                    "\"shift_error_px\": %.3g}\n",
                    fft ? "fft" : "mdft", (long long)plan.pupil_samples, plan.wavelengths, plan.order, far[k],
                    image_time(sim, fft ? 1 : REPEATS).median, error, POINTS * POINTS, shift);
@@ -169,7 +171,7 @@ static void measure_choices(void) {
     }
 }
 
-/* One image in 101 wavelengths, 1 nm apart, for the two geometries: by nodes and by all of them. */
+/* One image in 101 wavelengths 1 nm apart, for both geometries: with spectral nodes and with every wavelength. */
 static void measure_image(const char *name, double pixel_arcsec, double min_nm) {
     char *text = with_number(chapter(), "pixel_scale_arcsec", "0.20", pixel_arcsec);
     text = with_number(text, "min_nm", "550", min_nm);
@@ -177,7 +179,7 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
     char *const all = with_number(strcpy(malloc(strlen(text) + 1), text), "accuracy", "1e-9", 1e-15);
     toliman_sim *const nodes = one_core(text, 0), *const exact = one_core(all, 0);
     points p = points_of(exact);
-    look_where_they_differ(nodes, exact, &p);
+    put_point_of_largest_difference(nodes, exact, &p);
     reference r = reference_of(exact, 0.125L, (long double)pixel_arcsec);
     static long double still[POINTS * POINTS];
     displaced(&r, &p, 0, still);
@@ -189,7 +191,7 @@ static void measure_image(const char *name, double pixel_arcsec, double min_nm) 
     printf("{\"part\": \"image\", \"geometry\": \"%s\", \"pixel_arcsec\": %g, \"min_nm\": %g, \"nodes\": %d, "
            "\"node_seconds\": %.5g, \"node_spread\": %.2g, \"node_roofline\": %.5g, \"node_error\": %.3g, "
            "\"wavelengths\": %d, \"seconds\": %.5g, \"spread\": %.2g, \"roofline\": %.5g, \"error\": %.3g, "
-           "\"looked_at\": %d}\n",
+           "\"compared\": %d}\n",
            name, pixel_arcsec, min_nm, plan_of(nodes).wavelengths, few.median, few.spread, roofline_s(nodes),
            node_error, plan_of(exact).wavelengths, many.median, many.spread, roofline_s(exact), error, POINTS * POINTS);
     fflush(stdout);
@@ -216,7 +218,7 @@ static long peak_memory_kib(void) {
     return usage.ru_maxrss;
 }
 
-/* Noisy frames: cost must be linear and memory flat. */
+/* Noisy frames: time must grow linearly and memory must stay constant. */
 static void measure_frames(void) {
     toliman_sim *const sim = one_core(chapter(), 0);
     double times[REPEATS];
@@ -226,13 +228,13 @@ static void measure_frames(void) {
     const long before = peak_memory_kib();
     const double many = frames_s(sim, 10000);
     printf("{\"part\": \"frames\", \"seconds_1095\": %.5g, \"spread_1095\": %.2g, \"seconds_10000\": %.5g, "
-           "\"growth_kib\": %ld, \"ns_a_pixel\": %.3g}\n",
+           "\"growth_kib\": %ld, \"ns_per_pixel\": %.3g}\n",
            few.median, few.spread, many, peak_memory_kib() - before, many / 10000 / 65536 * 1e9);
     fflush(stdout);
     toliman_sim_destroy(sim);
 }
 
-/* What a stage costs: set-up and frames of the chapter's scene with one thing changed. */
+/* Cost of a stage: set-up and frames of the chapter's scene with one setting changed. */
 static void measure_stage(const char *what, char *text) {
     const double start = processor_s();
     toliman_sim *const sim = one_core(text, 0);
@@ -245,7 +247,7 @@ static void measure_stage(const char *what, char *text) {
 
 static void measure_stages(void) {
     measure_stage("the chapter's scene", chapter());
-    measure_stage("every wavelength by itself", with_number(chapter(), "accuracy", "1e-9", 1e-15));
+    measure_stage("every wavelength", with_number(chapter(), "accuracy", "1e-9", 1e-15));
     measure_stage("accuracy 1e-6", with_number(chapter(), "accuracy", "1e-9", 1e-6));
     measure_stage("one wavelength", replaced_again(chapter(), "{\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 1}",
                                                    "{\"wavelength_nm\": 575}"));
@@ -254,12 +256,12 @@ static void measure_stages(void) {
     measure_stage("integrated pixels", replaced_again(chapter(), "\"point\"", "\"integrated\""));
     measure_stage("no photon noise", replaced_again(chapter(), "\"photon\": true", "\"photon\": false"));
     measure_stage(
-        "gain, bias and 32 bits too",
+        "gain, bias and 32 bits",
         replaced_again(chapter(), "\"point\"", "\"point\", \"gain_e_per_dn\": 2, \"bias_dn\": 100, \"bit_depth\": 32"));
     measure_stage("pointing 1e-3 px and flux 1e-4",
                   replaced_again(chapter(), "\"noise\"",
                                  "\"systematics\": {\"pointing_rms_px\": 1e-3, \"flux_rms\": 1e-4}, \"noise\""));
-    measure_stage("read noise too", replaced_again(chapter(), "\"photon\": true", "\"photon\": true, \"read_e\": 1.3"));
+    measure_stage("read noise", replaced_again(chapter(), "\"photon\": true", "\"photon\": true, \"read_e\": 1.3"));
 }
 
 int main(void) {

@@ -1,6 +1,6 @@
-/* A long pass through the tracker, one JSON line a case: frames a second of processor time and of the wall, growth of
- * the memory, bytes asked for. bench_track [template frames] [network frames], run by make soak
- * and, shorter, by make bench (run.py). */
+/* A long run of the tracker, one JSON line per case: frames per second of processor time and of wall time, growth of
+ * the memory, bytes requested. Usage: bench_track [template frames] [network frames]. Run by make soak and, shorter, by
+ * make bench (run.py). */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ static double seconds(clockid_t clock) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Frames of a few noises of the scene; a counter in the first pixel makes every frame another one. */
+/* Frames with a few noise realisations of the scene; a counter in the first pixel makes every frame unique. */
 typedef struct source {
     uint32_t *pixels; /* [BATCH][side * side] */
     size_t side;

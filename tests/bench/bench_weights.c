@@ -1,5 +1,5 @@
-/* Weights blobs of every encoding: their bytes, into the folder given, and what a network loaded from them is worth,
- * one JSON object a line. weights.py runs it and lays out the table. */
+/* Writes weights blobs of every encoding to the given folder and prints, as one JSON object per line, the performance
+ * of a network loaded from each. weights.py runs this program and prints the table. */
 #include "cae_scene.h"
 #include "images.h"
 #include "scene_text.h"
@@ -9,7 +9,7 @@ enum { FRAMES = 2000, BATCH = 40, COMBINATIONS = 9, REPEATS = 9 };
 
 static const char *const names[] = {"float32", "bf16", "fp16"};
 
-/* The chapter's scene, blind to four nuisances. */
+/* The chapter's scene with four nuisances projected out. */
 static toliman_sim *scene(void) {
     char text[8192];
     FILE *const file = fopen("examples/scenes/chapter.json", "r");
@@ -24,7 +24,7 @@ static toliman_sim *scene(void) {
     return sim;
 }
 
-/* Saved into the folder and loaded from there, again and again. */
+/* Saves the network to the folder and loads it from there REPEATS times. */
 static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t weights, int32_t planes,
                             timing *loading) {
     char path[4096];
@@ -52,7 +52,7 @@ static double latent_of(const toliman_cae *cae, const double *frame) {
     return latent;
 }
 
-/* Frames of the scene without displacement, those after the cadence's own; latents[network][frame]. */
+/* Frames of the scene without displacement, numbered after those of its cadence; latents[network][frame]. */
 static void encode_frames(const toliman_sim *sim, toliman_cae *const *networks, double latents[][FRAMES]) {
     static const double zero[BATCH];
     double *const frames = new_image(BATCH * (size_t)kPixels);

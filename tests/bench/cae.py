@@ -1,5 +1,4 @@
-"""The autoencoder's times on one core against the processor's peak, and against PyTorch and oneDNN where they are
-installed."""
+"""Times of the autoencoder on one core, compared with the processor's peak and, where installed, PyTorch and oneDNN."""
 import os
 import tempfile
 
@@ -18,7 +17,7 @@ def best_of(measured):
     return {(one["part"], one["layout"]): one["ms"] for one in reversed(measured) if one["part"] in ("encode", "training")}
 
 
-def quickest_peer(measured, what, layout):
+def fastest_peer(measured, what, layout):
     times = [(one[what + "_ms"] / 1e3, one["peer"].split(",")[0]) for one in measured
              if one["part"] == "peer" and one["layout"] == layout and what + "_ms" in one]
     return min(times, default=(None, None))
@@ -31,37 +30,37 @@ def rows(measured):
         if one["part"] not in ("encode", "training"):
             continue
         what, layout = one["part"], one["layout"]
-        beside_seconds, beside = quickest_peer(measured, what, layout)
+        reference_seconds, reference = fastest_peer(measured, what, layout)
         error = agreement.get((layout, one["isa"]), {}).get("latent" if what == "encode" else "gradient")
-        text = "encode a frame" if what == "encode" else f"training step of {one['batch']}, an image"
+        text = "encode a frame" if what == "encode" else f"training step of {one['batch']} images, per image"
         yield row(what, f"{layout}, {one['isa']}", f"{text}, {layout}, {one['isa']}", one["ms"] / 1e3,
-                  one["spread_ms"] / 1e3, error, "of largest", beside, beside_seconds, one["least_ms"] / 1e3,
+                  one["spread_ms"] / 1e3, error, "of largest", reference, reference_seconds, one["roofline_ms"] / 1e3,
                   one["ms"] == best[what, layout], "one image")
     for one in measured:
         if one["part"] == "tied":
-            yield row("whole training", "tied", "train for the chapter's scene, by the clock", one["seconds"], None,
-                      1 - one["cosine"], "missing of cosine 1", headline=True)
+            yield row("whole training", "tied", "train for the chapter's scene, wall time", one["seconds"], None,
+                      1 - one["cosine"], "(1 - cosine)", headline=True)
 
 
 def show(rows):
     peak = {row["isa"]: row["gflops"] for row in rows if row["part"] == "peak"}
-    print("one core, processor milliseconds an image, medians; `least`: the products of the convolutions alone, with the mean")
-    print("taken first or in Winograd's form as they are computed, at the peak of this run\n")
-    print("what      layout  isa       GFLOP/s       ms    least  ratio")
+    print("one core, processor milliseconds per image, medians; `roofline`: the products of the convolutions alone (mean taken")
+    print("first, or Winograd's form, as computed), at the peak of this run\n")
+    print("what      layout  isa       GFLOP/s       ms roofline  ratio")
     for row in rows:
         if row["part"] in ("encode", "training"):
             print(f"{row['part']:9s} {row['layout']:7s} {row['isa']:8s} {peak[row['isa']]:8.0f} {row['ms']:8.3f} "
-                  f"{row['least_ms']:8.3f} {row['ms'] / row['least_ms']:6.2f}")
+                  f"{row['roofline_ms']:8.3f} {row['ms'] / row['roofline_ms']:6.2f}")
     for row in rows:
         if row["part"] == "encode":
             print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projecting_ms']:.3f} "
-                  "with four images projected out" +
-                  (f"; latents moved by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
+                  "ms with four images projected out" +
+                  (f"; latents differ by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
     best = best_of(rows)
     for row in rows:
         if row["part"] == "tied":
             print(f"\ntied training of the chapter's scene: {row['steps']} steps, cosine {row['cosine']:.4f}, "
-                  f"{row['seconds']:.2f} s by the clock")
+                  f"{row['seconds']:.2f} s wall time")
         if row["part"] == "agreement":
             print(f"{row['layout']}, {row['isa']}: largest difference from PyTorch over the largest value: latent {row['latent']:.1e}, "
                   f"output {row['output']:.1e}, gradient of any tensor {row['gradient']:.1e}")
@@ -70,5 +69,5 @@ def show(rows):
             for what in ("encode", "training"):
                 if what + "_ms" in row:
                     ms = row[what + "_ms"]
-                    text += f"  {what} {ms:7.3f} ms, {ms / best[what, row['layout']]:.2f} times ours"
+                    text += f"  {what} {ms:7.3f} ms, speed-up {ms / best[what, row['layout']]:.2f}"
             print(text)

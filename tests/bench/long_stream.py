@@ -1,6 +1,7 @@
-"""A million samples pushed one after another: power against 40 digits, and against astropy's slow method, at frequencies
-low and high, with weights, a mean far from 0 and times that are not even. Usage: long_stream.py [samples]. Ends with 1
-where the power is wrong by more than 1e-12 of itself, or 1e-14 where it is small, or by 1e-9 of the peak from astropy."""
+"""Pushes a million samples one by one and compares the power with 40-digit arithmetic and with astropy's slow method,
+at low and high frequencies, with weights, a mean far from 0 and uneven times. Usage: long_stream.py [samples]. Exits
+with 1 if the power differs from the exact one by more than max(1e-12 power, 1e-14), or from astropy's by more than 1e-9
+of the peak."""
 import pathlib
 import sys
 
@@ -25,12 +26,12 @@ def samples(count):
 
 
 def power_of_40_digits(t, y, sigma, k):
-    """Floating mean, formula of Zechmeister and Kuerster (2009), eqs. 4-15."""
-    turn = 2 * mp.pi * (mpf(F0) + k * mpf(DF))
+    """Floating-mean power by Zechmeister and Kuerster (2009), eqs. 4-15."""
+    phase_rate = 2 * mp.pi * (mpf(F0) + k * mpf(DF))
     w_all = ym = c = s = yy = yc = ys = cc = cs = mpf(0)
     for ti, yi, si in zip(t, y, sigma):
         w, value = 1 / mpf(si) ** 2, mpf(yi)
-        cosine, sine = mp.cos_sin(turn * mpf(ti))
+        cosine, sine = mp.cos_sin(phase_rate * mpf(ti))
         wy, wc, ws = w * value, w * cosine, w * sine
         w_all += w
         ym += wy
@@ -58,8 +59,8 @@ def main():
     slow = LombScargle(t, y, sigma).power(F0 + DF * numpy.arange(NF), method="slow", assume_regular_frequency=False)
     against_astropy = float(numpy.max(numpy.abs(power - slow) / slow.max()))
     for k, p, difference in zip(EXACT, exact, differences):
-        print(f"frequency {k}: power {float(p):.6g}, wrong by {difference:.2g}, {difference / float(p):.2g} of it")
-    print(f"{len(t)} samples, {NF} frequencies against astropy's slow method: {against_astropy:.2g} of the peak")
+        print(f"frequency {k}: power {float(p):.6g}, error {difference:.2g}, relative {difference / float(p):.2g}")
+    print(f"{len(t)} samples, {NF} frequencies: difference from astropy's slow method {against_astropy:.2g} of the peak")
     good = all(difference <= max(1e-12 * p, 1e-14) for p, difference in zip(exact, differences))
     return 0 if good and against_astropy <= 1e-9 else 1
 

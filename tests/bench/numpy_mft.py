@@ -1,4 +1,5 @@
-"""One image in 101 wavelengths the plain way: two complex products a wavelength. Prints median processor seconds."""
+"""One image in 101 wavelengths, computed directly: two complex matrix products per wavelength. Prints the median of the
+processor seconds."""
 import sys
 import time
 

@@ -1,4 +1,4 @@
-"""Nanoseconds a count of numpy's Poisson generator at the same means; processor time, median of five."""
+"""Nanoseconds per count of numpy's Poisson generator with the same means; median of five, processor time."""
 import sys
 import time
 

@@ -1,4 +1,4 @@
-"""Time of the periodograms against their error, on one core, beside astropy on the same samples. Times are processor
+"""Time and error of the periodograms on one core, compared with astropy on the same samples. Times are processor
 seconds."""
 import json
 import os
@@ -13,7 +13,7 @@ GRIDS = [(1000, 10000), (10000, 10000), (100000, 10000), (1000000, 10000), (1000
 
 
 def samples(count):
-    """Uneven times, a sine of an amplitude near the noise, sigmas that differ."""
+    """Uneven times, a sine with an amplitude near the noise, unequal sigmas."""
     generator = numpy.random.default_rng(count)
     t = numpy.sort(generator.uniform(0, SPAN, count))
     sigma = generator.uniform(0.5, 1.5, count)
@@ -32,7 +32,7 @@ def measure_one(program, count, nf):
         found += peer_lines("astropy", "astropy_period.py", file, exact, *grid)
     found.remove(reference)
     for one in found:
-        one.update(samples=count, frequencies=nf, looked_at=len(reference["k"]))
+        one.update(samples=count, frequencies=nf, compared=len(reference["k"]))
     return found
 
 
@@ -46,14 +46,14 @@ def rows(measured):
             if one["part"] == "astropy" and one["method"] == "fast"}
     frames = [one for one in measured if one["part"] == "frame" and (one["samples"], one["frequencies"]) == GRIDS[0]]
     for one in frames:
-        yield row("one frame more", one["isa"], f"one frame more and 10,000 powers, {one['isa']}", one["seconds"],
-                  one["spread"], None, None, "astropy fast, all 1,000", fast.get(GRIDS[0]), one["roofline"],
+        yield row("one frame", one["isa"], f"push one frame, query 10,000 powers, {one['isa']}", one["seconds"],
+                  one["spread"], None, None, "astropy fast, all 1,000 samples", fast.get(GRIDS[0]), one["roofline"],
                   one is frames[-1])
     for one in measured:
         grid = one["samples"], one["frequencies"]
         name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"
         bench = "periodogram of " + name
-        at = None if one["looked_at"] == one["frequencies"] else f"{one['looked_at']} frequencies"
+        at = None if one["compared"] == one["frequencies"] else f"{one['compared']} frequencies"
         if one["part"] == "batch":
             headline = one["tolerance"] in (1e-3, 1e-9, 1e-13) and grid in (GRIDS[0], GRIDS[-1])
             yield row(bench, "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
@@ -62,26 +62,26 @@ def rows(measured):
             series = {"direct": "direct sums", "stream": "streaming, exact sums"}.get(one["part"])
             series = series or "astropy " + one["method"]
             part = one.get("measured", 1)
-            yield row(bench, series, f"{name}, {series}" + (f", {part:.2g} of it measured" if part < 1 else ""),
+            yield row(bench, series, f"{name}, {series}" + (f", extrapolated from {part:.2g}" if part < 1 else ""),
                       one["seconds"], None, one["error"] if part == 1 else None, at=at)
 
 
 def show(rows):
     best = {}
-    print("one frame more, 10,000 frequencies\n                     push, ns a frequency   query   both, s")
+    print("push one frame, query 10,000 frequencies\n                     push, ns/frequency   query   both, s")
     for row in rows:
-        if row["part"] in ("frame", "wide") and (row["samples"], row["frequencies"]) == GRIDS[0]:
+        if row["part"] in ("frame", "double_limb") and (row["samples"], row["frequencies"]) == GRIDS[0]:
             best = row if row["part"] == "frame" else best
-            name = row["isa"] + (", wide sums" if row["part"] == "wide" else "")
-            print(f"{name:20s} {row['push_ns']:11.2f} {row['query_ns']:7.2f}   {row['seconds']:.2e}")
+            name = row["isa"] + (", double-limb" if row["part"] == "double_limb" else "")
+            print(f"{name:20s} {row['push_ns']:18.2f} {row['query_ns']:7.2f}   {row['seconds']:.2e}")
     for row in rows:
         if row["part"] == "astropy" and row["frequencies"] == GRIDS[0][1]:
-            print(f"astropy {row['method']:7s} of all {row['samples']:8d} samples: {row['seconds']:.4f} s, "
-                  f"{row['seconds'] / best['seconds']:,.0f} times a frame")
+            print(f"astropy {row['method']:7s}, all {row['samples']:8d} samples: {row['seconds']:.4f} s, "
+                  f"speed-up per frame {row['seconds'] / best['seconds']:,.0f}")
     for count, nf in GRIDS:
-        print(f"\nall of {count} samples, {nf} frequencies\n{'':22s} seconds     error")
+        print(f"\n{count} samples, {nf} frequencies\n{'':22s} seconds     error")
         for row in rows:
-            if (row["samples"], row["frequencies"]) != (count, nf) or row["part"] in ("frame", "wide", "reference"):
+            if (row["samples"], row["frequencies"]) != (count, nf) or row["part"] in ("frame", "double_limb", "reference"):
                 continue
             name = {"batch": "batch, tolerance %g" % row.get("tolerance", 0), "direct": "batch, direct sums",
                     "stream": "streaming, exact sums", "astropy": "astropy " + row.get("method", "")}[row["part"]]

@@ -1,4 +1,4 @@
-"""The whole job and its parts as a user runs them: frames, training, encoding, period; and frames off a downlink."""
+"""Complete runs as a user starts them (frames, training, encoding, period), and frames through the tracker."""
 import json
 import os
 import resource
@@ -11,7 +11,7 @@ SEEDS, WAVELENGTHS = (1, 2, 3, 4, 5), 51
 
 
 def children_s():
-    """Processor seconds of all processes that have ended."""
+    """Processor seconds of all terminated child processes."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -33,11 +33,11 @@ def rows(measured):
     runs = [one for one in measured if one["part"] == "run"]
     worst = max(abs(one["period_days"] / one["true_period_days"] - 1) for one in runs)
     image, = [one["image_s"] for one in measured if one["part"] == "numpy"]
-    # Two stars in each wavelength, every frame anew.
+    # Two stars in each wavelength, every frame propagated.
     plain = image and image * 2 * WAVELENGTHS / 101 * runs[0]["frames"]
-    yield row("run", "chapter", "toliman run, all of it, all workers together",
+    yield row("run", "chapter", "toliman run, total of all workers",
               *median_spread([one["processor_s"] for one in runs]), worst, "of the period",
-              "numpy, the frames alone (one timed)", plain, headline=True, at=f"{len(runs)} seeds",
+              "numpy, frames only (one timed)", plain, headline=True, at=f"{len(runs)} seeds",
               efficiency=median_spread([one["efficiency"] for one in runs])[0])
     for one in measured:
         if one["part"] == "track" and "frames" in one and one["threads"] < 2:

@@ -1,4 +1,5 @@
-"""Speed of the simulator against its error, on one core, beside a plain numpy matrix transform in the same run."""
+"""Time and error of the simulator on one core, compared with a plain numpy matrix Fourier transform in the same
+run."""
 import os
 
 from measuring import lines, peer, row
@@ -21,28 +22,28 @@ def rows(measured):
     for one in measured:
         if one["part"] == "image":
             name = f"image of 101 wavelengths, {one['pixel_arcsec']:g}\"/px"
-            beside, at = ("numpy", one["numpy_seconds"]), f"{one['looked_at']} pixels"
+            reference, at = ("numpy", one["numpy_seconds"]), f"{one['compared']} pixels"
             yield row("image", f"nodes, {one['geometry']}", f"{name}, accuracy 1e-9: {one['nodes']} nodes",
-                      one["node_seconds"], one["node_spread"], one["node_error"], "of peak", *beside,
+                      one["node_seconds"], one["node_spread"], one["node_error"], "of peak", *reference,
                       one["node_roofline"], True, at)
             yield row("image", f"all, {one['geometry']}", f"{name}, every wavelength", one["seconds"], one["spread"],
-                      one["error"], "of peak", *beside, one["roofline"], True, at)
+                      one["error"], "of peak", *reference, one["roofline"], True, at)
         elif one["part"] == "frames":
             yield row("frames", "noisy", "1095 noisy frames of 256 x 256 px", one["seconds_1095"], one["spread_1095"],
                       headline=True)
         elif one["part"] == "poisson" and one["isa"] == best:
             means = "1e4 to 1e9" if one["decades"] else "1e4"
-            beside = ("numpy", one["numpy_ns"] and one["numpy_ns"] * 65536e-9)
+            reference = ("numpy", one["numpy_ns"] and one["numpy_ns"] * 65536e-9)
             yield row("frames", "Poisson", f"65,536 Poisson counts of means {means}", one["ns"] * 65536e-9,
-                      one["spread_ns"] * 65536e-9, None, None, *beside, headline=bool(one["decades"]))
+                      one["spread_ns"] * 65536e-9, None, None, *reference, headline=bool(one["decades"]))
         elif one["part"] == "choices" and one["displacement_px"] == 1e-6:
             series = "padded FFT" if one["engine"] == "fft" else f"{one['samples']} pupil samples"
             yield row("optics", series, f"chapter, {series}, {one['wavelengths']} wavelengths", one["seconds"], None,
-                      one["error"], "of peak", at=f"{one['looked_at']} pixels")
+                      one["error"], "of peak", at=f"{one['compared']} pixels")
 
 
 def mark_front(rows):
-    """A row is on the Pareto front when no other is both faster and nearer."""
+    """A row is on the Pareto front if no other row is both faster and more accurate."""
     for row in rows:
         row["front"] = not any(other["seconds"] < row["seconds"] and other["error"] <= row["error"] for other in rows)
 
@@ -67,15 +68,15 @@ def show(rows):
             print(f"{name:15s} numpy, two zgemm    {peer:8.4f}")
     frames, = of["frames"]
     print(f"\nnoisy frames of the chapter's scene: 1095 in {frames['seconds_1095']:.2f} s, 10000 in "
-          f"{frames['seconds_10000']:.2f} s ({frames['ns_a_pixel']:.1f} ns a pixel), memory grown by "
+          f"{frames['seconds_10000']:.2f} s ({frames['ns_per_pixel']:.1f} ns per pixel), memory grown by "
           f"{frames['growth_kib']} KiB")
     for row in of["poisson"]:
         peer = f"numpy {row['numpy_ns']:.1f}, {row['numpy_ns'] / row['ns']:.1f} x" if row["numpy_ns"] else "no numpy"
         means = "1e4 to 1e9" if row["decades"] else "1e4"
-        print(f"Poisson counts of means {means:10s} {row['isa']:8s} {row['ns']:5.1f} ns a pixel ({peer})")
-    print("\nscene                          once, s   a frame, ms")
+        print(f"Poisson counts of means {means:10s} {row['isa']:8s} {row['ns']:5.1f} ns per pixel ({peer})")
+    print("\nscene                          set-up, s  frame, ms")
     for row in of["stage"]:
-        print(f"{row['what']:30s} {row['setup_s']:7.3f} {row['frame_ms']:13.3f}")
+        print(f"{row['what']:30s} {row['setup_s']:9.3f} {row['frame_ms']:10.3f}")
     print("\nengine cells wavelengths order displacement, px  seconds  error/peak  shift error, px   (* Pareto front)")
     for row in of["choices"]:
         print(f"{row['engine']:6s} {row['samples']:5d} {row['wavelengths']:11d} {row['order']:5d} "

@@ -1,4 +1,4 @@
-"""Bytes of the stripped library, what it loads, and how long a fresh process takes to load it."""
+"""Size of the stripped library, its dependencies, and the time that a new process takes to load it."""
 import os
 import subprocess
 import sys
@@ -18,7 +18,7 @@ print(time.perf_counter() - start)
 
 
 def load_times(library, *before):
-    """Of fresh processes: to load the library after these."""
+    """Times of new processes that load the library after the libraries in `before`."""
     runs = [subprocess.run([sys.executable, "-c", LOAD, library, *before], capture_output=True, text=True, check=True)
             for _ in range(REPEATS)]
     return [float(run.stdout) for run in runs]
@@ -35,8 +35,8 @@ def measure(binaries):
 
 
 def rows(measured):
-    for series, what in (("whole", "load the library and those below it"), ("own", "load the library alone")):
-        yield row("load", series, what + ", by the clock", *median_spread(measured[series + "_s"]),
+    for series, what in (("whole", "load the library and its dependencies"), ("own", "load the library alone")):
+        yield row("load", series, what + ", wall time", *median_spread(measured[series + "_s"]),
                   headline=series == "whole")
 
 

@@ -1,4 +1,4 @@
-/* Times of work that is repeated: processor seconds, their median and half of what the middle half of them spans. */
+/* Timing of repeated work: processor seconds, their median and half their interquartile range. */
 #ifndef TOLIMAN_TESTS_TIMING_H
 #define TOLIMAN_TESTS_TIMING_H
 
@@ -20,7 +20,7 @@ static inline int compare_times(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Sorts the times. */
+/* Sorts the times in place. */
 static inline timing timing_of(double *times, size_t count) {
     timing of;
     qsort(times, count, sizeof *times, compare_times);

@@ -1,4 +1,4 @@
-// Times of a function that is called again and again.
+// Timing of a function that is called repeatedly.
 #ifndef TOLIMAN_TESTS_TIMING_HPP
 #define TOLIMAN_TESTS_TIMING_HPP
 
@@ -7,7 +7,7 @@
 
 #include "timing.h"
 
-// Of one call; each of the times is that of so many calls.
+// Time per call; each measurement is the mean over `calls` calls.
 inline timing measure(int repeats, int calls, const std::function<void()> &work) {
     std::vector<double> times;
     for (int r = 0; r < repeats; r++) {

@@ -1,6 +1,6 @@
-"""The same networks in PyTorch, one thread: agreement with what each instruction set left in FOLDER, and times.
+"""The same networks in PyTorch, one thread: agreement with the results in FOLDER of each instruction set, and times.
 
-Usage: torch_cae.py FOLDER; prints one JSON object a line."""
+Usage: torch_cae.py FOLDER. Prints one JSON object per line."""
 import glob
 import json
 import os
@@ -65,7 +65,7 @@ def difference(ours, theirs):
 
 
 def compare(folder, layout):
-    """In double, so that the differences are ours alone."""
+    """In double, so that the differences are the rounding errors of the library alone."""
     paper, p = layout == "paper", parameters(f"{folder}/{layout}.weights", torch.float64)
     x = torch.tensor(np.fromfile(f"{folder}/{layout}.input", np.float32).reshape(1, 1, 256, 256), dtype=torch.float64)
     z, places = encode(p, x, paper)

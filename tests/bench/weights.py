@@ -1,5 +1,5 @@
-"""Bytes of the weights blob against what they are worth, for every encoding of weights and planes; the table is that of
-tools/docs/formats.md."""
+"""Size of the weights blob and performance of the network for every encoding of weights and planes; the table is that
+of tools/docs/formats.md."""
 import os
 import sys
 import tempfile
@@ -12,7 +12,7 @@ import tlmw
 
 
 def largest_error(narrow, exact):
-    """Of a number relative to itself, where it is at least 1e-6 of its tensor's or plane's largest."""
+    """Largest relative error of the numbers that are at least 1e-6 of the largest in their tensor or plane."""
     worst = 0
     for a, b in zip(narrow, exact):
         large = abs(b) > 1e-6 * abs(b).max()
@@ -33,7 +33,7 @@ def measure(binaries):
 
 def rows(measured):
     for one in measured:
-        change = one["change"] if one is not measured[0] else None  # from the first
+        change = one["change"] if one is not measured[0] else None  # relative to the first row
         yield row("weights", f"planes {one['planes']}", f"load weights in {one['weights']}, planes in {one['planes']}: "
                   f"{one['bytes'] / 1e6:.2f} MB", one["load_s"], one["load_spread"], change, "of sigma, rms",
                   headline=one["weights"] == one["planes"], bytes=one["bytes"], efficiency=one["efficiency"])

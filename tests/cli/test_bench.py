@@ -1,5 +1,5 @@
-"""make bench: no figures from kernels that are too old for the processor; rows that are what they say, each worked out here
-from what a program might have measured."""
+"""make bench: refuses OpenBLAS kernels that are too old for the processor, and computes its rows from made-up
+measurements as expected."""
 import contextlib
 import io
 import json
@@ -41,13 +41,13 @@ class Bench(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         text = (self.folder / "out" / "size.json").read_text()
         schemas.check(text)
-        self.assertIn("\n| load the library and those below it, by the clock | ", done.stdout)
+        self.assertIn("\n| load the library and its dependencies, wall time | ", done.stdout)
         self.succeed("report", "out")
 
     def test_ratios(self):
         row = measuring.row("period", "batch", "x", 0.5, 0.1, 1e-9, "of peak", "astropy", 2.0, 0.25)
         self.assertEqual((row["ratio_peer"], row["ratio_roofline"], row["headline"]), (4, 2, False))
-        alone = measuring.row("period", "batch", "x", 0.5, beside="astropy", beside_seconds=None)  # not installed
+        alone = measuring.row("period", "batch", "x", 0.5, reference="astropy", reference_seconds=None)  # not installed
         self.assertEqual([key for key in alone if "peer" in key or "roofline" in key], [])
         unmeasured = measuring.row("period", "batch", "x", 0.5, of="of peak", at="196 pixels")
         self.assertEqual([key for key in unmeasured if "error" in key], [])
@@ -71,10 +71,10 @@ class Bench(ProgramTest):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: no bench is named foo; there are sim, cae, period, weights, run, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, run, size\n"))
 
     def check_rows(self, module, measured):
-        """Rows by what they say; they are as the schema has them."""
+        """Rows by their `what`, after a check against the schema."""
         rows = list(module.rows(measured))
         facts = {"date": "2026-01-31", "cpu": "x", "isa": "avx2", "blas_core": "Zen", "fftw": "3"}
         schemas.check(json.dumps({"schema": "toliman-bench/1", "machine": facts, "rows": rows, "details": measured}))
@@ -90,14 +90,14 @@ class Bench(ProgramTest):
     def test_rows_of_sim(self):
         image = {"part": "image", "geometry": "chapter", "pixel_arcsec": 0.2, "nodes": 33, "node_seconds": 0.5,
                  "node_spread": 0.01, "node_error": 1e-10, "node_roofline": 0.25, "seconds": 2, "spread": 0.1,
-                 "error": 1e-16, "roofline": 1, "looked_at": 196, "numpy_seconds": 8}
+                 "error": 1e-16, "roofline": 1, "compared": 196, "numpy_seconds": 8}
         choice = {"part": "choices", "engine": "mdft", "samples": 128, "wavelengths": 9, "displacement_px": 1e-6,
-                  "seconds": 0.1, "error": 1e-3, "looked_at": 196}
+                  "seconds": 0.1, "error": 1e-3, "compared": 196}
         poisson = {"part": "poisson", "isa": "avx2", "decades": 5, "ns": 8, "spread_ns": 1, "numpy_ns": 32}
         rows = self.check_rows(sim, [image, choice, {**choice, "displacement_px": 1e-2},
                                      {"part": "frames", "seconds_1095": 0.75, "spread_1095": 0.01},
                                      {**poisson, "isa": "baseline"}, poisson, {**poisson, "decades": 0, "numpy_ns": None}])
-        self.assertEqual(len(rows), 6)  # neither the older instructions nor the other displacement
+        self.assertEqual(len(rows), 6)  # neither the slower instruction set nor the other displacement
         self.expect(rows["image of 101 wavelengths, 0.2\"/px, accuracy 1e-9: 33 nodes"], seconds=0.5, error=1e-10,
                     error_of="of peak", error_at="196 pixels", ratio_peer=16.0, ratio_roofline=2.0, headline=True)
         self.expect(rows["image of 101 wavelengths, 0.2\"/px, every wavelength"], error=1e-16, error_at="196 pixels",
@@ -112,9 +112,9 @@ class Bench(ProgramTest):
         self.assertEqual([one["front"] for one in choices], [True, True, False, False, True])
 
     def test_rows_of_cae(self):
-        def measured(isa, ms, least_ms):
-            encode = {"part": "encode", "isa": isa, "layout": "flight", "ms": ms, "spread_ms": 0.01, "least_ms": least_ms}
-            return [encode, {**encode, "part": "training", "ms": 10 * ms, "least_ms": 8 * least_ms, "batch": 16}]
+        def measured(isa, ms, roofline_ms):
+            encode = {"part": "encode", "isa": isa, "layout": "flight", "ms": ms, "spread_ms": 0.01, "roofline_ms": roofline_ms}
+            return [encode, {**encode, "part": "training", "ms": 10 * ms, "roofline_ms": 8 * roofline_ms, "batch": 16}]
         wide, narrow = measured("avx512", 0.5, 0.25), measured("avx2", 0.75, 0.25)
         peers = [{"part": "peer", "peer": "oneDNN 2.6", "layout": "flight", "encode_ms": 1},
                  {"part": "peer", "peer": "PyTorch 1, default", "layout": "flight", "encode_ms": 2, "training_ms": 20},
@@ -124,14 +124,14 @@ class Bench(ProgramTest):
         rows = self.check_rows(cae, wide + narrow + [tied] + agreement + peers)
         self.expect(rows["encode a frame, flight, avx512"], seconds=0.5e-3, spread=1e-5, error=1e-6, error_of="of largest",
                     error_at="one image", peer="oneDNN 2.6", ratio_peer=2.0, ratio_roofline=2.0, headline=True)
-        self.expect(rows["training step of 16, an image, flight, avx512"], error=2e-6, peer="PyTorch 1", ratio_peer=4.0,
+        self.expect(rows["training step of 16 images, per image, flight, avx512"], error=2e-6, peer="PyTorch 1", ratio_peer=4.0,
                     ratio_roofline=2.5, headline=True)
         self.expect(rows["encode a frame, flight, avx2"], error=None, error_of=None, ratio_roofline=3.0, headline=False)
-        self.expect(rows["train for the chapter's scene, by the clock"], seconds=0.75, error=0.25, headline=True)
+        self.expect(rows["train for the chapter's scene, wall time"], seconds=0.75, error=0.25, headline=True)
 
     def test_rows_of_period(self):
-        def on(grid, looked_at):
-            return {"samples": grid[0], "frequencies": grid[1], "looked_at": looked_at}
+        def on(grid, compared):
+            return {"samples": grid[0], "frequencies": grid[1], "compared": compared}
         small, large = on(period.GRIDS[0], 10000), on(period.GRIDS[-1], 14)
         frame = {"part": "frame", "isa": "avx512", "seconds": 4e-5, "spread": 1e-6, "roofline": 2e-5}
         batch = {"part": "batch", "tolerance": 1e-3, "seconds": 0.5, "spread": 0.01, "error": 1e-7}
@@ -142,13 +142,13 @@ class Bench(ProgramTest):
                     {"part": "stream", "seconds": 1, "measured": 1, "error": 1e-16, **small}]
         rows = self.check_rows(period, measured + [astropy])
         of_small, of_large = "1,000 samples, 10,000 frequencies", "1,000,000 samples, 100,000 frequencies"
-        self.expect(rows["one frame more and 10,000 powers, avx512"], peer="astropy fast, all 1,000", ratio_peer=50000.0,
+        self.expect(rows["push one frame, query 10,000 powers, avx512"], peer="astropy fast, all 1,000 samples", ratio_peer=50000.0,
                     ratio_roofline=2.0, headline=True, error=None)
-        self.expect(rows["one frame more and 10,000 powers, avx2"], headline=False)
+        self.expect(rows["push one frame, query 10,000 powers, avx2"], headline=False)
         self.expect(rows[of_small + ", tolerance 0.001"], error=1e-7, error_at=None, ratio_peer=4.0, headline=True)
         self.expect(rows[of_large + ", tolerance 0.001"], error_at="14 frequencies", peer=None, headline=True)
         self.expect(rows[of_large + ", tolerance 1e-06"], headline=False)
-        self.expect(rows[of_large + ", direct sums, 0.25 of it measured"], error=None, error_at=None)
+        self.expect(rows[of_large + ", direct sums, extrapolated from 0.25"], error=None, error_at=None)
         self.expect(rows[of_small + ", astropy fast"], error=1e-4, error_at=None)
         alone = self.check_rows(period, measured)  # without astropy
         self.assertEqual([row for row in alone.values() if "peer" in row or "ratio_peer" in row], [])
@@ -165,7 +165,7 @@ class Bench(ProgramTest):
                                             {"part": "numpy", "image_s": 0.5}])
         self.assertEqual(len(rows), 2)
         # numpy: 0.5 s for 101 wavelengths of a star, hence 51 of two stars, 100 frames
-        self.expect(rows["toliman run, all of it, all workers together"], seconds=10, spread=1.5, error=1 - 390 / 400,
+        self.expect(rows["toliman run, total of all workers"], seconds=10, spread=1.5, error=1 - 390 / 400,
                     error_at="5 seeds", efficiency=0.8, ratio_peer=0.5 * 102 / 101 * 100 / 10, headline=True)
         self.expect(rows["track a frame, template 64x64"], seconds=5e-5)
         self.assertEqual(len(self.check_rows(run, runs + [{"part": "numpy", "image_s": None}])), 1)
@@ -180,26 +180,26 @@ class Bench(ProgramTest):
                     efficiency=0.9, headline=True)
         self.expect(rows["load weights in bf16, planes in fp16: 1.00 MB"], headline=False)
         rows = self.check_rows(size, {"bytes": 1, "ldd": "", "whole_s": [5, 1, 100, 3, 2], "own_s": [0.5]})
-        self.expect(rows["load the library and those below it, by the clock"], seconds=3, spread=1.5, headline=True)
-        self.expect(rows["load the library alone, by the clock"], seconds=0.5, headline=False)
+        self.expect(rows["load the library and its dependencies, wall time"], seconds=3, spread=1.5, headline=True)
+        self.expect(rows["load the library alone, wall time"], seconds=0.5, headline=False)
 
     def test_without_astropy(self):
-        remark = io.StringIO()
-        with contextlib.redirect_stderr(remark), unittest.mock.patch.dict(os.environ, PYTHONPATH=str(self.folder)):
+        warning = io.StringIO()
+        with contextlib.redirect_stderr(warning), unittest.mock.patch.dict(os.environ, PYTHONPATH=str(self.folder)):
             (self.folder / "astropy.py").write_text("raise ModuleNotFoundError('No module named astropy')")
             for _ in period.GRIDS:
                 self.assertEqual(measuring.peer_lines("astropy", "astropy_period.py"), [])
-        self.assertEqual(remark.getvalue(), "bench: nothing measured beside astropy (ModuleNotFoundError: No module named "
+        self.assertEqual(warning.getvalue(), "bench: no reference times from astropy (ModuleNotFoundError: No module named "
                                             "astropy); see tests/bench/README.md\n")  # once
 
-    def test_peers_that_are_not_there(self):
-        remark = io.StringIO()
-        with contextlib.redirect_stderr(remark):
+    def test_missing_peers(self):
+        warning = io.StringIO()
+        with contextlib.redirect_stderr(warning):
             self.assertEqual(measuring.peer_program("oneDNN", ["./not-built"]), [])
             self.assertEqual(measuring.peer_program("PyTorch", ["sh", "-c", "echo 1; echo x >&2; echo no torch >&2; exit 1"]), [])
-        self.assertEqual(remark.getvalue(),
-                         "bench: nothing measured beside oneDNN (No such file or directory); see tests/bench/README.md\n"
-                         "bench: nothing measured beside PyTorch (no torch); see tests/bench/README.md\n")
+        self.assertEqual(warning.getvalue(),
+                         "bench: no reference times from oneDNN (No such file or directory); see tests/bench/README.md\n"
+                         "bench: no reference times from PyTorch (no torch); see tests/bench/README.md\n")
         with self.assertRaises(SystemExit):
             measuring.lines(["false"])
 
