@@ -1,4 +1,4 @@
-// C border of the Adam step.
+// C interface of the Adam step, for test_adam.c.
 #include "kernels/adam.hpp"
 
 extern "C" void shim_adam(size_t step, double rate, const float *gradient, size_t count, float *mean, float *square,

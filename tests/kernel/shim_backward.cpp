@@ -1,11 +1,11 @@
-// C border of the autoencoder's passes: loss and gradient of one image.
+// C interface of the autoencoder's forward and backward pass: loss and gradient of one image.
 #include <algorithm>
 
 #include "cae/backward.hpp"
 
 using namespace toliman::cae;
 
-// Mean squared difference of image [256][256] and what the network makes of it; its gradient by all weights.
+// Mean squared difference between image [256][256] and its reconstruction; the gradient with respect to all weights.
 extern "C" double shim_loss_and_gradient(uint32_t layout_id, const float *weights, const float *image,
                                          float *gradient) {
     const Layout &layout = *find_layout(layout_id);

@@ -1,4 +1,4 @@
-// One program that is told to be on each instruction set.
+// Lets one program select the instruction set that the library detects.
 #include "chosen_isa.hpp"
 
 extern "C" void shim_choose_isa(int isa) {

@@ -16,7 +16,7 @@ int give(const linear::Components &found, double *series, double *share) {
 } // namespace
 
 // Given     images, each [rows][cols]; nuisances [count][rows][cols]; counts [frames][rows][cols]
-// Returned  gram [frames][frames], facts {crb_px, threshold_px}; the code of the error if there was one
+// Returned  gram [frames][frames], facts {crb_px, threshold_px}; the status code of an error, else 0
 extern "C" int shim_gram(size_t rows, size_t cols, const double *reference, const double *variance,
                          const double *derivative, size_t count, const double *nuisances, int raw, size_t bin,
                          size_t frames, const double *counts, unsigned workers, double *gram, double *facts) {
@@ -65,7 +65,7 @@ extern "C" int shim_dictionary(size_t frames, const double *gram, size_t pixels,
     return give(found, series, share);
 }
 
-// Returned  out [count], the normal variates that atoms start from
+// Returned  out [count], the normal variates from which atoms are initialised
 extern "C" void shim_atom_normals(uint64_t seed, size_t count, double *out) {
     kernels::Rng rng(seed, kernels::kStreamAtoms);
     std::generate_n(out, count, [&] { return rng.normal(); });

@@ -1,4 +1,4 @@
-// C border of the convolution kernels: images without their borders in and out.
+// C interface of the convolution kernels; images are passed without their borders.
 #include <algorithm>
 #include <vector>
 
@@ -35,7 +35,7 @@ void inside(const Floats &image, size_t rows, size_t cols, size_t channels, floa
 
 } // namespace
 
-// Instruction sets that this host can run: baseline, avx2, avx512 in this order.
+// Instruction sets supported by this host, in the order baseline, avx2, avx512.
 extern "C" int shim_conv_isas(void) {
     return static_cast<int>(toliman::kernels::host_isa()) + 1;
 }

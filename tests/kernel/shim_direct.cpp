@@ -1,4 +1,4 @@
-// C border of the direct sums.
+// C interface of the direct sums.
 #include "kernels/direct.hpp"
 
 using toliman::kernels::DirectKernels;

@@ -1,4 +1,4 @@
-// C border of the ELU kernel.
+// C interface of the ELU kernel.
 #include "kernels/elu.hpp"
 
 extern "C" int shim_elu_isas(void) {

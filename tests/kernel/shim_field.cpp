@@ -1,4 +1,4 @@
-// C border of the field kernels, each instruction set by number.
+// C interface of the field kernels, each instruction set by number.
 #include <vector>
 
 #include "kernels/blackbody.hpp"
@@ -39,8 +39,9 @@ void shim_operand(int isa, size_t samples, size_t pixels, long double step, doub
     tables[isa]->operand(samples, pixels, step, cosine, sine);
 }
 
-// The whole transform with plain loops for the products: images [3][rows][cols] of the field, of its derivative by
-// slopes, and of that derivative's product with another by a mode, each added to what is there.
+// The whole transform, with plain loops for the matrix products. images [3][rows][cols]: the squared modulus of field
+// 0, the product of fields 0 and 1 (derivative of 0 by slopes), the product of fields 1 and 2 (derivative of 1 by a
+// mode). Each is added to the existing values.
 void shim_transform(int isa, const double *amplitude, const double *opd_m, size_t n, double wavenumber,
                     const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
                     double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images) {
@@ -54,7 +55,7 @@ void shim_transform(int isa, const double *amplitude, const double *opd_m, size_
     kernels.operand(n, rows, step, cosine_y.data(), sine_y.data());
     kernels.fold(amplitude, opd_m, n, wavenumber, tilt_x, tilt_y, terms, count, scratch.data(), folded[0].data(),
                  folded[1].data());
-    for (size_t part = 0; part < 4; part++) { // ee, eo, oe, oo: y first
+    for (size_t part = 0; part < 4; part++) { // parity of y, then of x
         const size_t odd_y = part / 2, odd_x = part % 2;
         const std::vector<double> &along_x = odd_x ? sine_x : cosine_x, &along_y = odd_y ? sine_y : cosine_y;
         sums[part].assign(count * 2 * v * u, 0);

@@ -1,4 +1,4 @@
-// The kernel's source once more in a namespace of its own: what stands inside is tested as it is.
+// Compiles the kernel's source a second time in a namespace of its own, so that its internal functions can be tested.
 #define TOLIMAN_ISA probe
 #include "kernels/poisson.isa.cpp"
 
@@ -7,7 +7,7 @@
 using namespace toliman::kernels;
 
 namespace {
-// Widest last; the first `shim_isas()` of them run on this CPU.
+// In order of increasing width; the first shim_isas() of them run on this CPU.
 const PoissonKernels *const tables[] = {
     &poisson_baseline,
 #if defined(__x86_64__)
@@ -33,7 +33,7 @@ void shim_gaussian(size_t isa, size_t count, uint64_t first_pixel, uint64_t seed
     tables[isa]->gaussian(count, first_pixel, {seed, frame, stream}, normals);
 }
 
-// The kernel's words for one pixel, and Random123's for a counter and key.
+// Random words of the kernel for one pixel, and those of Random123 for a counter and key.
 void shim_words(uint64_t pixel, uint64_t seed, uint64_t frame, uint32_t stream, uint32_t draw, uint64_t words[2]) {
     const uint64_t place[8] = {0};
     uint64_t a[8], b[8];

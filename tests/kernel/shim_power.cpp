@@ -1,4 +1,4 @@
-// C border of the power kernel.
+// C interface of the power kernel.
 #include "kernels/power.hpp"
 
 using toliman::kernels::PowerKernels;
@@ -7,7 +7,7 @@ extern "C" int shim_power_isas(void) {
     return static_cast<int>(toliman::kernels::host_isa()) + 1;
 }
 
-extern "C" size_t shim_power(int isa, int wide, const int64_t *const *lo, const int64_t *const *hi, size_t n,
+extern "C" size_t shim_power(int isa, int double_limb, const int64_t *const *lo, const int64_t *const *hi, size_t n,
                              double weight, int64_t samples, double mean_high, double mean_low, double spread,
                              int fixed_mean, double *power) {
 #if defined(__x86_64__)
@@ -16,6 +16,6 @@ extern "C" size_t shim_power(int isa, int wide, const int64_t *const *lo, const 
 #else
     const PowerKernels *tables[] = {&toliman::kernels::power_baseline};
 #endif
-    return (wide ? tables[isa]->power_double_limb : tables[isa]->power)(
+    return (double_limb ? tables[isa]->power_double_limb : tables[isa]->power)(
         lo, hi, n, {weight, samples, mean_high, mean_low, spread, fixed_mean != 0}, power);
 }

@@ -1,4 +1,4 @@
-// C border of the periodogram's push kernel, each instruction set by number.
+// C interface of the periodogram's push kernel, each instruction set by number.
 #include "kernels/push.hpp"
 
 using namespace toliman::kernels;
@@ -19,14 +19,14 @@ int shim_push_isas(void) {
     return static_cast<int>(host_isa()) + 1;
 }
 
-// sample = {t_high, t_low, weight, value_high, value_low}; lo is [8][blocks * 64], wide [14].
-void shim_push(int isa, int wide, double f0, double df, size_t blocks, const double *sample, double *anchors,
+// sample = {t_high, t_low, weight, value_high, value_low}; lo is [8][blocks * 64], or [14][...] if double-limb.
+void shim_push(int isa, int double_limb, double f0, double df, size_t blocks, const double *sample, double *anchors,
                int64_t *lo) {
     int64_t *rows[kSums] = {};
-    for (size_t i = 0; i < (wide ? size_t{kSums} : kSingleLimbSums); i++)
+    for (size_t i = 0; i < (double_limb ? size_t{kSums} : kSingleLimbSums); i++)
         rows[i] = lo + i * blocks * kBlock;
-    (wide ? tables[isa]->push_double_limb
-          : tables[isa]->push)(f0, df, blocks, {sample[0], sample[1], sample[2], sample[3], sample[4]}, anchors, rows);
+    (double_limb ? tables[isa]->push_double_limb : tables[isa]->push)(
+        f0, df, blocks, {sample[0], sample[1], sample[2], sample[3], sample[4]}, anchors, rows);
 }
 
 void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n) {

@@ -1,4 +1,4 @@
-// C border of the residual kernels.
+// C interface of the residual kernels.
 #include "kernels/residual.hpp"
 
 using toliman::kernels::ResidualKernels;

@@ -1,4 +1,4 @@
-// C border of the 'same' convolution kernels: images without their borders in and out.
+// C interface of the 'same' convolution kernels; images are passed without their borders.
 #include <algorithm>
 #include <vector>
 
@@ -39,7 +39,7 @@ extern "C" int shim_same_isas(void) {
     return static_cast<int>(toliman::kernels::host_isa()) + 1;
 }
 
-// kernel [channels][in_channels][3][3], or, adjoint, [in_channels][channels][3][3].
+// kernel: [channels][in_channels][3][3], or, if adjoint, [in_channels][channels][3][3].
 extern "C" void shim_same(int isa, const size_t *d, const float *image, const float *kernel, int adjoint,
                           const float *bias, float *out) {
     const SameShape shape = {d[0], d[1], d[2], d[3]};

@@ -1,4 +1,4 @@
-// C border of the spreading kernel and of the transform that it serves.
+// C interface of the spreading kernel and of the non-uniform FFT that uses it.
 #include <vector>
 
 #include "kernels/spread.hpp"
@@ -23,7 +23,7 @@ extern "C" void shim_spread(int isa, const double *t_high, const double *t_low, 
                         grids);
 }
 
-// Sums of w and x at (k - modes/2) df + f; returns the error that was promised for one that was asked.
+// Sums of w and x at frequencies (k - modes/2) df + f; returns the error bound for the requested error.
 extern "C" double shim_nufft(size_t modes, double error, const double *t_high, const double *t_low, const double *w,
                              const double *x, size_t n, double df, double f_high, double f_low, double *sums_w,
                              double *sums_x, size_t *cells) {

@@ -1,4 +1,4 @@
-// C border of the structural similarity.
+// C interface of the structural similarity.
 #include <vector>
 
 #include "kernels/ssim.hpp"

@@ -3,7 +3,7 @@
 using namespace toliman;
 
 // Given     images, each [rows][cols]; nuisances [count][rows][cols]
-// Returned  values [frames], sigma_px; the code of the error if there was one
+// Returned  values [frames], sigma_px; the status code of an error, else 0
 extern "C" int shim_template(size_t rows, size_t cols, const double *reference, const double *variance,
                              const double *derivative, size_t count, const double *nuisances, size_t frames,
                              const double *counts, double *values, double *sigma_px) {

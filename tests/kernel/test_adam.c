@@ -1,4 +1,4 @@
-/* Adam against the formulas of Kingma and Ba, algorithm 1, in long double. */
+/* Tests Adam against algorithm 1 of Kingma and Ba in long double. */
 #include "assert_close.h"
 
 void shim_adam(size_t step, double rate, const float *gradient, size_t count, float *mean, float *square,

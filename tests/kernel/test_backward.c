@@ -1,5 +1,5 @@
-/* The autoencoder's passes against a plain network in long double: its loss, and differences of its loss along a random
- * direction in the weights of each kind of layer. */
+/* Tests the autoencoder's passes against a plain network in long double: its loss, and differences of its loss along a
+ * random direction in the weights of each kind of layer. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -47,7 +47,7 @@ static Real *convolve(const Real *in, size_t side, size_t from, size_t to, const
     return out;
 }
 
-/* Mean, or maximum and its place, of each 2x2 of in[2 side][2 side][channels]. */
+/* Mean, or maximum and its index, of each 2x2 block of in[2 side][2 side][channels]. */
 static Real *pool(const Real *in, size_t side, size_t channels, int maximum, int *place) {
     Real *out = malloc(side * side * channels * sizeof *out);
     for (size_t i = 0; i < side * side * channels; i++) {
@@ -64,7 +64,7 @@ static Real *pool(const Real *in, size_t side, size_t channels, int maximum, int
     return out;
 }
 
-/* Each value into its 2x2: everywhere, or at its place only. */
+/* Copies each value to its 2x2 block: to all four pixels, or to its index only. */
 static Real *unpool(const Real *in, size_t side, size_t channels, int maximum, const int *place) {
     Real *out = calloc(4 * side * side * channels, sizeof *out);
     for (size_t i = 0; i < side * side * channels; i++) {
@@ -119,7 +119,7 @@ static Real slow_loss(int layout, const Real *weights, const Real *image) {
     return loss;
 }
 
-/* Which weights a direction runs in: tensors first ... last. */
+/* The weights that a direction varies: tensors first ... last. */
 static const struct {
     const char *layer;
     size_t first, last;
@@ -145,7 +145,8 @@ static void check_layout(int layout) {
     const double loss = shim_loss_and_gradient((uint32_t)layout, weights, image, gradient);
     assert_close(loss, (double)slow_loss(layout, exact, picture), 1e-5, 0);
     for (size_t l = 0; l < sizeof kLayers / sizeof kLayers[0]; l++) {
-        const Real step = 1e-10L; /* so small that no maximum changes its place, where the loss would jump */
+        /* So small that no maximum moves to another pixel, which would make the loss discontinuous. */
+        const Real step = 1e-10L;
         double along = 0, length = 0;
         size_t last;
         const size_t begin = shim_tensor(kLayers[l].first, &last);
@@ -157,7 +158,8 @@ static void check_layout(int layout) {
             state = seed;
             along = length = 0;
             for (size_t i = begin; i < end; i++) {
-                /* towards the gradient, so that the slope is of its size, and everywhere else */
+                /* The direction has a component along the gradient, so that the slope is not small, and random
+                 * components elsewhere. */
                 const double direction = uniform() + 3 * (gradient[i] > 0 ? 1 : -1);
                 moved[i] += (side ? step : -step) * (Real)direction;
                 along += gradient[i] * direction;

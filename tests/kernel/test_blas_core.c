@@ -1,5 +1,5 @@
-/* Which OpenBLAS kernels the machine is told to be worth, for each instruction set and each kernels' age. OpenBLAS
- * chooses them as a program starts, so that this one runs itself once for each. */
+/* Tests which OpenBLAS kernels are reported as faster, for each instruction set and each set of kernels in use.
+ * OpenBLAS selects its kernels at program start, so this program runs itself once for each. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
@@ -20,11 +20,11 @@ static const struct {
     {"SkylakeX", {"", "", ""}},
 };
 
-/* In a program that was started with these kernels; 77 where the processor has none such. */
+/* Runs in a program started with these kernels; returns 77 if the processor does not support them. */
 static int check_case(int number) {
     toliman_machine machine = {.struct_size = sizeof machine};
     for (int isa = 0; isa < 3; isa++) {
-        shim_choose_isa(isa); /* only asked for: nothing of it runs */
+        shim_choose_isa(isa); /* only the detection changes: no kernel runs */
         if (toliman_get_machine(&machine) != TOLIMAN_OK)
             return 1;
         if (strcmp(machine.blas_core, kCases[number].core) != 0)
@@ -37,7 +37,7 @@ static int check_case(int number) {
     return 0;
 }
 
-static void older_kernels_are_told(void **unused) {
+static void older_kernels_are_reported(void **unused) {
     (void)unused;
     int seen = 0;
     for (size_t i = 0; i < sizeof kCases / sizeof *kCases; i++) {
@@ -63,6 +63,6 @@ static void older_kernels_are_told(void **unused) {
 int main(int argc, char **argv) {
     if (argc > 1)
         return check_case(argv[1][0] - '0');
-    const struct CMUnitTest tests[] = {cmocka_unit_test(older_kernels_are_told)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(older_kernels_are_reported)};
     return cmocka_run_group_tests_name("blas_core", tests, NULL, NULL);
 }

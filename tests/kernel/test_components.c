@@ -1,5 +1,5 @@
-/* Components against slow obvious ways: whitening and covariance in long double, Jacobi's eigenvectors, a dictionary
- * learnt pixel by pixel; and against the theory of spiked covariances. */
+/* Tests components against slow direct computations: whitening and covariance in long double, eigenvectors by Jacobi's
+ * method, a dictionary learnt pixel by pixel. Also against the theory of spiked covariances. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,7 +39,7 @@ static double correlation2(const double *a, const double *b, size_t n) {
     return ab * ab / (aa * bb);
 }
 
-/* Products of data [frames][pixels] as it is. */
+/* Gram matrix of data [frames][pixels], without preparation. */
 static double *products_of(const double *data, size_t frames, size_t pixels) {
     double *gram = new_array(frames * frames);
     for (size_t i = 0; i < frames; i++)
@@ -49,7 +49,7 @@ static double *products_of(const double *data, size_t frames, size_t pixels) {
     return gram;
 }
 
-/* Jacobi's method: a [n][n] becomes diagonal, rows of v its eigenvectors, sorted falling. */
+/* Jacobi's method: a [n][n] becomes diagonal; the rows of v are its eigenvectors, by descending eigenvalue. */
 static void jacobi(size_t n, long double *a, long double *v) {
     for (size_t i = 0; i < n * n; i++)
         v[i] = i % (n + 1) == 0;
@@ -96,7 +96,7 @@ enum { ROWS = 8, COLS = 12, PIXELS = ROWS * COLS, NUISANCES = 2, FRAMES = 60 };
 static double reference[PIXELS], variance[PIXELS], derivative[PIXELS], nuisances[NUISANCES][PIXELS],
     counts[FRAMES][PIXELS];
 
-/* Frames of 1e6 counts with noise of 1e3, three hidden series and a change of both nuisances. */
+/* Frames of 1e6 counts with noise of 1e3, three hidden series and variations of both nuisances. */
 static int make_frames(void **state) {
     (void)state;
     static double hidden[3][PIXELS];
@@ -124,7 +124,7 @@ static int make_frames(void **state) {
     return 0;
 }
 
-/* An image in blocks of bin x bin pixels. */
+/* Bins an image by bin x bin pixels. */
 static size_t bin_image(const double *image, size_t bin, long double *out) {
     const size_t across = COLS / bin, pixels = ROWS / bin * across;
     for (size_t p = 0; p < pixels; p++)
@@ -143,7 +143,7 @@ static void remove_direction(const long double *unit, long double *vector, size_
         vector[p] -= product * unit[p];
 }
 
-/* What the frames should be when prepared, x [FRAMES][pixels], mean removed; the derivative's squared length. */
+/* The expected prepared frames x [FRAMES][pixels], mean removed; returns the squared norm of the derivative. */
 static size_t prepare(int raw, size_t bin, long double *x, long double *information) {
     static long double sigma[PIXELS], units[NUISANCES][PIXELS], signal[PIXELS];
     const size_t pixels = bin_image(variance, bin, sigma), projected = raw ? 0 : NUISANCES;
@@ -181,8 +181,8 @@ static size_t prepare(int raw, size_t bin, long double *x, long double *informat
     return pixels;
 }
 
-/* Scores on the eigenvectors of the covariance of the pixels. Residuals are rounded to 6e-8 of themselves. */
-static void components_are_those_of_the_covariance(void **state) {
+/* Scores on the eigenvectors of the covariance of the pixels. Residuals are float32: relative rounding error 6e-8. */
+static void components_match_the_covariance(void **state) {
     (void)state;
     static long double x[FRAMES * PIXELS], covariance[PIXELS * PIXELS], vectors[PIXELS * PIXELS];
     enum { COUNT = 3 };
@@ -227,8 +227,8 @@ static void components_are_those_of_the_covariance(void **state) {
         }
 }
 
-/* 300 frames make a block and a part of one, 10 x 13 pixels two slabs and a part. */
-static void products_are_those_of_plain_loops_for_any_workers(void **state) {
+/* 300 frames make one full and one partial block; 10 x 13 pixels make two full slabs and a partial one. */
+static void products_match_plain_loops_for_any_workers(void **state) {
     (void)state;
     enum { N = 300, R = 10, C = 13, P = R * C };
     double *const frames = new_array(N * P), *const gram = new_array(N * N), *const same = new_array(N * N), facts[2];
@@ -237,7 +237,7 @@ static void products_are_those_of_plain_loops_for_any_workers(void **state) {
     for (size_t p = 0; p < P; p++)
         one[p] = 1;
     for (size_t i = 0; i < N * P; i++)
-        frames[i] = (double)(float)(next_normal() + 3); /* float32 holds them */
+        frames[i] = (double)(float)(next_normal() + 3); /* exact in float32 */
     assert_int_equal(shim_gram(R, C, zero, one, one, 0, NULL, 0, 1, N, frames, 1, gram, facts), 0);
     for (size_t i = 0; i < N * P; i++)
         mean[i % P] += (long double)frames[i] / N;
@@ -257,8 +257,8 @@ static void products_are_those_of_plain_loops_for_any_workers(void **state) {
     free(same);
 }
 
-/* White noise and a sinusoid of eigenvalue l on a fixed direction; mean squared cosines over some sets. */
-static void overlaps_are_those_of_spiked_covariance(void **state) {
+/* White noise plus a sinusoid of eigenvalue l in a fixed direction; mean squared cosines over several sets. */
+static void overlaps_match_spiked_covariance(void **state) {
     (void)state;
     enum { N = 200, P = 800, SETS = 6 };
     const double gamma = (double)P / N, levels[] = {0.3 * sqrt(gamma), 1.5 * sqrt(gamma), 4 * sqrt(gamma)};
@@ -289,7 +289,7 @@ static void overlaps_are_those_of_spiked_covariance(void **state) {
             free(gram);
             free(x);
         }
-        if (l < sqrt(gamma)) { /* of 200 frames and 6 sets, random ones have 1/200 +- 0.003 */
+        if (l < sqrt(gamma)) { /* 200 frames, 6 sets: random directions have 1/200 +- 0.003 */
             assert_at_most(correlation, 0.06);
             assert_at_most(image, 0.03);
             assert_close(eigenvalue, pow(1 + sqrt(gamma), 2), 0.05, 0);
@@ -305,8 +305,8 @@ static double soft(double value, double by) {
     return copysign(fmax(fabs(value) - by, 0), value);
 }
 
-/* Frames s_i u of one direction: the atom is u, the codes s_i shrunk. */
-static void codes_of_one_direction_are_shrunk(void **state) {
+/* Frames s_i u with a single direction u: the atom is u, the codes are s_i after soft thresholding. */
+static void codes_of_one_direction_are_soft_thresholded(void **state) {
     (void)state;
     enum { N = 50, P = 20 };
     double s[N], gram[N * N], series[N], share, objective, squares = 0, expected = 0;
@@ -328,8 +328,8 @@ static void codes_of_one_direction_are_shrunk(void **state) {
     assert_close(objective, expected, 1e-9, 0);
 }
 
-/* The same algorithm with atoms as images: three rounds on frames of noise, from the same start. */
-static void dictionary_is_that_learnt_pixel_by_pixel(void **state) {
+/* The same algorithm with atoms as images: three rounds on frames of noise, with the same initial values. */
+static void dictionary_matches_pixelwise_learning(void **state) {
     (void)state;
     enum { N = 30, P = 40, K = 3, ROUNDS = 3 };
     static double x[N][P], atom[K][P], code[N][K];
@@ -366,7 +366,7 @@ static void dictionary_is_that_learnt_pixel_by_pixel(void **state) {
                 atom[j][p] = better[p] / fmax(1, sqrt(length));
         }
         for (size_t i = 0; i < N; i++)
-            for (size_t step = 0; step < 20000; step++) { /* by proximal gradient, from nothing */
+            for (size_t step = 0; step < 20000; step++) { /* by proximal gradient, starting from 0 */
                 double slope[K] = {0};
                 for (size_t p = 0; p < P; p++) {
                     double left = x[i][p];
@@ -403,7 +403,7 @@ static void dictionary_is_that_learnt_pixel_by_pixel(void **state) {
         }
     assert_close(objective, expected, 1e-8, 0);
     int taken[K] = {0};
-    for (size_t rank = 0; rank < K; rank++) { /* by falling energy */
+    for (size_t rank = 0; rank < K; rank++) { /* by descending energy */
         size_t j = K;
         for (size_t l = 0; l < K; l++)
             if (!taken[l] && (j == K || energy[l] > energy[j]))
@@ -417,8 +417,8 @@ static void dictionary_is_that_learnt_pixel_by_pixel(void **state) {
     }
 }
 
-/* Four directions, each in a tenth of the frames, in noise. */
-static void a_sparse_truth_is_found_again(void **state) {
+/* Four directions, each present in a tenth of the frames, plus noise. */
+static void sparse_directions_are_recovered(void **state) {
     (void)state;
     enum { N = 400, P = 60, K = 4 };
     double *const x = new_array(N * P), *const code = new_array(K * N), *const series = new_array(K * N), share[K];
@@ -448,7 +448,7 @@ static void a_sparse_truth_is_found_again(void **state) {
         assert_true(best > 0.99);
         total += share[j];
     }
-    assert_close(total, 1, 0.1, 0); /* less what lambda takes */
+    assert_close(total, 1, 0.1, 0); /* reduced by the shrinkage of lambda */
     free(gram);
     free(x);
     free(code);
@@ -477,7 +477,7 @@ static void equal_frames_have_series_of_zeros(void **state) {
     assert_true(objective == 0);
 }
 
-/* Two orthogonal series of one length: any basis of their plane, and nothing beyond it. */
+/* Two orthogonal series of equal norm: the result is any basis of their plane, without components outside it. */
 static void equal_eigenvalues_share_their_plane(void **state) {
     (void)state;
     enum { N = 40, COUNT = 3 };
@@ -497,12 +497,12 @@ static void equal_eigenvalues_share_their_plane(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(components_are_those_of_the_covariance, make_frames),
-        cmocka_unit_test(products_are_those_of_plain_loops_for_any_workers),
-        cmocka_unit_test(overlaps_are_those_of_spiked_covariance),
-        cmocka_unit_test(codes_of_one_direction_are_shrunk),
-        cmocka_unit_test(dictionary_is_that_learnt_pixel_by_pixel),
-        cmocka_unit_test(a_sparse_truth_is_found_again),
+        cmocka_unit_test_setup(components_match_the_covariance, make_frames),
+        cmocka_unit_test(products_match_plain_loops_for_any_workers),
+        cmocka_unit_test(overlaps_match_spiked_covariance),
+        cmocka_unit_test(codes_of_one_direction_are_soft_thresholded),
+        cmocka_unit_test(dictionary_matches_pixelwise_learning),
+        cmocka_unit_test(sparse_directions_are_recovered),
         cmocka_unit_test_setup(equal_frames_have_series_of_zeros, make_frames),
         cmocka_unit_test(equal_eigenvalues_share_their_plane),
     };

@@ -1,5 +1,6 @@
-/* Convolution kernels against straight definitions in long double: 3x3 'same' convolution and 2x2 mean; nearest
- * up-sampling and 3x3 transposed convolution; weight gradients against differences of the first. */
+/* Tests the convolution kernels against their definitions in long double: 3x3 'same' convolution and 2x2 mean;
+ * nearest-neighbour up-sampling and 3x3 transposed convolution. Weight gradients are tested against differences of the
+ * convolution. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,8 +14,8 @@ void shim_conv_up(int isa, const size_t *dimensions, const float *image, const f
 void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, const float *coarse, float factor,
                         float *kernel);
 
-/* Rows and columns of the coarse image, fine and coarse channels: every stage of the network by its channels, on
- * images small enough for the slow sums. */
+/* Rows and columns of the coarse image, fine and coarse channels: the channels of every stage of the network, on images
+ * small enough for the slow sums. */
 enum { ROWS, COLS, FINE, COARSE, kShapes = 9 };
 static const size_t kShape[kShapes][4] = {
     {6, 16, 1, 8}, {4, 16, 8, 16}, {3, 8, 16, 32}, {2, 16, 32, 64}, /* the network's stages */
@@ -60,7 +61,7 @@ static long double slow_down(const size_t *s, const float *image, const float *k
     return sum / 4;
 }
 
-/* Up-sampling and transposed convolution: tap (ky, kx) carries up-sampled pixel (y, x) to (y + ky - 1, x + kx - 1). */
+/* Up-sampling and transposed convolution: tap (ky, kx) adds up-sampled pixel (y, x) to (y + ky - 1, x + kx - 1). */
 static long double slow_up(const size_t *s, const float *image, const float *kernel, long y, long x, size_t c) {
     long double sum = 0;
     for (size_t k = 0; k < s[COARSE]; k++)
@@ -109,7 +110,8 @@ static void test_up(void **unused) {
     }
 }
 
-/* d/dkernel of sum(coarse * down(fine)): linear in the kernel, so a central difference of any step is exact. */
+/* d/dkernel of sum(coarse * down(fine)). The sum is linear in the kernel, so a central difference of any step is
+ * exact. */
 static long double slow_gradient(const size_t *s, const float *fine, const float *coarse, float *kernel, size_t j) {
     const size_t k = j / 9 / s[FINE];
     const float kept = kernel[j];
@@ -140,7 +142,7 @@ static void test_weight_gradient(void **unused) {
     }
 }
 
-/* The order of every sum is that of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
+/* Every sum is evaluated in the order of the definition, not of the vectors: AVX2 and AVX-512 agree to the bit. */
 static void test_same_bits_with_fused_multiply_add(void **unused) {
     (void)unused;
     if (shim_conv_isas() < 3)

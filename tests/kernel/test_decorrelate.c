@@ -1,4 +1,4 @@
-/* Decorrelation without a Gram matrix: Gram-Schmidt in long double of the vectors, each with a component of its own. */
+/* Tests the decorrelation, which forms no Gram matrix, against Gram-Schmidt in long double on the augmented vectors. */
 #include "assert_close.h"
 
 void shim_decorrelate(float *samples, size_t n, size_t count, float *work);
@@ -7,7 +7,7 @@ enum { kMostSamples = 288, kMostVectors = 64, kMostRows = kMostSamples + kMostVe
 static float samples[kMostSamples * kMostVectors], work[kMostVectors * kMostVectors];
 static long double vectors[kMostVectors][kMostRows];
 
-/* Vectors that nearly repeat each other, of very different lengths. */
+/* Nearly dependent vectors of very different norms. */
 static float sample(int k, int i) {
     return (float)(pow(10, -i % 5) * (sin(0.7 * k) + 0.3 * cos(1.3 * k * (i % 7 + 1)) + 0.01 * sin(k * k + 5 * i)));
 }
@@ -19,8 +19,8 @@ static long double product(const long double *a, const long double *b, int n) {
     return sum;
 }
 
-/* The vectors [n] with sqrt(0.1 mean square length) on rows n ... n + count - 1, made orthonormal one after the other:
- * of [A; c I] = Q U the upper part of Q is A U^-1, and U^T U = A^T A + c^2 I. */
+/* Augments vector k (length n) by sqrt(0.1 mean square norm) in row n + k, and orthonormalises the vectors one after
+ * the other: for [A; c I] = Q U, the upper part of Q is A U^-1, and U^T U = A^T A + c^2 I. */
 static void orthonormalise(int n, int count) {
     long double squares = 0;
     for (int i = 0; i < count; i++)

@@ -1,4 +1,4 @@
-/* Direct sums of 1 - cosine and sine against 113-bit sums, on every instruction set. */
+/* Tests the direct sums of 1 - cosine and sine against 113-bit sums, with every instruction set. */
 #include <quadmath.h>
 #include <string.h>
 
@@ -14,7 +14,8 @@ static double t_high[N], t_low[N], w[N], x[N];
 
 static uint64_t state = 4;
 
-/* Frequencies from f on: sums are within 2e-15 of the sum of their terms' sizes, however small those are. */
+/* Frequencies from f on: the error of a sum is at most 2e-15 times the sum of the magnitudes of its terms, also for
+ * small sums. */
 static void check(double span, double f, double step) {
     double half_high[LANES], half_low[LANES], first[2][SUMS * LANES], sums[2][SUMS * LANES];
     for (int i = 0; i < N; i++) {

@@ -1,4 +1,4 @@
-/* ELU against libm's expm1l. */
+/* Tests ELU against expm1l. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@ void shim_elu(int isa, float *values, size_t count);
 
 enum { kCount = 300001 };
 
-/* Magnitudes from 1e-30 to 1e5, both signs, and the edges. */
+/* Magnitudes from 1e-30 to 1e5, both signs, and special values. */
 static float *arguments(void) {
     float *values = malloc(kCount * sizeof *values);
     for (int i = 0; i < kCount; i++)
@@ -34,8 +34,8 @@ static void test_relative_error(void **unused) {
     }
 }
 
-/* A value's bits do not depend on its neighbours, which decide how a block is computed; nor on the vector width, where
- * multiplications and additions are fused. */
+/* The bits of a value must depend neither on its neighbours, which determine how a block is computed, nor on the vector
+ * width, although multiplications and additions are fused. */
 static void test_same_bits(void **unused) {
     (void)unused;
     float *fused = NULL;

@@ -1,4 +1,4 @@
-/* Phases, pupil fields, folded transforms and products of fields against the sums in long double that define them, for
+/* Tests phases, pupil fields, folded transforms and products of fields against their defining sums in long double, with
  * every instruction set of the machine. */
 #include <complex.h>
 #include <quadmath.h>
@@ -32,7 +32,7 @@ static void cis_is_exact_to_rounding(void **state) {
         worst = fmax(worst, (double)fabsl(sine - sinl(kTwoPi * cycles)));
     }
     assert_at_most(worst, 2e-16);
-    for (int quarter = -2; quarter <= 2; quarter++) { /* quarters of a turn have no error at all */
+    for (int quarter = -2; quarter <= 2; quarter++) { /* quarter cycles are exact */
         double cosine, sine;
         shim_cis(0.25 * quarter, &cosine, &sine);
         assert_true(cosine == (quarter == 0 ? 1 : abs(quarter) == 2 ? -1 : 0));
@@ -60,7 +60,7 @@ static void black_bodies_shine(void **state) {
     assert_close(shim_blackbody(1e-9, 100), 0, 0, 0);
 }
 
-/* Phases of tens of thousands of cycles lose nothing. */
+/* Phases of tens of thousands of cycles keep their precision. */
 static void operands_are_exact(void **state) {
     (void)state;
     double cosine[50 * 40], sine[50 * 40];
@@ -69,7 +69,8 @@ static void operands_are_exact(void **state) {
         shim_operand(isa, 100, 79, step, cosine, sine);
         for (int x = 0; x < 50; x++)
             for (int u = 0; u < 40; u++) {
-                __float128 cycles = (__float128)step * ((x + 0.5L) * u); /* 2e5 of them: long double loses 1e-14 */
+                /* 2e5 cycles: the reference needs 113 bits, long double would lose 1e-14. */
+                __float128 cycles = (__float128)step * ((x + 0.5L) * u);
                 cycles -= rintq(cycles);
                 assert_close(cosine[x * 40 + u], (double)cosq(2 * M_PIq * cycles), 0, 5e-16);
                 assert_close(sine[x * 40 + u], (double)sinq(2 * M_PIq * cycles), 0, 5e-16);
@@ -98,7 +99,7 @@ static pupil random_pupil(void) {
     return p;
 }
 
-/* Fields f, i (slopes) f and i mode of that, at one pixel, as their definition says. */
+/* Fields f, i (slopes) f and i mode times the latter at one pixel, by definition. */
 static void fields_at(const pupil *p, int n, long double step, double u, double v, long double complex *field) {
     field[0] = field[1] = field[2] = 0;
     for (int y = 0; y < n; y++)
@@ -120,7 +121,7 @@ static void check(const pupil *p, int isa, int n, int rows, int cols) {
     double images[3 * PIXELS * PIXELS];
     const int count = rows * cols;
     for (int i = 0; i < 3 * count; i++)
-        images[i] = i; /* it adds to what is there */
+        images[i] = i; /* the kernel adds to the existing values */
     shim_transform(isa, p->amplitude, p->opd, (size_t)n, 2e6, p->tilt_x, p->tilt_y, 0.3, -0.2, p->mode, 1.5,
                    (size_t)rows, (size_t)cols, step, 0.25, images);
     for (int row = 0; row < rows; row++)
@@ -135,7 +136,7 @@ static void check(const pupil *p, int isa, int n, int rows, int cols) {
         }
 }
 
-/* Every mixture of even and odd sides. */
+/* All combinations of even and odd numbers of rows and columns. */
 static void transforms_are_their_sums(void **state) {
     (void)state;
     const pupil p = random_pupil();
@@ -146,7 +147,7 @@ static void transforms_are_their_sums(void **state) {
                     check(&p, isa, n, cols % 3 == 0 ? rows - rows / 2 : rows, cols);
 }
 
-/* Only +, - and *: every instruction set gives the same bits. */
+/* Only +, - and * are used: every instruction set gives the same bits. */
 static void instruction_sets_agree(void **state) {
     (void)state;
     const pupil p = random_pupil();

@@ -1,4 +1,4 @@
-/* bf16 and fp16 against their definitions: tables of all numbers, and rounding by search in them. */
+/* Tests bf16 and fp16 against their definitions: tables of all numbers, and rounding by search in the tables. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,8 @@ float shim_from_bf16(uint16_t bits);
 uint16_t shim_to_fp16(double value);
 double shim_from_fp16(uint16_t bits);
 
-/* A binary format as IEEE 754 defines it; value[] of the finite numbers >= 0, one more for what would come next. */
+/* A binary format as IEEE 754 defines it; value[] holds the finite numbers >= 0, and one more: the first beyond the
+ * range. */
 typedef struct {
     int fraction_bits, bias, count;
     long double value[0x7f81];
@@ -35,7 +36,7 @@ static int fill_tables(void **unused) {
     return 0;
 }
 
-/* The nearest by bisection, of two as near the even one; the one that would come next stands for infinity. */
+/* The nearest number by bisection, ties to even; the first number beyond the range counts as infinity. */
 static int nearest(const format *f, long double size) {
     int low = 0, high = f->count;
     if (size >= f->value[high])
@@ -75,7 +76,7 @@ static void check(double value) {
         assert_int_equal(shim_to_bf16(single), sign | nearest(&bf16, fabsl(single)));
 }
 
-/* Middles between neighbours and the doubles on either side of them, for every pair and both signs. */
+/* Midpoints between neighbours and the doubles next to them, for every pair and both signs. */
 static void test_ties(void **unused) {
     (void)unused;
     const format *const both[] = {&bf16, &fp16};

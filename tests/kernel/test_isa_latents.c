@@ -1,4 +1,5 @@
-/* Latents of noisy frames by the same weights on every instruction set: within 1e-5 of the latent's sigma. */
+/* Tests that latents of noisy frames agree within 1e-5 of their sigma on every instruction set, with the same
+ * weights. */
 #include "cae_scene.h"
 #include "images.h"
 
@@ -44,7 +45,7 @@ static void test_flight(void **unused) {
     toliman_sim_destroy(sim);
 }
 
-/* Its latent has no unit and a sigma of about a tenth over frames. */
+/* The latent has no unit; its sigma over frames is about 0.1. */
 static void test_paper(void **unused) {
     (void)unused;
     check_layout(TOLIMAN_CAE_LAYOUT_PAPER, 0, 1e-5);

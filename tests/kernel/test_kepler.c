@@ -1,4 +1,4 @@
-/* Kepler's equation against bisection in quadruple precision. */
+/* Tests Kepler's equation against bisection in quadruple precision. */
 #include <quadmath.h>
 
 #include "assert_close.h"
@@ -6,7 +6,7 @@
 
 double shim_kepler(double mean_anomaly, double eccentricity);
 
-/* x - e sin x; 113 bits leave enough of it where the two cancel. */
+/* x - e sin x; 113 bits keep enough precision where the two terms cancel. */
 static __float128 mean_of(__float128 x, __float128 e) {
     if (x > 1e-2Q)
         return x - e * sinq(x);
@@ -16,7 +16,7 @@ static __float128 mean_of(__float128 x, __float128 e) {
     return (1 - e) * x + e * x * x * x / 6 * sum;
 }
 
-/* The root for 0 <= mean <= pi: 115 halvings of an interval of at most a factor 2. */
+/* The root for 0 <= mean <= pi: 115 bisections of an interval whose ends differ by at most a factor of 2. */
 static __float128 bisected(__float128 mean, double e) {
     __float128 high = M_PIq;
     while (mean_of(high / 2, e) > mean)
@@ -48,7 +48,7 @@ static const double kEccentricities[] = {0,   1e-300, 1e-9,   0.0167,   0.2,    
                                          0.9, 0.99,   0.9999, 1 - 1e-8, 1 - 1e-12, 1 - 0x1p-53};
 enum { ECCENTRICITIES = sizeof kEccentricities / sizeof *kEccentricities };
 
-/* Every decade of the mean anomaly from the smallest normal double to pi, and evenly over the revolution. */
+/* Every decade of the mean anomaly from the smallest normal double to pi, and uniformly over one revolution. */
 static void within_a_revolution(void **state) {
     (void)state;
     uint64_t random = 1;
@@ -70,7 +70,7 @@ static void within_a_revolution(void **state) {
     assert_at_most(worst, 4);
 }
 
-/* Any number of revolutions, either way. */
+/* Many revolutions, of either sign. */
 static void many_revolutions(void **state) {
     (void)state;
     uint64_t random = 2;
@@ -81,7 +81,7 @@ static void many_revolutions(void **state) {
                 const double mean = (4 + 5 * uniform(&random)) * pow(10, exponent);
                 worst = fmax(worst, error_at(k % 2 ? -mean : mean, kEccentricities[i]));
             }
-    /* Doubles next to whole revolutions: what is left of them is tiny. */
+    /* Doubles next to whole revolutions: the reduced anomaly is tiny. */
     for (int k = 1; k <= 20; k++)
         worst = fmax(worst, error_at(k * 6.283185307179586477, 0.9999));
     print_message("Kepler's equation after many revolutions: at most %.2f units in the last place\n", worst);

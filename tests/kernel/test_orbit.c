@@ -1,4 +1,4 @@
-/* The orbit of alpha Centauri against its published ephemeris, and the stars' places as time goes. */
+/* Tests the orbit of alpha Centauri against its published ephemeris, and the positions of the stars over time. */
 #include <stdio.h>
 
 #include "scene_text.h"
@@ -6,7 +6,7 @@
 void shim_alpha_cen(double date, double *separation_arcsec, double *position_angle_deg);
 void shim_offsets(const char *json, double days, double *offsets_px);
 
-/* The mission's ephemeris to its last digit. */
+/* The ephemeris of the mission, to the last printed digit. */
 static void ephemeris_of_the_mission(void **state) {
     (void)state;
     const struct {
@@ -21,7 +21,7 @@ static void ephemeris_of_the_mission(void **state) {
     }
 }
 
-/* What Sky & Telescope foretold in 2005 from the orbit of Pourbaix: 10.0 arcsec in October 2005, a minimum of 4.0 in
+/* Predictions by Sky & Telescope (2005) from the orbit of Pourbaix: 10.0 arcsec in October 2005, a minimum of 4.0 in
  * late 2015, a maximum of 10.4 in mid-2029, a minimum of 1.7 in November 2037. */
 static void extremes_of_the_separation(void **state) {
     (void)state;
@@ -53,8 +53,8 @@ static char *dated(const char *date, const char *centre) {
     return replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}", binary);
 }
 
-/* A while after one date is another date, both ways, whatever the centre. */
-static void places_at_a_time(void **state) {
+/* A time after one date is a later date, both forwards and backwards, for every centre. */
+static void positions_at_a_time(void **state) {
     (void)state;
     for (const char *const *centre = (const char *const[]){"barycentre", "A", "B", NULL}; *centre != NULL; centre++) {
         char *const early = dated("2026.25", *centre), *const late = dated("2029.5", *centre);
@@ -73,8 +73,8 @@ static void places_at_a_time(void **state) {
     }
 }
 
-/* The places at time 0 are those of the separation and the angle, and stay when no orbit is known. */
-static void places_without_an_orbit(void **state) {
+/* The positions at time 0 follow from separation and angle, and are constant without an orbit. */
+static void positions_without_an_orbit(void **state) {
     (void)state;
     double separation, angle, by_angle[4], by_date[4], later[4];
     char binary[200];
@@ -104,8 +104,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ephemeris_of_the_mission),
         cmocka_unit_test(extremes_of_the_separation),
-        cmocka_unit_test(places_at_a_time),
-        cmocka_unit_test(places_without_an_orbit),
+        cmocka_unit_test(positions_at_a_time),
+        cmocka_unit_test(positions_without_an_orbit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

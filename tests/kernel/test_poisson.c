@@ -1,4 +1,5 @@
-/* Poisson counts and normals of images: generator, elementary functions, hat, distribution, bits. */
+/* Tests Poisson counts and normal variates of images: generator, elementary functions, rejection envelope,
+ * distribution, bits. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,7 +29,7 @@ static double *numbers(size_t count) {
     return memory;
 }
 
-/* Means of every size from 1e-3 to 1e12, some of them 0. */
+/* Means of every magnitude from 1e-3 to 1e12, some of them 0. */
 static double *mixed_means(size_t count) {
     double *mean = numbers(count);
     uint64_t seed = 21;
@@ -39,7 +40,7 @@ static double *mixed_means(size_t count) {
 
 /* ---- Generator and elementary functions */
 
-static void words_are_those_of_philox(void **state) {
+static void words_match_philox(void **state) {
     (void)state;
     uint64_t seed = 4;
     for (size_t i = 0; i < 1000; i++) {
@@ -78,7 +79,7 @@ static void functions_agree_with_extended_precision(void **state) {
     }
 }
 
-/* log(1 + x) - x; near 0 by its series, where the difference would lose its digits. */
+/* log(1 + x) - x; by its series near 0, where the difference would cancel. */
 static long double log_excess(long double x) {
     if (fabsl(x) > 1e-3L)
         return log1pl(x) - x;
@@ -88,7 +89,7 @@ static long double log_excess(long double x) {
     return sum * x * x;
 }
 
-/* log of the Poisson probability; factorials are exact up to 25 and the series is good to 1e-16 above. */
+/* log of the Poisson probability; factorials are exact up to 25, and the series is accurate to 1e-16 above. */
 static long double exact_log_probability(double count, double mean) {
     const long double k = count, relative = (mean - k) / k;
     if (count <= 25) {
@@ -116,7 +117,7 @@ static void log_probability_keeps_its_digits(void **state) {
 
 /* ---- Exactness of the rejection */
 
-/* The chance to accept a try must be a probability, and the squeeze must lie below it, whatever u and the mean. */
+/* The acceptance probability must be at most 1, and the squeeze must lie below it, for every u and mean. */
 static void hat_dominates_and_squeeze_stays_below(void **state) {
     (void)state;
     const double means[] = {10,   10.25, 10.5, 11,    12.3, 13.7, 15,  17.9, 20.7, 25,   30,  40.4,
@@ -125,7 +126,7 @@ static void hat_dominates_and_squeeze_stays_below(void **state) {
     for (size_t m = 0; m < sizeof means / sizeof *means; m++) {
         const double mean = means[m];
         for (int i = 1; i < steps; i++) {
-            /* evenly through the middle, and ever closer to both ends */
+            /* uniformly through the middle, and ever closer to both ends */
             const int end = i % 8;
             const double even = (double)i / steps - 0.5, close = 0.5 - 0.02 * exp(-20.0 * i / steps);
             const double u = end == 1 ? close : end == 2 ? -close : even;
@@ -142,7 +143,7 @@ static void hat_dominates_and_squeeze_stays_below(void **state) {
     }
 }
 
-/* The density of proposals must be what `scale` says: 1 / (d count / d u), up to the hat's height. */
+/* The density of the proposals must be as given by `scale`: 1 / (d count / d u), up to the height of the hat. */
 static void scale_is_the_slope_of_the_transformation(void **state) {
     (void)state;
     const double mean = 1e12, height = 1.042 + (1.14 + 1.6e-6) * 1e-6;
@@ -160,8 +161,8 @@ static void scale_is_the_slope_of_the_transformation(void **state) {
 
 enum { PIXELS = 1 << 16, FRAMES = 8 };
 
-/* Cells of consecutive counts, each with at least `least` of the expected `total`: their chi-square in standard
- * deviations. */
+/* Groups consecutive counts into cells with at least `least` of the expected `total`; returns the deviation of their
+ * chi-square in standard deviations. */
 static double chi_square_deviation(const double *counts, size_t total, double mean, double least) {
     const double spread = 12 * sqrt(mean) + 40, lowest = floor(fmax(0, mean - spread));
     const size_t bins = (size_t)(mean + spread - lowest);
@@ -183,7 +184,7 @@ static double chi_square_deviation(const double *counts, size_t total, double me
         cells++;
         expected = found = 0;
     }
-    /* Wilson and Hilferty: the cube root of chi-square over its freedom is nearly normal. */
+    /* Wilson and Hilferty: the cube root of chi-square over its degrees of freedom is nearly normal. */
     const double part = 2 / (9 * (cells - 1));
     free(seen);
     return (cbrt(chi / (cells - 1)) - (1 - part)) / sqrt(part);
@@ -229,8 +230,9 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Over many seeds the p-values of chi-square are uniform (Kolmogorov and Smirnov): neither too far nor too near. */
-static void chi_squares_are_spread_as_they_should(void **state) {
+/* Over many seeds the p-values of chi-square must be uniform (Kolmogorov-Smirnov): the scatter is neither too large nor
+ * too small. */
+static void p_values_of_chi_square_are_uniform(void **state) {
     (void)state;
     enum { SEEDS = 500, COUNTS = 1 << 13 };
     const double means[] = {0.3, 4, 11, 25, 150, 1e4};
@@ -247,13 +249,13 @@ static void chi_squares_are_spread_as_they_should(void **state) {
         for (int s = 0; s < SEEDS; s++)
             distance = fmax(distance, fmax(fabs(p[s] - (double)s / SEEDS), fabs(p[s] - (double)(s + 1) / SEEDS)));
         print_message("mean %g: %d p-values, distance from uniform %.3f\n", means[m], SEEDS, distance);
-        assert_at_most(distance, 1.95 / sqrt(SEEDS)); /* 1 in 1000 */
+        assert_at_most(distance, 1.95 / sqrt(SEEDS)); /* probability 1 in 1000 */
     }
     free(mean);
     free(counts);
 }
 
-/* Below 10 a count is the inverse of the distribution function at the pixel's first uniform number. */
+/* For means below 10 a count is the inverse of the distribution function at the pixel's first uniform number. */
 static void small_means_are_inverted_exactly(void **state) {
     (void)state;
     enum { count = 100000 };
@@ -279,7 +281,7 @@ static void small_means_are_inverted_exactly(void **state) {
     free(counts);
 }
 
-static void ends_of_the_range_work(void **state) {
+static void limits_of_the_range_work(void **state) {
     (void)state;
     enum { count = 20000 };
     double *mean = numbers(count), *counts = numbers(count);
@@ -301,7 +303,7 @@ static void ends_of_the_range_work(void **state) {
     free(counts);
 }
 
-static void normals_are_the_transform_of_their_words(void **state) {
+static void normals_are_box_muller_transforms(void **state) {
     (void)state;
     enum { count = 100000 };
     double *normals = numbers(count);
@@ -412,17 +414,17 @@ static void every_part_of_the_key_matters(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_are_those_of_philox),
+        cmocka_unit_test(words_match_philox),
         cmocka_unit_test(unit_numbers_are_centres_of_cells),
         cmocka_unit_test(functions_agree_with_extended_precision),
         cmocka_unit_test(log_probability_keeps_its_digits),
         cmocka_unit_test(hat_dominates_and_squeeze_stays_below),
         cmocka_unit_test(scale_is_the_slope_of_the_transformation),
         cmocka_unit_test(counts_follow_the_distribution),
-        cmocka_unit_test(chi_squares_are_spread_as_they_should),
+        cmocka_unit_test(p_values_of_chi_square_are_uniform),
         cmocka_unit_test(small_means_are_inverted_exactly),
-        cmocka_unit_test(ends_of_the_range_work),
-        cmocka_unit_test(normals_are_the_transform_of_their_words),
+        cmocka_unit_test(limits_of_the_range_work),
+        cmocka_unit_test(normals_are_box_muller_transforms),
         cmocka_unit_test(normals_have_the_moments_and_tails),
         cmocka_unit_test(every_instruction_set_gives_the_same_bits),
         cmocka_unit_test(pieces_equal_the_whole),

@@ -1,4 +1,4 @@
-/* Power from fixed-point sums against 113-bit arithmetic on the same sums, on every instruction set. */
+/* Tests the power from fixed-point sums against 113-bit arithmetic on the same sums, with every instruction set. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "uniform.h"
 
 int shim_power_isas(void);
-size_t shim_power(int isa, int wide, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
+size_t shim_power(int isa, int double_limb, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
                   int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean, double *power);
 
 enum {
@@ -45,33 +45,33 @@ static __float128 get(int sum, int k) {
     return (__float128)hi[sum][k] * 0x1p32Q + (__float128)lo[sum][k];
 }
 
-/* A cosine's sum with its lower limb, which narrow sums have not. */
-static __float128 whole(int sum, int low, int k, int wide) {
-    return get(sum, k) + (wide ? get(low, k) * 0x1p-50Q : 0);
+/* The sum of a cosine including its lower limb, which single-limb accumulators do not have. */
+static __float128 whole(int sum, int low, int k, int double_limb) {
+    return get(sum, k) + (double_limb ? get(low, k) * 0x1p-50Q : 0);
 }
 
-static __float128 exact_power(int wide, int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
+static __float128 exact_power(int double_limb, int k, __float128 weight, __float128 mean, double spread, int fixed_mean,
                               __float128 *determinant) {
     const __float128 unit = 0x1p-50Q / weight, moving = fixed_mean ? 0 : 1;
-    const __float128 c = whole(C1, C1LOW, k, wide) * unit, s = whole(S1, S1LOW, k, wide) * unit;
-    const __float128 cc = 0.5Q + whole(C2, C2LOW, k, wide) * unit / 2 - moving * c * c;
-    const __float128 ss = 0.5Q - whole(C2, C2LOW, k, wide) * unit / 2 - moving * s * s;
-    const __float128 cs = whole(S2, S2LOW, k, wide) * unit / 2 - moving * c * s;
+    const __float128 c = whole(C1, C1LOW, k, double_limb) * unit, s = whole(S1, S1LOW, k, double_limb) * unit;
+    const __float128 cc = 0.5Q + whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * c * c;
+    const __float128 ss = 0.5Q - whole(C2, C2LOW, k, double_limb) * unit / 2 - moving * s * s;
+    const __float128 cs = whole(S2, S2LOW, k, double_limb) * unit / 2 - moving * c * s;
     const __float128 yc = (get(YC, k) + get(YCLOW, k) * 0x1p-50Q) * unit - mean * c;
     const __float128 ys = (get(YS, k) + get(YSLOW, k) * 0x1p-50Q) * unit - mean * s;
     *determinant = cc * ss - cs * cs;
     return (yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / *determinant / (__float128)spread;
 }
 
-/* Sums that samples could have: weights of `samples`, values scattering by `sigma` about `mean`. */
-static void check_kind(int wide, double samples, double mean, double sigma) {
+/* Sums as real samples produce: weights of `samples`, values scattering by `sigma` about `mean`. */
+static void check_kind(int double_limb, double samples, double mean, double sigma) {
     const int64_t *low[SUMS], *high[SUMS];
     for (int s = 0; s < SUMS; s++)
         low[s] = lo[s], high[s] = hi[s];
     const __float128 weight = (__float128)samples * 0.875Q, one = 0x1p50Q * weight;
     const __float128 exact_mean = (__float128)mean * (1 + 0x1p-60Q);
     for (int k = 0; k < N; k++) {
-        /* every seventh: cosine and sine hardly vary, which double is not enough for; and nearly so */
+        /* Every seventh frequency: cosine and sine hardly vary, which needs more than double precision. */
         const double flat = k % 7 == 3 ? 0.999 : 0.3 * uniform_signed(&state),
                      even = k % 7 == 5 ? 0.8 : 0.2 * uniform_signed(&state);
         put(C1, k, one * flat);
@@ -81,7 +81,7 @@ static void check_kind(int wide, double samples, double mean, double sigma) {
         for (int limb = C1LOW; limb <= S2LOW; limb++)
             put(limb, k, rintq((__float128)samples * 0x1p49Q * uniform_signed(&state)));
         for (int part = 0; part < 2; part++) {
-            const __float128 x = exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, wide) +
+            const __float128 x = exact_mean * whole(part ? S1 : C1, part ? S1LOW : C1LOW, k, double_limb) +
                                  one * sigma * 0.3 * uniform_signed(&state);
             const __float128 whole = rintq(x);
             put(part ? YS : YC, k, whole);
@@ -91,10 +91,10 @@ static void check_kind(int wide, double samples, double mean, double sigma) {
     const double spread = sigma * sigma;
     for (int fixed_mean = 0; fixed_mean < 2; fixed_mean++) {
         double first[N], power[N];
-        size_t said = 0;
+        size_t reported = 0;
         for (int isa = 0; isa < shim_power_isas(); isa++) {
-            said = shim_power(isa, wide, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
-                              (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
+            reported = shim_power(isa, double_limb, low, high, N, (double)weight, (int64_t)samples, (double)exact_mean,
+                                  (double)(exact_mean - (__float128)(double)exact_mean), spread, fixed_mean, power);
             if (isa == 0)
                 memcpy(first, power, sizeof first);
             assert_memory_equal(first, power, sizeof first);
@@ -102,7 +102,8 @@ static void check_kind(int wide, double samples, double mean, double sigma) {
         int left_out = 0;
         for (int k = 0; k < N; k++) {
             __float128 determinant;
-            const __float128 expected = exact_power(wide, k, weight, exact_mean, spread, fixed_mean, &determinant);
+            const __float128 expected =
+                exact_power(double_limb, k, weight, exact_mean, spread, fixed_mean, &determinant);
             if (first[k] == -1) {
                 left_out++;
                 assert_true(determinant < 0.0501Q);
@@ -111,7 +112,7 @@ static void check_kind(int wide, double samples, double mean, double sigma) {
                 assert_close(first[k], (double)(expected > 1 ? 1 : expected < 0 ? 0 : expected), 0, 1e-13);
             }
         }
-        assert_int_equal(left_out, said);
+        assert_int_equal(left_out, reported);
         assert_true(left_out >= (fixed_mean ? 0 : N / 7) && left_out < N / 2);
     }
 }

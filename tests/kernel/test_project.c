@@ -1,4 +1,4 @@
-/* Whitening and projection against sums in 113-bit arithmetic. */
+/* Tests whitening and projection against sums in 113-bit arithmetic. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,21 +13,21 @@ size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
 
 enum { N = 4096 };
 
-static __float128 wide_dot(const double *a, const double *b, size_t n) {
+static __float128 quad_dot(const double *a, const double *b, size_t n) {
     __float128 sum = 0;
     for (size_t i = 0; i < n; i++)
         sum += (__float128)a[i] * b[i];
     return sum;
 }
 
-static __float128 wide_absolute(const double *a, const double *b, size_t n) {
+static __float128 quad_absolute(const double *a, const double *b, size_t n) {
     __float128 sum = 0;
     for (size_t i = 0; i < n; i++)
         sum += (__float128)fabs(a[i]) * fabs(b[i]);
     return sum;
 }
 
-/* Terms up to `spread` of which the second half undoes the first, but for a sum of ordinary size. */
+/* Terms with magnitudes up to `spread`; the second half cancels the first except for a sum of order 1. */
 static void make_ill_conditioned(double spread, uint64_t seed, double *a, double *b) {
     for (size_t i = 0; i < N / 2; i++) {
         a[i] = uniform_signed(&seed) * pow(spread, fabs(uniform_signed(&seed)));
@@ -37,14 +37,14 @@ static void make_ill_conditioned(double spread, uint64_t seed, double *a, double
     }
 }
 
-static void dot_is_as_good_as_twice_the_precision(void **state) {
+static void dot_has_twice_the_precision(void **state) {
     (void)state;
     static double a[N], b[N];
     int plain_fails = 0;
     for (int step = 0; step <= 5; step++) {
         make_ill_conditioned(pow(10, 3 * step), 17 + (uint64_t)step, a, b);
-        const __float128 exact = wide_dot(a, b, N);
-        const double absolute = (double)wide_absolute(a, b, N), bound = N * DBL_EPSILON;
+        const __float128 exact = quad_dot(a, b, N);
+        const double absolute = (double)quad_absolute(a, b, N), bound = N * DBL_EPSILON;
         const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
         assert_at_most(fabs((double)(shim_dot(a, b, N) - exact)), limit);
         double plain = 0;
@@ -52,7 +52,7 @@ static void dot_is_as_good_as_twice_the_precision(void **state) {
             plain += a[i] * b[i];
         plain_fails += fabs((double)(plain - exact)) > 100 * limit;
     }
-    assert_true(plain_fails > 0); /* the cases are hard enough to tell the two apart */
+    assert_true(plain_fails > 0); /* the cases are hard enough to tell a plain sum from the compensated one */
 }
 
 static void whiten_divides_by_the_deviation(void **state) {
@@ -66,7 +66,7 @@ static void whiten_divides_by_the_deviation(void **state) {
     assert_memory_equal(image, out, sizeof out);
 }
 
-/* Four vectors that lie within 1e-6 of each other. */
+/* Four vectors within 1e-6 of each other. */
 static void fill_nearly_parallel(double *vectors, size_t count) {
     uint64_t seed = 5;
     for (size_t i = 0; i < N; i++) {
@@ -84,11 +84,11 @@ static void basis_is_orthonormal_for_nearly_parallel_vectors(void **state) {
     assert_int_equal(shim_orthonormalise(vectors, 4, N), 4);
     for (size_t k = 0; k < 4; k++)
         for (size_t l = 0; l < 4; l++)
-            assert_close((double)wide_dot(vectors + k * N, vectors + l * N, N), k == l, 0, 1e-14);
-    for (size_t k = 0; k < 4; k++) { /* and it spans them */
-        const double length = sqrt((double)wide_dot(original + k * N, original + k * N, N));
+            assert_close((double)quad_dot(vectors + k * N, vectors + l * N, N), k == l, 0, 1e-14);
+    for (size_t k = 0; k < 4; k++) { /* and it spans the originals */
+        const double length = sqrt((double)quad_dot(original + k * N, original + k * N, N));
         shim_project_out(vectors, 4, N, original + k * N);
-        assert_at_most(sqrt((double)wide_dot(original + k * N, original + k * N, N)), 1e-14 * length);
+        assert_at_most(sqrt((double)quad_dot(original + k * N, original + k * N, N)), 1e-14 * length);
     }
 }
 
@@ -98,15 +98,15 @@ static void dependent_vectors_are_dropped(void **state) {
     uint64_t seed = 9;
     for (size_t i = 0; i < N; i++) {
         vectors[i] = uniform_signed(&seed);
-        vectors[N + i] = 0;                                             /* nothing in it */
-        vectors[2 * N + i] = -3 * vectors[i];                           /* along the first */
-        vectors[3 * N + i] = third[i] = uniform_signed(&seed);          /* new */
-        vectors[4 * N + i] = 2 * vectors[i] - 1e5 * vectors[3 * N + i]; /* of both */
+        vectors[N + i] = 0;                                             /* the zero vector */
+        vectors[2 * N + i] = -3 * vectors[i];                           /* parallel to the first */
+        vectors[3 * N + i] = third[i] = uniform_signed(&seed);          /* independent */
+        vectors[4 * N + i] = 2 * vectors[i] - 1e5 * vectors[3 * N + i]; /* a combination of both */
     }
     assert_int_equal(shim_orthonormalise(vectors, 5, N), 2);
-    const double length = sqrt((double)wide_dot(third, third, N));
+    const double length = sqrt((double)quad_dot(third, third, N));
     shim_project_out(vectors, 2, N, third);
-    assert_at_most(sqrt((double)wide_dot(third, third, N)), 1e-14 * length);
+    assert_at_most(sqrt((double)quad_dot(third, third, N)), 1e-14 * length);
 }
 
 static void projection_removes_the_components_and_nothing_else(void **state) {
@@ -119,17 +119,17 @@ static void projection_removes_the_components_and_nothing_else(void **state) {
         vector[i] = before[i] = uniform_signed(&seed);
     }
     assert_int_equal(shim_orthonormalise(units, 2, N), 2);
-    const double first = (double)wide_dot(units, vector, N), second = (double)wide_dot(units + N, vector, N);
+    const double first = (double)quad_dot(units, vector, N), second = (double)quad_dot(units + N, vector, N);
     shim_project_out(units, 2, N, vector);
-    assert_close((double)wide_dot(units, vector, N), 0, 0, 1e-14);
-    assert_close((double)wide_dot(units + N, vector, N), 0, 0, 1e-14);
+    assert_close((double)quad_dot(units, vector, N), 0, 0, 1e-14);
+    assert_close((double)quad_dot(units + N, vector, N), 0, 0, 1e-14);
     for (size_t i = 0; i < N; i++)
         assert_close(vector[i], before[i] - first * units[i] - second * units[N + i], 0, 1e-14);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(dot_is_as_good_as_twice_the_precision),
+        cmocka_unit_test(dot_has_twice_the_precision),
         cmocka_unit_test(whiten_divides_by_the_deviation),
         cmocka_unit_test(basis_is_orthonormal_for_nearly_parallel_vectors),
         cmocka_unit_test(dependent_vectors_are_dropped),

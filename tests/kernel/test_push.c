@@ -1,5 +1,5 @@
-/* The push kernel: cosine and sine against 113 bits, terms against their definition, equal bits on all instruction
- * sets. */
+/* Tests the push kernel: cosine and sine against 113 bits, terms against their definition, equal bits on all
+ * instruction sets. */
 #include <quadmath.h>
 #include <string.h>
 
@@ -7,14 +7,14 @@
 #include "uniform.h"
 
 int shim_push_isas(void);
-void shim_push(int isa, int wide, double f0, double df, size_t blocks, const double *sample, double *anchors,
+void shim_push(int isa, int double_limb, double f0, double df, size_t blocks, const double *sample, double *anchors,
                int64_t *lo);
 void shim_fold(int isa, int64_t *lo, int64_t *hi, size_t n);
 void shim_cis(int isa, double f_high, double f_low, double t_high, double t_low, double *cosine, double *sine);
 
-enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, WIDE_SUMS = 14 };
+enum { BLOCKS = 3, WIDTH = 64 * BLOCKS, SUMS = 8, DOUBLE_LIMB_SUMS = 14 };
 
-/* f t far above one cycle: the product must be reduced before any of its digits are lost. */
+/* f t far above one cycle: the product must be reduced without loss of digits. */
 static void cosine_and_sine(void **unused) {
     (void)unused;
     uint64_t state = 3;
@@ -53,7 +53,7 @@ static void terms_follow_their_definition(void **unused) {
         const __float128 expected[6] = {w * c, w * s, w * cosq(2 * angle), w * sinq(2 * angle), wy * c, wy * s};
         for (int i = 0; i < 6; i++)
             assert_close((double)lo[i * WIDTH + k] / unit, (double)expected[i], 0, 1.5e-15);
-        /* the two limbs together hold the product of the rounded cosine to all its digits */
+        /* the two limbs together hold every digit of the product of the rounded cosine */
         for (int i = 4; i < 6; i++) {
             const __float128 both =
                 lo[i * WIDTH + k] / (__float128)unit + lo[(i + 2) * WIDTH + k] / ((__float128)unit * unit);
@@ -63,13 +63,13 @@ static void terms_follow_their_definition(void **unused) {
     }
 }
 
-/* The limbs of a wide push, heavy sample or light: near the phase, and of one point of the unit circle to 2^-98. */
-static void wide_terms_lie_on_the_circle(void **unused) {
+/* The limbs of a double-limb push, for heavy and light samples: close to the phase, and on the unit circle to 2^-98. */
+static void double_limb_terms_lie_on_the_circle(void **unused) {
     (void)unused;
     const double f0 = 0.013, df = 0.00171;
     const __float128 unit = 0x1p-50Q;
     double anchors[2 * BLOCKS];
-    static int64_t lo[WIDE_SUMS * WIDTH];
+    static int64_t lo[DOUBLE_LIMB_SUMS * WIDTH];
     for (int light = 0; light < 2; light++) {
         const double sample[5] = {777.123, 1e-14, light ? 1e-16 / 3 : 1, -0.61, 1.3e-18};
         const __float128 w = sample[2], y = (__float128)sample[3] + sample[4];
@@ -92,14 +92,14 @@ static void wide_terms_lie_on_the_circle(void **unused) {
             assert_true(fabsq(2 * c * s - term[3] / w) <= atol);
             assert_true(fabsq(y * c - term[4] / w) <= atol);
             assert_true(fabsq(y * s - term[5] / w) <= atol);
-            if (light) /* the third limb: values keep their digits under the smallest weight */
+            if (light) /* the third limb: values keep their digits at the smallest weight */
                 assert_true(fabsq(y * cosq(angle) - term[4] / w) <= 4e-16);
         }
     }
 }
 
-static void equal_bits(int wide, int sums) {
-    static int64_t lo[3][WIDE_SUMS * WIDTH], hi[3][WIDE_SUMS * WIDTH];
+static void equal_bits(int double_limb, int sums) {
+    static int64_t lo[3][DOUBLE_LIMB_SUMS * WIDTH], hi[3][DOUBLE_LIMB_SUMS * WIDTH];
     double anchors[2 * BLOCKS];
     const int isas = shim_push_isas();
     memset(lo, 0, sizeof lo);
@@ -109,7 +109,7 @@ static void equal_bits(int wide, int sums) {
         for (int n = 0; n < 3000; n++) {
             const double t = 1e6 * uniform(&state), y = 2 * uniform(&state) - 1;
             const double sample[5] = {t, t * 0x1p-55, uniform(&state), y, y * 0x1p-56};
-            shim_push(isa, wide, 1.0 / 3, 0.001 / 7, BLOCKS, sample, anchors, lo[isa]);
+            shim_push(isa, double_limb, 1.0 / 3, 0.001 / 7, BLOCKS, sample, anchors, lo[isa]);
             if (n % 1000 == 0)
                 shim_fold(isa, lo[isa], hi[isa], (size_t)sums * WIDTH);
         }
@@ -124,14 +124,14 @@ static void equal_bits(int wide, int sums) {
 static void equal_bits_on_all_instruction_sets(void **unused) {
     (void)unused;
     equal_bits(0, SUMS);
-    equal_bits(1, WIDE_SUMS);
+    equal_bits(1, DOUBLE_LIMB_SUMS);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cosine_and_sine),
         cmocka_unit_test(terms_follow_their_definition),
-        cmocka_unit_test(wide_terms_lie_on_the_circle),
+        cmocka_unit_test(double_limb_terms_lie_on_the_circle),
         cmocka_unit_test(equal_bits_on_all_instruction_sets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

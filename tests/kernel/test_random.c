@@ -1,4 +1,4 @@
-/* Scalar random numbers: the generator's published vectors, the counters in use, and the normal distribution. */
+/* Tests scalar random numbers: the published vectors of the generator, its counters, and the normal distribution. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@ void shim_uniforms(uint64_t seed, uint32_t stream, size_t count, double *uniform
 void shim_normals(uint64_t seed, uint32_t stream, size_t count, double *normals);
 void shim_random123(const uint32_t counter[4], const uint32_t key[2], uint32_t words[4]);
 
-/* Vectors published with the generator (Random123, kat_vectors, philox4x32 10). */
+/* Test vectors published with the generator (Random123, kat_vectors, philox4x32 10). */
 static void philox_gives_the_published_words(void **state) {
     (void)state;
     static const uint32_t known[3][10] = {

@@ -1,4 +1,4 @@
-/* 'Same' convolution, maximum pooling with switches and un-pooling against straight definitions in long double. */
+/* Tests 'same' convolution, maximum pooling with switches and un-pooling against their definitions in long double. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,11 +13,11 @@ void shim_same_gradient(int isa, const size_t *d, const float *in, const float *
 void shim_unpool(int isa, const size_t *d, const float *pooled, const int32_t *switches, float *out);
 void shim_pick(int isa, const size_t *d, const float *image, const int32_t *switches, float *pooled);
 
-/* Rows, columns, channels in and out: every stage of the network by its channels, both ways. */
+/* Rows, columns, input and output channels: the channels of every stage of the network, in both directions. */
 enum { ROWS, COLS, IN, OUT, kPooled = 8, kShapes = kPooled + 4 };
 static const size_t kShape[kShapes][4] = {
     {6, 16, 1, 8},   {4, 16, 8, 16},  {4, 16, 16, 32}, {2, 16, 32, 64},
-    {2, 16, 1, 16},  {4, 16, 1, 32},  {2, 32, 16, 8},  {2, 16, 8, 32}, /* and others */
+    {2, 16, 1, 16},  {4, 16, 1, 32},  {2, 32, 16, 8},  {2, 16, 8, 32}, /* other channel counts */
     {4, 16, 64, 32}, {4, 16, 32, 16}, {4, 16, 16, 8},  {6, 16, 8, 1},
 };
 
@@ -71,7 +71,8 @@ static void test_same(void **unused) {
         }
 }
 
-/* Against the convolution above; equal values, which a kernel of zeros makes everywhere, go to the first. */
+/* Against the convolution above. Of equal values, which a zero kernel produces everywhere, the first one is
+ * selected. */
 static void test_maximum(void **unused) {
     (void)unused;
     for (size_t shape = 0; shape < kPooled; shape++)
@@ -125,7 +126,7 @@ static void test_weight_gradient(void **unused) {
     }
 }
 
-/* Values come back from where they were put, and nothing else is there. */
+/* Values return to the pixels they were taken from; all other pixels are 0. */
 static void test_unpool(void **unused) {
     (void)unused;
     for (size_t shape = 0; shape < kPooled; shape++) {
@@ -150,7 +151,7 @@ static void test_unpool(void **unused) {
     }
 }
 
-/* One order of sums whatever the vector width. */
+/* The order of every sum is independent of the vector width. */
 static void test_same_bits_with_fused_multiply_add(void **unused) {
     (void)unused;
     if (shim_same_isas() < 3)

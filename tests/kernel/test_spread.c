@@ -1,4 +1,5 @@
-/* Sums of a non-uniform FFT against 113-bit sums at the worst places, and equal bits on every instruction set. */
+/* Tests the sums of the non-uniform FFT against 113-bit sums in the worst cases, and equal bits on every instruction
+ * set. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,7 +38,7 @@ static __complex128 exact_sum(const double *weights, size_t n, __float128 f) {
     return sum;
 }
 
-/* Largest difference from the exact sum, as part of the sum of |weights|. */
+/* Largest difference from the exact sum, relative to the sum of |weights|. */
 static double worst_error(const double *sums, const double *weights, size_t n, size_t modes, size_t step, double df,
                           double f_high, double f_low) {
     double worst = 0, all = 0;
@@ -51,28 +52,29 @@ static double worst_error(const double *sums, const double *weights, size_t n, s
     return worst;
 }
 
-/* One sample anywhere between two cells: the table's error is kept, and is no exaggeration. */
+/* One sample at various places between two cells: the error stays within the table's bound, and the bound is no more
+ * than 20 times larger. */
 static void test_error_of_one_sample(void **unused) {
     (void)unused;
-    static const double asked[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
-    for (size_t a = 0; a < sizeof asked / sizeof asked[0]; a++) {
-        double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, promised = 0;
+    static const double requested[] = {2e-4, 2e-6, 2e-8, 2e-10, 2e-12, 2e-14};
+    for (size_t a = 0; a < sizeof requested / sizeof requested[0]; a++) {
+        double sums_w[2 * MODES], sums_x[2 * MODES], worst = 0, bound = 0;
         for (int place = 0; place <= 24; place++) {
             size_t cells;
-            shim_nufft(MODES, asked[a], t_high, t_low, w, x, 0, 1, 0, 0, sums_w, sums_x, &cells);
+            shim_nufft(MODES, requested[a], t_high, t_low, w, x, 0, 1, 0, 0, sums_w, sums_x, &cells);
             t_high[0] = (40 + place / 24.0) / (double)cells;
             t_low[0] = 0;
             w[0] = x[0] = 1;
-            promised = shim_nufft(MODES, asked[a], t_high, t_low, w, x, 1, 1, 0.375, 0, sums_w, sums_x, &cells);
+            bound = shim_nufft(MODES, requested[a], t_high, t_low, w, x, 1, 1, 0.375, 0, sums_w, sums_x, &cells);
             worst = fmax(worst, worst_error(sums_w, w, 1, MODES, 1, 1, 0.375, 0));
         }
-        assert_true(promised <= asked[a]);
-        if (!(worst <= promised && worst > promised / 20))
-            fail_msg("asked %g: promised %g, found %g", asked[a], promised, worst);
+        assert_true(bound <= requested[a]);
+        if (!(worst <= bound && worst > bound / 20))
+            fail_msg("requested %g: bound %g, found %g", requested[a], bound, worst);
     }
 }
 
-/* As many cycles as there are digits, many modes, two doubles of time: nothing is lost. */
+/* Phases of many cycles, many modes, times as two doubles: the error bound holds. */
 static void test_many_samples(void **unused) {
     (void)unused;
     static const struct {
@@ -86,14 +88,14 @@ static void test_many_samples(void **unused) {
         const size_t modes = cases[c].modes, step = modes > 200 ? modes / 97 : 1;
         double *sums_w = malloc(2 * modes * sizeof(double)), *sums_x = malloc(2 * modes * sizeof(double));
         fill(cases[c].span);
-        for (double asked = 1e-4; asked > 1e-15; asked *= 1e-3) {
+        for (double requested = 1e-4; requested > 1e-15; requested *= 1e-3) {
             size_t cells;
-            const double promised = shim_nufft(modes, asked, t_high, t_low, w, x, N, cases[c].df, cases[c].f_high,
-                                               cases[c].f_low, sums_w, sums_x, &cells);
+            const double bound = shim_nufft(modes, requested, t_high, t_low, w, x, N, cases[c].df, cases[c].f_high,
+                                            cases[c].f_low, sums_w, sums_x, &cells);
             const double error_w = worst_error(sums_w, w, N, modes, step, cases[c].df, cases[c].f_high, cases[c].f_low);
             const double error_x = worst_error(sums_x, x, N, modes, step, cases[c].df, cases[c].f_high, cases[c].f_low);
-            if (!(error_w <= promised && error_x <= promised))
-                fail_msg("case %zu, asked %g: promised %g, found %g and %g", c, asked, promised, error_w, error_x);
+            if (!(error_w <= bound && error_x <= bound))
+                fail_msg("case %zu, requested %g: bound %g, found %g and %g", c, requested, bound, error_w, error_x);
         }
         free(sums_w), free(sums_x);
     }

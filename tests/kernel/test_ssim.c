@@ -1,4 +1,4 @@
-/* Structural similarity against the definition: two-dimensional window, central moments, long double. */
+/* Tests the structural similarity against its definition: two-dimensional window, central moments, long double. */
 #include "assert_close.h"
 
 double shim_ssim(const double *a, const double *b, size_t rows, size_t cols);

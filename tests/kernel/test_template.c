@@ -1,4 +1,4 @@
-/* The template estimator on made-up frames against the normal equations of weighted least squares. */
+/* Tests the template estimator on synthetic frames against the normal equations of weighted least squares. */
 #include <string.h>
 
 #include "assert_close.h"
@@ -27,7 +27,8 @@ static int make_model(void **state) {
     return 0;
 }
 
-/* Solves the weighted normal equations for derivative and nuisances together; returns value and sigma of the first. */
+/* Solves the weighted normal equations for derivative and nuisances together; returns value and sigma of the first
+ * parameter. */
 static void solve_least_squares(double *value, double *sigma) {
     enum { N = NUISANCES + 1 };
     long double matrix[N][N + 2] = {{0}};

@@ -1,4 +1,4 @@
-/* Zernike polynomials against Noll's table, his sum of powers in 113 bits, and their own orthonormality. */
+/* Tests Zernike polynomials against Noll's table, his sum of powers in 113 bits, and their orthonormality. */
 #include <quadmath.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static double angle(int k) {
     return (k + 0.3) * 2 * kPi / ANGLES;
 }
 
-/* The first eleven as Noll's table I prints them. */
+/* The first eleven as printed in Noll's table I. */
 static double printed(int noll, double r, double t) {
     switch (noll) {
     case 1:
@@ -47,7 +47,7 @@ static double printed(int noll, double r, double t) {
     }
 }
 
-static void first_eleven_are_those_of_the_table(void **state) {
+static void first_eleven_match_the_table(void **state) {
     (void)state;
     for (int noll = 1; noll <= 11; noll++)
         for (int i = 0; i < RADII; i++)
@@ -68,8 +68,8 @@ static __float128 radial(int n, int m, __float128 r) {
     return sum;
 }
 
-/* Every index in Noll's order: by n, then by m, the even index for the cosine. */
-static void all_are_the_sums_of_powers(void **state) {
+/* Every index in Noll's order: by n, then by m; the cosine term has the even index. */
+static void polynomials_are_sums_of_powers(void **state) {
     (void)state;
     double worst = 0;
     int noll = 0;
@@ -91,7 +91,7 @@ static void all_are_the_sums_of_powers(void **state) {
     assert_at_most(worst, 1e-13);
 }
 
-/* Nodes and weights of Gauss-Legendre on [0, 1], by Newton's method from the usual guess. */
+/* Nodes and weights of Gauss-Legendre quadrature on [0, 1], by Newton's method from the usual initial guess. */
 enum { NODES = 24, TURNS = 64 };
 static void gauss_legendre(double *node, double *weight) {
     for (int i = 0; i < NODES; i++) {
@@ -112,7 +112,7 @@ static void gauss_legendre(double *node, double *weight) {
 }
 
 /* The mean of Z_i Z_j over the disc is 1 for i = j, else 0. Exact quadrature: degree 41 < 2 * 24, frequency 40 < 64. */
-static void they_are_orthonormal(void **state) {
+static void polynomials_are_orthonormal(void **state) {
     (void)state;
     enum { POINTS = NODES * TURNS };
     double node[NODES], weight[NODES], worst = 0;
@@ -138,7 +138,7 @@ static void they_are_orthonormal(void **state) {
     assert_at_most(worst, 1e-13);
 }
 
-static void other_indices_are_no_number(void **state) {
+static void other_indices_give_nan(void **state) {
     (void)state;
     const int bad[] = {0, -1, INT32_MIN, shim_largest_noll() + 1, INT32_MAX};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
@@ -148,10 +148,10 @@ static void other_indices_are_no_number(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(first_eleven_are_those_of_the_table),
-        cmocka_unit_test(all_are_the_sums_of_powers),
-        cmocka_unit_test(they_are_orthonormal),
-        cmocka_unit_test(other_indices_are_no_number),
+        cmocka_unit_test(first_eleven_match_the_table),
+        cmocka_unit_test(polynomials_are_sums_of_powers),
+        cmocka_unit_test(polynomials_are_orthonormal),
+        cmocka_unit_test(other_indices_give_nan),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
