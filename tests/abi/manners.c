@@ -238,7 +238,7 @@ static void search(const char *folder) {
 }
 
 static void follow(const char *folder) {
-    static unsigned char bytes[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY];
     size_t size;
     char place[300];
     snprintf(place, sizeof place, "%s/mission", folder);

@@ -1,4 +1,4 @@
-// A pass of small frames with everything that happens on the way, and trackers of it upon a fake disk.
+// A sequence of small frames with the usual faults of a downlink, and trackers of these frames on a simulated disk.
 #pragma once
 #include <cstdio>
 #include <memory>
@@ -22,7 +22,7 @@ struct Arrival {
     }
 };
 
-// Some come twice, some with other bytes, some damaged, some are outliers.
+// Some frames are duplicates, some repeat with other bytes, some are damaged, some are outliers.
 inline std::vector<Arrival> make_arrivals(size_t count, std::mt19937_64 &random) {
     std::vector<Arrival> arrivals;
     while (arrivals.size() < count) {
@@ -30,15 +30,15 @@ inline std::vector<Arrival> make_arrivals(size_t count, std::mt19937_64 &random)
         for (uint16_t &pixel : arrival.pixels)
             pixel = static_cast<uint16_t>(1 + random() % 1000);
         arrival.id = static_cast<int64_t>(arrivals.size());
-        const uint64_t fate = random() % 10;
-        if (!arrivals.empty() && fate < 3) {
+        const uint64_t kind = random() % 10;
+        if (!arrivals.empty() && kind < 3) {
             arrival = arrivals[random() % arrivals.size()];
-            if (fate < 2)
+            if (kind < 2)
                 arrival.pixels[0] = static_cast<uint16_t>(arrival.pixels[0] ^ 1);
         }
-        if (fate == 3)
+        if (kind == 3)
             arrival.pixels[5] = 60000;
-        if (fate == 4)
+        if (kind == 4)
             arrival.pixels[0] = 4000;
         arrivals.push_back(arrival);
     }
@@ -57,7 +57,7 @@ inline track::Plan make_plan(size_t group, track::Sync sync) {
     return plan;
 }
 
-// A tracker with its sums.
+// A tracker and its periodogram.
 struct Run {
     Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group) : sums(grid()) {
         const track::Plan plan = make_plan(group, sync);
@@ -87,8 +87,8 @@ struct Run {
     std::optional<track::Tracker> tracker;
 };
 
-// Lines that are not marks, which count repeats.
-inline uint64_t lines_of_frames(const Run &run) {
+// Number of records without the marks that count repeats.
+inline uint64_t frame_records(const Run &run) {
     uint64_t lines = 0;
     run.tracker->visit(0, run.tracker->lines(), [&](const track::Record &record, const track::Outcome &) {
         lines += record.kind != track::Kind::merged;
@@ -96,36 +96,36 @@ inline uint64_t lines_of_frames(const Run &run) {
     return lines;
 }
 
-// A run that nothing befell: the sums after so many lines of frames, and the arrival that comes next then.
-struct Course {
+// An undisturbed run: the sums after each number of frame records, and the index of the arrival that follows.
+struct Reference {
     std::vector<Bytes> states;
     std::vector<size_t> next = {0};
 };
 
-inline Course course_of(const std::vector<Arrival> &arrivals) {
-    Course course;
+inline Reference reference_of(const std::vector<Arrival> &arrivals) {
+    Reference reference;
     Disk disk;
     Run run(std::make_unique<FakeStore>(disk), 1);
-    course.states.push_back(run.sums.save());
+    reference.states.push_back(run.sums.save());
     for (size_t i = 0; i < arrivals.size(); i++) {
         run.push(arrivals[i]);
-        if (lines_of_frames(run) < course.states.size())
+        if (frame_records(run) < reference.states.size())
             continue;
-        course.states.push_back(run.sums.save());
-        course.next.push_back(i + 1);
+        reference.states.push_back(run.sums.save());
+        reference.next.push_back(i + 1);
     }
-    return course;
+    return reference;
 }
 
-inline bool holds_its_lines(const Run &run, const Course &course) {
-    const uint64_t lines = lines_of_frames(run);
-    return lines < course.states.size() && run.sums.save() == course.states[lines];
+inline bool matches_its_records(const Run &run, const Reference &reference) {
+    const uint64_t lines = frame_records(run);
+    return lines < reference.states.size() && run.sums.save() == reference.states[lines];
 }
 
-// Everything behind the lines that a run has.
+// Pushes every arrival after those that the run has records of.
 template <class After>
-void push_the_rest(Run &run, const std::vector<Arrival> &arrivals, const Course &course, After after) {
-    for (size_t i = course.next.at(lines_of_frames(run)); i < arrivals.size(); i++) {
+void push_remaining(Run &run, const std::vector<Arrival> &arrivals, const Reference &reference, After after) {
+    for (size_t i = reference.next.at(frame_records(run)); i < arrivals.size(); i++) {
         run.push(arrivals[i]);
         after(i);
     }

@@ -1,8 +1,8 @@
-/* The C library's functions for memory and files in place of its own: the program exports them, so that every library
- * that it loads is bound to them, as are operator new, cJSON and zlib.
+/* Replaces the C library's functions for memory and files. The program exports them, so that the dynamic linker binds
+ * every library to them, including operator new, cJSON and zlib.
  *
- * Allocations count wherever they are made but in FFTW, OpenBLAS, and the Fortran library below it, which end the
- * program themselves where they get no memory. Calls on files count where libtoliman makes them. */
+ * Allocations count wherever they are made, except in FFTW, OpenBLAS and the Fortran library of OpenBLAS, which abort
+ * the program when they get no memory. File calls count if libtoliman makes them. */
 #include <errno.h>
 #include <fcntl.h>
 #include <link.h>
@@ -22,14 +22,14 @@
 #pragma GCC diagnostic ignored "-Wmissing-attributes"
 #pragma GCC diagnostic ignored "-Wnonnull-compare"
 
-/* Where libraries stand in memory. */
+/* Address ranges of libraries. */
 typedef struct {
     uintptr_t from, to;
 } range;
-static range own[4], deaf[8], loader;
-static size_t owns, deafs;
+static range own[4], exempt[8], loader;
+static size_t owns, exempts;
 
-static const char *const deaf_names[] = {"libfftw3", "libopenblas", "libgfortran", "libquadmath"};
+static const char *const exempt_names[] = {"libfftw3", "libopenblas", "libgfortran", "libquadmath"};
 
 static range range_of(const struct dl_phdr_info *library) {
     range all = {UINTPTR_MAX, 0};
@@ -52,9 +52,9 @@ static int sort_library(struct dl_phdr_info *library, size_t size, void *unused)
         own[owns++] = range_of(library);
     if (strncmp(name, "ld-linux", 8) == 0)
         loader = range_of(library);
-    for (size_t i = 0; i < sizeof deaf_names / sizeof *deaf_names; i++)
-        if (strncmp(name, deaf_names[i], strlen(deaf_names[i])) == 0 && deafs < sizeof deaf / sizeof *deaf)
-            deaf[deafs++] = range_of(library);
+    for (size_t i = 0; i < sizeof exempt_names / sizeof *exempt_names; i++)
+        if (strncmp(name, exempt_names[i], strlen(exempt_names[i])) == 0 && exempts < sizeof exempt / sizeof *exempt)
+            exempt[exempts++] = range_of(library);
     return 0;
 }
 
@@ -73,18 +73,18 @@ static int is_in_any(const void *address, const range *ranges, size_t count) {
     return 0;
 }
 
-/* Which call fails. */
+/* The call that fails. */
 static _Atomic int armed = FAIL_NOTHING;
 static _Atomic long calls;
 static _Atomic(const char *) first_failed;
 static long fails_at;
-static int fails_for_ever, fails_with;
+static int fails_permanently, fails_with;
 
-void arm(enum what what, long at, int for_ever, int error) {
+void arm(enum what what, long at, int permanent, int error) {
     calls = 0;
     first_failed = NULL;
     fails_at = at;
-    fails_for_ever = for_ever;
+    fails_permanently = permanent;
     fails_with = error;
     armed = what;
 }
@@ -101,14 +101,14 @@ const char *failed_call(void) {
 static int fails(const char *name) {
     const char *none = NULL;
     const long call = atomic_fetch_add(&calls, 1);
-    const int failing = fails_for_ever ? call >= fails_at : call == fails_at;
+    const int failing = fails_permanently ? call >= fails_at : call == fails_at;
     if (failing)
         atomic_compare_exchange_strong(&first_failed, &none, name);
     return failing;
 }
 
 static int no_memory(const char *name, const void *caller) {
-    if (armed != FAIL_MEMORY || is_in_any(caller, deaf, deafs) || !fails(name))
+    if (armed != FAIL_MEMORY || is_in_any(caller, exempt, exempts) || !fails(name))
         return 0;
     errno = ENOMEM;
     return 1;
@@ -121,20 +121,20 @@ static int no_file(const char *name, const void *caller) {
     return 1;
 }
 
-/* Half of what was asked for, where it is that call's turn. */
+/* Half of the requested size if this call is the one to fail, else all of it. */
 static size_t part_of(size_t size, const char *name, const void *caller) {
     const int counts = armed == FAIL_FILES && fails_with == SHORT_COUNT && is_in_any(caller, own, owns);
     return counts && fails(name) && size > 1 ? size / 2 : size;
 }
 
-/* Blocks that are watched, by open addressing; what is given back leaves a mark. The loader's live with threads, whose
- * stacks the C library keeps. */
-enum { ROOM = 1 << 18 };
-static void *blocks[ROOM];
+/* Watched blocks in a hash table with open addressing; a freed block leaves a tombstone. Blocks of the loader live as
+ * long as threads, whose stacks the C library keeps, so they are not watched. */
+enum { CAPACITY = 1 << 18 };
+static void *blocks[CAPACITY];
 static long held;
 static _Atomic int watching;
 static atomic_flag lock = ATOMIC_FLAG_INIT;
-static char mark;
+static char tombstone;
 
 static void begin(void) {
     while (atomic_flag_test_and_set(&lock))
@@ -149,13 +149,13 @@ static size_t place_of(const void *block) {
     return (size_t)(((uintptr_t)block >> 4) * 0x9e3779b97f4a7c15u >> 46);
 }
 
-static void *taken(void *block, const void *caller) {
-    if (block == NULL || !watching || is_in(caller, loader) || is_in_any(caller, deaf, deafs))
+static void *record_block(void *block, const void *caller) {
+    if (block == NULL || !watching || is_in(caller, loader) || is_in_any(caller, exempt, exempts))
         return block;
     begin();
     size_t i = place_of(block);
-    for (size_t tried = 0; blocks[i] != NULL && blocks[i] != (void *)&mark; i = (i + 1) % ROOM)
-        if (++tried == ROOM)
+    for (size_t tried = 0; blocks[i] != NULL && blocks[i] != (void *)&tombstone; i = (i + 1) % CAPACITY)
+        if (++tried == CAPACITY)
             __builtin_trap();
     blocks[i] = block;
     held++;
@@ -163,13 +163,13 @@ static void *taken(void *block, const void *caller) {
     return block;
 }
 
-static void given_back(const void *block) {
+static void forget_block(const void *block) {
     if (block == NULL || !watching)
         return;
     begin();
-    for (size_t i = place_of(block); blocks[i] != NULL; i = (i + 1) % ROOM)
+    for (size_t i = place_of(block); blocks[i] != NULL; i = (i + 1) % CAPACITY)
         if (blocks[i] == block) {
-            blocks[i] = &mark;
+            blocks[i] = &tombstone;
             held--;
             break;
         }
@@ -196,19 +196,19 @@ extern void *__libc_memalign(size_t alignment, size_t size);
 extern void __libc_free(void *block);
 
 void *malloc(size_t size) {
-    return no_memory("malloc", CALLER) ? NULL : taken(__libc_malloc(size), CALLER);
+    return no_memory("malloc", CALLER) ? NULL : record_block(__libc_malloc(size), CALLER);
 }
 
 void *calloc(size_t count, size_t size) {
-    return no_memory("calloc", CALLER) ? NULL : taken(__libc_calloc(count, size), CALLER);
+    return no_memory("calloc", CALLER) ? NULL : record_block(__libc_calloc(count, size), CALLER);
 }
 
 static void *reallocated(void *block, size_t size, const void *caller) {
-    given_back(block);
+    forget_block(block);
     void *const moved = __libc_realloc(block, size);
     if (moved == NULL && size != 0)
-        taken(block, caller);
-    return taken(moved, caller);
+        record_block(block, caller);
+    return record_block(moved, caller);
 }
 
 void *realloc(void *block, size_t size) {
@@ -223,15 +223,16 @@ void *reallocarray(void *block, size_t count, size_t size) {
 }
 
 void *aligned_alloc(size_t alignment, size_t size) {
-    return no_memory("aligned_alloc", CALLER) ? NULL : taken(__libc_memalign(alignment, size), CALLER);
+    return no_memory("aligned_alloc", CALLER) ? NULL : record_block(__libc_memalign(alignment, size), CALLER);
 }
 
 void *memalign(size_t alignment, size_t size) {
-    return no_memory("memalign", CALLER) ? NULL : taken(__libc_memalign(alignment, size), CALLER);
+    return no_memory("memalign", CALLER) ? NULL : record_block(__libc_memalign(alignment, size), CALLER);
 }
 
 int posix_memalign(void **out, size_t alignment, size_t size) {
-    void *const block = no_memory("posix_memalign", CALLER) ? NULL : taken(__libc_memalign(alignment, size), CALLER);
+    void *const block =
+        no_memory("posix_memalign", CALLER) ? NULL : record_block(__libc_memalign(alignment, size), CALLER);
     if (block == NULL)
         return ENOMEM;
     *out = block;
@@ -239,11 +240,11 @@ int posix_memalign(void **out, size_t alignment, size_t size) {
 }
 
 void free(void *block) {
-    given_back(block);
+    forget_block(block);
     __libc_free(block);
 }
 
-/* Files: by the system's calls themselves. */
+/* File functions, implemented by direct system calls. */
 #define FILE_CALL(name, parameters, number, ...)                                                                       \
     int name parameters {                                                                                              \
         return no_file(#name, CALLER) ? -1 : (int)syscall(number, __VA_ARGS__);                                        \
@@ -265,7 +266,7 @@ FILE_CALL(unlinkat, (int folder, const char *name, int flags), SYS_unlinkat, fol
 FILE_CALL(rename, (const char *from, const char *to), SYS_rename, from, to)
 FILE_CALL(renameat, (int from, const char *old, int to, const char *new), SYS_renameat, from, old, to, new)
 
-/* Closes in any case, as Linux does. */
+/* Closes the file in any case, as Linux does. */
 int close(int file) {
     const int result = (int)syscall(SYS_close, file);
     return no_file("close", CALLER) ? -1 : result;
@@ -311,7 +312,7 @@ ssize_t pwrite(int file, const void *data, size_t size, off_t at) {
     return no_file("pwrite", CALLER) ? -1 : syscall(SYS_pwrite64, file, data, part_of(size, "pwrite", CALLER), at);
 }
 
-/* Into memory of its own alone. */
+/* Supports only resolved == NULL, where the result is allocated. */
 char *realpath(const char *path, char *resolved) {
     return resolved != NULL || no_file("realpath", CALLER) ? NULL : canonicalize_file_name(path);
 }

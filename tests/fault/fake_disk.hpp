@@ -1,5 +1,5 @@
-// A disk that loses power: what was written and not synced may be there afterwards or not, sector by sector. And one
-// whose calls fail.
+// A simulated disk with power cuts and failing calls. After a power cut, each sector that was written but not synced
+// may or may not be on the disk.
 #pragma once
 #include <algorithm>
 #include <cstring>
@@ -18,18 +18,18 @@ using Bytes = std::vector<uint8_t>;
 
 struct PowerCut {};
 
-// What is on the disk, and what the system knows beyond that.
+// Synced contents of the disk, and the contents as seen through the page cache.
 struct Disk {
     struct Write {
         uint64_t at;
-        Bytes bytes; // empty: the file is cut to `at`
+        Bytes bytes; // empty: the file is truncated to `at`
     };
     struct File {
         Bytes synced, now;
         std::vector<Write> unsynced;
     };
     struct Rename {
-        std::string from, to; // no from: a new file
+        std::string from, to; // empty: a new file
         size_t file;
     };
     std::vector<File> files;
@@ -46,8 +46,8 @@ struct Disk {
         std::copy(write.bytes.begin(), write.bytes.end(), to.begin() + static_cast<std::ptrdiff_t>(write.at));
     }
 
-    // One of the disks that a power cut may leave: of each write any sectors, of truncations any, of new names and
-    // renames those up to some moment.
+    // One of the states that a power cut may leave: any sectors of each unsynced write, any truncations, and the new
+    // names and renames up to some moment.
     Disk after_power_cut(std::mt19937_64 &random) const {
         constexpr size_t kSector = 512;
         const double share = std::vector<double>{0, 1, 0.5, 0.9}[random() % 4];
@@ -80,13 +80,13 @@ struct Disk {
     }
 };
 
-// A folder on such a disk. The power goes at the call number power_cut_at, from 0 on; the one number failure_at fails.
+// A folder on such a disk. Power is cut at call number power_cut_at (from 0); call number failure_at fails.
 class FakeStore final : public toliman::Store {
   public:
     explicit FakeStore(Disk &disk, long power_cut_at = -1, long failure_at = -1)
         : disk_(disk), power_cut_at_(power_cut_at), failure_at_(failure_at) {}
 
-    // There is no other writer; the call may fail.
+    // There is no other writer, so the lock is always granted; the call itself may fail.
     void lock(const std::string &) override { call(toliman::Status::write); }
     void check_unchanged(const std::string &name, uint64_t size) override {
         call(toliman::Status::write);
@@ -112,7 +112,7 @@ class FakeStore final : public toliman::Store {
     }
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
         const auto *bytes = static_cast<const uint8_t *>(data);
-        if (fails()) { // in its middle
+        if (fails()) { // a partial write
             put(name, at, bytes, std::min(size, size / 2 + 7));
             refuse(toliman::Status::write);
         }
@@ -127,7 +127,7 @@ class FakeStore final : public toliman::Store {
         const bool fail = fails();
         Disk::File &known = file(name);
         const std::vector<Disk::Write> writes = std::exchange(known.unsynced, {});
-        if (fail) // and the system takes what it failed to write for written
+        if (fail) // the unsynced writes are lost, as in a page cache that marks failed pages clean
             refuse(toliman::Status::write);
         for (const Disk::Write &write : writes)
             Disk::apply(known.synced, write);

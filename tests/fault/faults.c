@@ -1,10 +1,11 @@
-/* Every public function while memory or files fail it: call after call, once or from there on. It tells of the error or
- * succeeds as ever; what it was given is as before, it keeps nothing, and works the next time.
+/* Calls every public function while memory or file calls fail: one call after the other, once or from that call on. The
+ * function must return the error or succeed with the usual result. After an error its arguments must be unchanged,
+ * nothing may leak, and the next call must succeed.
  *
  *   faults SYMBOLS memory|files [all] [FUNCTION]
  *
- * SYMBOLS is lib/api/toliman.sym, whose functions must all have a scenario. Without `all` it leaves out calls more and
- * more with their number. */
+ * SYMBOLS is lib/api/toliman.sym; each of its functions must have a scenario. Without `all`, the step between tested
+ * calls grows with their number. */
 #include <dirent.h>
 #include <errno.h>
 #include <limits.h>
@@ -21,16 +22,16 @@ static const scenario_list *const lists[] = {&base_scenarios,   &sim_scenarios, 
                                              &linear_scenarios, &period_scenarios, &track_scenarios};
 enum { LISTS = sizeof lists / sizeof *lists };
 
-/* What is running, for messages. */
+/* The current scenario and failure, for messages. */
 static const scenario *now;
-static char mishap[120] = "";
+static char failure[120] = "";
 static long runs, failed_calls;
 static int defects;
 
 static void complain(const char *when, const char *what, toliman_status status) {
     defects++;
     fprintf(stderr, "%s%s%s: %s%s [%s; %s failed]: %s \"%s\"\n", now->function, now->variant ? ", " : "",
-            now->variant ? now->variant : "", when, what, mishap, failed_call(), toliman_status_name(status),
+            now->variant ? now->variant : "", when, what, failure, failed_call(), toliman_status_name(status),
             toliman_last_error());
 }
 
@@ -39,7 +40,7 @@ void must(int holds, const char *what) {
         complain("", what, TOLIMAN_OK);
 }
 
-/* The folder. */
+/* The temporary folder. */
 static char folder[200];
 
 const char *in_folder(const char *name) {
@@ -59,14 +60,14 @@ static void require(int holds, const char *what, const char *name) {
 
 void write_file(const char *name, const void *bytes, size_t size) {
     FILE *const file = fopen(in_folder(name), "wb");
-    require(file != NULL && fwrite(bytes, 1, size, file) == size && fclose(file) == 0, "not written", name);
+    require(file != NULL && fwrite(bytes, 1, size, file) == size && fclose(file) == 0, "cannot be written", name);
 }
 
-size_t read_file(const char *name, void *bytes, size_t room) {
+size_t read_file(const char *name, void *bytes, size_t capacity) {
     FILE *const file = fopen(in_folder(name), "rb");
     if (file == NULL)
         return SIZE_MAX;
-    const size_t size = fread(bytes, 1, room, file);
+    const size_t size = fread(bytes, 1, capacity, file);
     fclose(file);
     return size;
 }
@@ -74,13 +75,13 @@ size_t read_file(const char *name, void *bytes, size_t room) {
 static int entries(const char *path, int end) {
     int count = 0;
     DIR *const open = opendir(path);
-    require(open != NULL, "not opened", path);
+    require(open != NULL, "cannot be opened", path);
     for (const struct dirent *entry; (entry = readdir(open)) != NULL;)
         if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0) {
             count++;
             if (end && unlinkat(dirfd(open), entry->d_name, 0) != 0)
                 require(entries(in_folder(entry->d_name), 1) >= 0 && rmdir(in_folder(entry->d_name)) == 0,
-                        "not removed", entry->d_name);
+                        "cannot be removed", entry->d_name);
         }
     closedir(open);
     return count;
@@ -91,17 +92,17 @@ int files_in(const char *name) {
 }
 
 void empty_folder(const char *name) {
-    require(mkdir(in_folder(name), 0700) == 0 || errno == EEXIST, "not made", name);
+    require(mkdir(in_folder(name), 0700) == 0 || errno == EEXIST, "cannot be created", name);
     entries(in_folder(name), 1);
 }
 
-/* A call and what must come of it. */
+/* A call without failures, and its expected results. */
 typedef struct {
     uint64_t before, after, made;
-    long files; /* calls on files */
+    long files; /* number of file calls */
 } reference;
 
-static _Alignas(64) unsigned char out[OUT_ROOM], untouched[OUT_ROOM], right[OUT_ROOM];
+static _Alignas(64) unsigned char out[OUT_CAPACITY], untouched[OUT_CAPACITY], right[OUT_CAPACITY];
 
 static void begin(attempt *a) {
     if (now->stage != NULL)
@@ -117,12 +118,12 @@ static uint64_t digest_of(const object_kind *of, const void *object) {
     return of != NULL && object != NULL ? of->digest(object) : 0;
 }
 
-static int made_something(const attempt *a) {
+static int created_something(const attempt *a) {
     return a->made != untouched;
 }
 
 static void end(attempt *a) {
-    if (now->made != NULL && made_something(a))
+    if (now->made != NULL && created_something(a))
         now->made->end(a->made);
     if (now->of != NULL && a->object != NULL)
         now->of->end(a->object);
@@ -130,22 +131,22 @@ static void end(attempt *a) {
 
 static reference result_of(const attempt *a) {
     const reference result = {0, digest_of(now->of, a->object),
-                              now->made != NULL && made_something(a) ? digest_of(now->made, a->made) : 0, 0};
+                              now->made != NULL && created_something(a) ? digest_of(now->made, a->made) : 0, 0};
     return result;
 }
 
-/* Results of a call that succeeded, against those of one that nothing befell. */
+/* Compares the results of a successful call with those of the undisturbed call. */
 static void compare(const attempt *a, const reference *good, const char *when) {
     const reference result = result_of(a);
     if (memcmp(out, right, sizeof out) != 0)
-        complain(when, "outputs are others", TOLIMAN_OK);
+        complain(when, "outputs differ", TOLIMAN_OK);
     if (result.made != good->made)
-        complain(when, "another object is made", TOLIMAN_OK);
+        complain(when, "the created object differs", TOLIMAN_OK);
     if (result.after != good->after)
-        complain(when, "another object is left", TOLIMAN_OK);
+        complain(when, "the object differs", TOLIMAN_OK);
 }
 
-static reference unharmed(void) {
+static reference undisturbed_call(void) {
     attempt a;
     begin(&a);
     const uint64_t before = digest_of(now->of, a.object);
@@ -153,7 +154,7 @@ static reference unharmed(void) {
     const toliman_status status = now->call(&a);
     const long files = disarm();
     if (status != now->refused)
-        complain("", "another status though nothing is wrong", status);
+        complain("", "unexpected status without a failure", status);
     reference good = result_of(&a);
     good.before = before;
     memcpy(right, out, sizeof out);
@@ -170,30 +171,30 @@ static void check_failure(const attempt *a, toliman_status status, enum what wha
     const int expected =
         what == FAIL_MEMORY ? status == TOLIMAN_E_MEMORY : status == TOLIMAN_E_WRITE || status == TOLIMAN_E_NOT_FOUND;
     if (!expected)
-        complain("", "another error", status);
-    if (made_something(a))
-        complain("", "something was made", status);
+        complain("", "unexpected error status", status);
+    if (created_something(a))
+        complain("", "an object was created", status);
     if (now->partial == NULL && memcmp(out, untouched, sizeof out) != 0)
-        complain("", "outputs are touched", status);
+        complain("", "outputs were modified", status);
 }
 
-/* Only closing what was read or is synced may fail unseen. */
+/* Interrupted and short calls are retried. A failing close may be ignored only where the file was read or is synced. */
 static int may_be_silent(int error) {
     return error == EINTR || error == SHORT_COUNT || strcmp(failed_call(), "close") == 0;
 }
 
-/* One call with the mishap; returns whether it came to that. */
-static int attempt_once(const reference *good, enum what what, long at, int for_ever, int error) {
+/* One call with one failure; returns whether the failing call was reached. */
+static int attempt_once(const reference *good, enum what what, long at, int permanent, int error) {
     attempt a;
     const int files = open_files();
     begin(&a);
-    arm(what, at, for_ever, error);
+    arm(what, at, permanent, error);
     toliman_status status = now->call(&a);
     const long calls = disarm();
     runs++;
     failed_calls += calls > at;
     if (status == now->refused && what == FAIL_FILES && calls > at && !may_be_silent(error))
-        complain("", "the failure is not told", status);
+        complain("", "the failure is not reported", status);
     if (status == now->refused)
         compare(&a, good, "after a success, ");
     else
@@ -202,12 +203,12 @@ static int attempt_once(const reference *good, enum what what, long at, int for_
         now->check(&a, status);
     if (status != now->refused) {
         if (now->partial == NULL && digest_of(now->of, a.object) != good->before)
-            complain("", "the object is not as before", status);
+            complain("", "the object was modified", status);
         memcpy(out, untouched, sizeof out);
         if ((status = now->call(&a)) != now->refused)
-            complain("", "another status the next time", status);
+            complain("", "unexpected status of the repeated call", status);
         else
-            compare(&a, good, "the next time, ");
+            compare(&a, good, "after the repeated call, ");
     }
     end(&a);
     if (open_files() != files)
@@ -215,13 +216,13 @@ static int attempt_once(const reference *good, enum what what, long at, int for_
     return calls > at;
 }
 
-/* Of slow functions the short form takes few, those that fail once by turns with those that fail for ever. */
+/* For slow functions the short form tests few calls, alternating between single and permanent failures. */
 static int is_sparse(int all) {
     return now->slow && !all;
 }
 
-static long first(int for_ever, int all) {
-    return is_sparse(all) ? for_ever : 0;
+static long first(int permanent, int all) {
+    return is_sparse(all) ? permanent : 0;
 }
 
 static long next(long at, int all) {
@@ -229,15 +230,15 @@ static long next(long at, int all) {
 }
 
 static void run_memory(int all) {
-    const reference good = unharmed();
-    for (int for_ever = 0; for_ever < 2; for_ever++)
-        for (long at = first(for_ever, all), more = 1; more; at = next(at, all)) {
-            snprintf(mishap, sizeof mishap, "allocation %ld%s", at, for_ever ? " and all that follow" : "");
+    const reference good = undisturbed_call();
+    for (int permanent = 0; permanent < 2; permanent++)
+        for (long at = first(permanent, all), more = 1; more; at = next(at, all)) {
+            snprintf(failure, sizeof failure, "allocation %ld%s", at, permanent ? " and all that follow" : "");
             watch_memory();
-            more = attempt_once(&good, FAIL_MEMORY, at, for_ever, 0);
+            more = attempt_once(&good, FAIL_MEMORY, at, permanent, 0);
             if (blocks_held() != 0) {
                 char text[60];
-                snprintf(text, sizeof text, "%ld blocks of memory are kept", blocks_held());
+                snprintf(text, sizeof text, "%ld blocks of memory are leaked", blocks_held());
                 complain("", text, TOLIMAN_OK);
             }
         }
@@ -245,21 +246,21 @@ static void run_memory(int all) {
 
 static void run_files(int all) {
     static const struct {
-        int error, for_ever;
+        int error, permanent;
         const char *name;
-    } mishaps[] = {{EIO, 0, "EIO"},
-                   {EIO, 1, "EIO"},
-                   {ENOSPC, 0, "ENOSPC"},
-                   {ENOSPC, 1, "ENOSPC"},
-                   {EINTR, 0, "EINTR"},
-                   {SHORT_COUNT, 0, "a short count"},
-                   {SHORT_COUNT, 1, "a short count"}};
-    const reference good = unharmed();
-    for (size_t i = 0; good.files > 0 && i < sizeof mishaps / sizeof *mishaps; i += is_sparse(all) ? 3 : 1)
-        for (long at = first(mishaps[i].for_ever, all), more = 1; more; at = next(at, all)) {
-            snprintf(mishap, sizeof mishap, "%s of call %ld%s", mishaps[i].name, at,
-                     mishaps[i].for_ever ? " and all that follow" : "");
-            more = attempt_once(&good, FAIL_FILES, at, mishaps[i].for_ever, mishaps[i].error);
+    } failures[] = {{EIO, 0, "EIO"},
+                    {EIO, 1, "EIO"},
+                    {ENOSPC, 0, "ENOSPC"},
+                    {ENOSPC, 1, "ENOSPC"},
+                    {EINTR, 0, "EINTR"},
+                    {SHORT_COUNT, 0, "a short count"},
+                    {SHORT_COUNT, 1, "a short count"}};
+    const reference good = undisturbed_call();
+    for (size_t i = 0; good.files > 0 && i < sizeof failures / sizeof *failures; i += is_sparse(all) ? 3 : 1)
+        for (long at = first(failures[i].permanent, all), more = 1; more; at = next(at, all)) {
+            snprintf(failure, sizeof failure, "%s of call %ld%s", failures[i].name, at,
+                     failures[i].permanent ? " and all that follow" : "");
+            more = attempt_once(&good, FAIL_FILES, at, failures[i].permanent, failures[i].error);
         }
 }
 
@@ -271,12 +272,12 @@ static int has_scenario(const char *function) {
     return 0;
 }
 
-/* Returns how many functions there are. */
-static int check_all_are_here(const char *symbols) {
+/* Returns the number of public functions. */
+static int check_all_have_scenarios(const char *symbols) {
     char line[200], function[200];
     int count = 0;
     FILE *const file = fopen(symbols, "r");
-    require(file != NULL, "not opened", symbols);
+    require(file != NULL, "cannot be opened", symbols);
     while (fgets(line, sizeof line, file) != NULL) {
         if (sscanf(line, " toliman_%[a-z_];", function) != 1)
             continue;
@@ -298,10 +299,10 @@ int main(int count, char **arguments) {
     const int memory = strcmp(arguments[2], "memory") == 0, all = count > 3 && strcmp(arguments[3], "all") == 0;
     const char *const only = count > 3 + all ? arguments[3 + all] : NULL;
     int chosen = 0;
-    const int functions = check_all_are_here(arguments[1]);
+    const int functions = check_all_have_scenarios(arguments[1]);
     const char *const above = getenv("TMPDIR");
     snprintf(folder, sizeof folder, "%s/toliman-faults-XXXXXX", above != NULL ? above : "/tmp");
-    require(mkdtemp(folder) != NULL, "not made", folder);
+    require(mkdtemp(folder) != NULL, "cannot be created", folder);
     for (size_t i = 0; i < LISTS; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
             now = &lists[i]->first[j];
@@ -310,7 +311,7 @@ int main(int count, char **arguments) {
             (memory ? run_memory : run_files)(all);
             chosen++;
         }
-    printf("%d functions, %ld calls, of which %ld met a failure: %d defects\n", functions, runs, failed_calls, defects);
+    printf("%d functions, %ld calls, %ld of them with a failure: %d defects\n", functions, runs, failed_calls, defects);
     entries(folder, 1);
     rmdir(folder);
     return defects != 0 || functions == 0 || chosen == 0;

@@ -12,7 +12,7 @@ static toliman_status texts(attempt *a) {
     return TOLIMAN_OK;
 }
 
-/* An error's message needs no memory either. */
+/* Reading the message of an error must not allocate. */
 static toliman_status message(attempt *a) {
     double power;
     char text[10];
@@ -28,7 +28,7 @@ static toliman_status machine(attempt *a) {
     return toliman_get_machine((void *)a->out);
 }
 
-/* Another number each time. */
+/* A different number on each call. */
 static toliman_status blas_speed(attempt *a) {
     double speed = -1;
     const toliman_status status = toliman_get_blas_speed(&speed);

@@ -11,7 +11,7 @@ static toliman_status create_with(int32_t layout, int32_t input, void **made) {
     toliman_cae_options_init(&options, sizeof options);
     options.layout = layout;
     options.input = input;
-    return toliman_cae_create(wide_sim(), 3, &options, (toliman_cae **)made);
+    return toliman_cae_create(large_sim(), 3, &options, (toliman_cae **)made);
 }
 
 static void *make(void) {
@@ -41,24 +41,24 @@ static uint64_t digest(const void *cae) {
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_cae_train_options training = {.struct_size = sizeof training};
     assert_ok(toliman_cae_get_info(cae, &info));
-    assert_ok(toliman_cae_encode(cae, wide_frames(), WIDE, &latent));
+    assert_ok(toliman_cae_encode(cae, large_frames(), LARGE, &latent));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), &latent, sizeof latent);
     if (toliman_cae_get_train_options(cae, &training) == TOLIMAN_OK)
         hash = fnv1a(hash, &training, sizeof training);
-    assert_ok(toliman_cae_reconstruct(cae, wide_frames(), WIDE, image, WIDE, NULL, NULL, NULL));
+    assert_ok(toliman_cae_reconstruct(cae, large_frames(), LARGE, image, LARGE, NULL, NULL, NULL));
     return fnv1a(hash, image, sizeof image);
 }
 
 static const object_kind networks = {end, digest};
 
-/* Trainings: enough of each that whatever an optimiser keeps is at work. */
+/* Trainings with enough steps that all state of the optimisers is in use. */
 static toliman_status give_frames(size_t first, size_t count, double *counts, void *unused) {
     (void)unused;
-    memcpy(counts, wide_frames() + first * kPixels, count * kPixels * sizeof *counts);
+    memcpy(counts, large_frames() + first * kPixels, count * kPixels * sizeof *counts);
     return TOLIMAN_OK;
 }
 
-static int32_t go_on(const char *stage, double fraction, void *unused) {
+static int32_t keep_going(const char *stage, double fraction, void *unused) {
     (void)stage, (void)fraction, (void)unused;
     return 0;
 }
@@ -72,7 +72,7 @@ static toliman_cae_train_options unsupervised(uint32_t epochs, uint32_t threads)
     options.frame_count = 3;
     options.batch = 1;
     options.threads = threads;
-    options.progress = go_on;
+    options.progress = keep_going;
     return options;
 }
 
@@ -108,7 +108,7 @@ static const toliman_cae *trained(void) {
     return cae != NULL ? cae : (cae = make_trained());
 }
 
-/* Blobs; files have one of an earlier network before. */
+/* Weights blobs; an earlier network's blob is in the files before. */
 static toliman_cae_save_options save_options(int32_t encoding, uint32_t training) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
@@ -117,7 +117,7 @@ static toliman_cae_save_options save_options(int32_t encoding, uint32_t training
     return options;
 }
 
-enum { BLOB_ROOM = 6 << 20 };
+enum { BLOB_CAPACITY = 6 << 20 };
 
 typedef struct {
     unsigned char *bytes;
@@ -126,8 +126,8 @@ typedef struct {
 
 static blob blob_of(const toliman_cae *cae, uint32_t training) {
     const toliman_cae_save_options options = save_options(TOLIMAN_CAE_ENCODING_FLOAT32, training);
-    blob made = {malloc(BLOB_ROOM), 0};
-    assert_ok(toliman_cae_save(cae, &options, made.bytes, BLOB_ROOM, &made.size));
+    blob made = {malloc(BLOB_CAPACITY), 0};
+    assert_ok(toliman_cae_save(cae, &options, made.bytes, BLOB_CAPACITY, &made.size));
     return made;
 }
 
@@ -153,9 +153,10 @@ static void put_old(void) {
     write_file(kSaved, trained.bytes, trained.size);
 }
 
-/* The old file or the new one, whole, and nothing beside it but what cannot be removed where everything fails. */
+/* The file must be the old or the new one, complete. No other file may remain, unless every call fails and it cannot be
+ * removed. */
 static void check_saved(attempt *a, toliman_status status) {
-    static unsigned char found[BLOB_ROOM];
+    static unsigned char found[BLOB_CAPACITY];
     const blob old = trained_blob(), new = plain_blob();
     const size_t size = read_file(kSaved, found, sizeof found);
     const int is_new = size == new.size &&memcmp(found, new.bytes, size) == 0;
@@ -175,7 +176,7 @@ static toliman_status load(attempt *a) {
     return toliman_cae_load(trained_blob().bytes, trained_blob().size, NULL, (toliman_cae **)&a->made);
 }
 static toliman_status load_damaged(attempt *a) {
-    static unsigned char bytes[BLOB_ROOM];
+    static unsigned char bytes[BLOB_CAPACITY];
     memcpy(bytes, plain_blob().bytes, plain_blob().size);
     bytes[plain_blob().size / 2] ^= 1;
     return toliman_cae_load(bytes, plain_blob().size, NULL, (toliman_cae **)&a->made);
@@ -186,7 +187,7 @@ static toliman_status load_file(attempt *a) {
 static toliman_status save(attempt *a) {
     size_t size = 0;
     const toliman_cae_save_options options = save_options(TOLIMAN_CAE_ENCODING_BF16, 0);
-    const toliman_status status = toliman_cae_save(network(), &options, a->out, OUT_ROOM, &size);
+    const toliman_status status = toliman_cae_save(network(), &options, a->out, OUT_CAPACITY, &size);
     must(status == TOLIMAN_OK ? size > 0 : size == 0, "needed");
     return status;
 }
@@ -207,20 +208,20 @@ static toliman_status inits(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status decode(attempt *a) {
-    return toliman_cae_decode(network(), 0.01, (double *)a->out, WIDE);
+    return toliman_cae_decode(network(), 0.01, (double *)a->out, LARGE);
 }
 static toliman_status get_target(attempt *a) {
-    return toliman_cae_get_target(network(), (double *)a->out, WIDE);
+    return toliman_cae_get_target(network(), (double *)a->out, LARGE);
 }
 static toliman_status encode(attempt *a) {
-    return toliman_cae_encode(network(), wide_frames(), WIDE, (double *)a->out);
+    return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out);
 }
 static toliman_status encode_many(attempt *a) {
-    return toliman_cae_encode_many(network(), PLAIN_IMAGE(wide_frames()), FRAMES, 3, (double *)a->out, NULL);
+    return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, 3, (double *)a->out, NULL);
 }
 static toliman_status reconstruct(attempt *a) {
     double *const out = (double *)a->out;
-    return toliman_cae_reconstruct(a->object, wide_frames(), WIDE, out, WIDE, out + kPixels, out + kPixels + 1,
+    return toliman_cae_reconstruct(a->object, large_frames(), LARGE, out, LARGE, out + kPixels, out + kPixels + 1,
                                    out + kPixels + 2);
 }
 static toliman_status get_info(attempt *a) {
@@ -231,10 +232,10 @@ static toliman_status get_train_options(attempt *a) {
 }
 
 static void put_blobs(void) {
-    (void)plain_blob(), (void)trained_blob(), (void)wide_frames();
+    (void)plain_blob(), (void)trained_blob(), (void)large_frames();
 }
 
-#define PARTIAL "cae.h: what was trained in whole steps or epochs may be taken up"
+#define PARTIAL "cae.h: complete steps or epochs are kept, so that training can be resumed"
 enum { REPORT = sizeof(toliman_cae_training) };
 
 static const scenario all[] = {

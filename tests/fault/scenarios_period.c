@@ -6,7 +6,7 @@
 #include "assert_close.h"
 #include "scenario.h"
 
-enum { SAMPLES = 60, FREQUENCIES = 90, STATE_ROOM = 65536, PEAKS = 3, DRAWS = 4, ARCHIVE = 3000, BINS = 3000 };
+enum { SAMPLES = 60, FREQUENCIES = 90, STATE_CAPACITY = 65536, PEAKS = 3, DRAWS = 4, ARCHIVE = 3000, BINS = 3000 };
 #define F0 0.01
 #define DF 0.005
 
@@ -56,7 +56,7 @@ static void end(void *period) {
 }
 
 static uint64_t digest(const void *period) {
-    static unsigned char bytes[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY];
     size_t size = 0;
     assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
     return fnv1a(FNV_START, bytes, size);
@@ -64,9 +64,9 @@ static uint64_t digest(const void *period) {
 
 static const object_kind periods = {end, digest};
 
-/* States, and files of them. */
+/* States, and files with states. */
 typedef struct {
-    unsigned char bytes[STATE_ROOM];
+    unsigned char bytes[STATE_CAPACITY];
     size_t size;
 } state;
 
@@ -130,7 +130,7 @@ static toliman_status load(attempt *a) {
     return toliman_period_load(new_state()->bytes, new_state()->size, NULL, (toliman_period **)&a->made);
 }
 static toliman_status load_damaged(attempt *a) {
-    static unsigned char bytes[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY];
     memcpy(bytes, new_state()->bytes, new_state()->size);
     bytes[new_state()->size / 2] ^= 1;
     return toliman_period_load(bytes, new_state()->size, NULL, (toliman_period **)&a->made);
@@ -140,7 +140,7 @@ static toliman_status load_file(attempt *a) {
 }
 static toliman_status save(attempt *a) {
     size_t size = 0;
-    const toliman_status status = toliman_period_save(samples(), a->out, OUT_ROOM, &size);
+    const toliman_status status = toliman_period_save(samples(), a->out, OUT_CAPACITY, &size);
     must(status == TOLIMAN_OK ? size > 0 : size == 0, "needed");
     return status;
 }
@@ -252,7 +252,7 @@ static toliman_status batch_fft(attempt *a) {
 static toliman_status batch_threads(attempt *a) {
     return batch_with(ARCHIVE, BINS, 1e-6, 3, (double *)a->out);
 }
-/* Values about a mean so large that the direct sums cancel. */
+/* Values with a mean so large that the direct sums cancel. */
 static toliman_status batch_exact(attempt *a) {
     static double above[SAMPLES];
     for (int i = 0; i < SAMPLES; i++)
@@ -267,7 +267,7 @@ static void put_states(void) {
 enum { PEAK = sizeof(toliman_period_peak) };
 #define ON_ONE(name)                                                                                                   \
     { .function = "toliman_period_" #name, .call = name, .make = make, .of = &periods }
-#define LOOKS(name, size)                                                                                              \
+#define QUERIES(name, size)                                                                                            \
     { .function = "toliman_period_" #name, .call = name, .struct_size = size, .stage = put_states }
 
 static const scenario all[] = {
@@ -283,7 +283,7 @@ static const scenario all[] = {
      .refused = TOLIMAN_E_FORMAT},
     {.function = "toliman_period_push_many", "NaN", push_bad, make, &periods, .refused = TOLIMAN_E_ARGUMENT},
     {.function = "toliman_period_load_file", .call = load_file, .made = &periods, .stage = put_file},
-    LOOKS(save, 0),
+    QUERIES(save, 0),
     {.function = "toliman_period_save_file", .call = save_file, .stage = put_old, .check = check_saved},
     ON_ONE(push),
     ON_ONE(push_samples),
@@ -295,22 +295,22 @@ static const scenario all[] = {
     {.function = "toliman_period_merge", "turned", merge_turned, make, &periods, .stage = put_states},
     {.function = "toliman_period_merge", "wide into narrow", merge_wide, make, &periods, .stage = put_states},
     ON_ONE(reset),
-    LOOKS(count, 0),
+    QUERIES(count, 0),
     {.function = "toliman_period_options_init", .call = inits},
     {.function = "toliman_period_suggest", .call = suggest},
     {.function = "toliman_period_bootstrap_options_init", .call = inits},
     {.function = "toliman_period_batch_options_init", .call = inits},
-    LOOKS(get_info, sizeof(toliman_period_info)),
+    QUERIES(get_info, sizeof(toliman_period_info)),
     ON_ONE(query_power),
     {.function = "toliman_period_query_power", "wide", query_power, make_wide, &periods},
-    LOOKS(query_model, sizeof(toliman_period_model)),
-    LOOKS(query_peak, PEAK),
-    LOOKS(query_peaks, PEAK),
-    LOOKS(query_fit, PEAK),
-    LOOKS(query_fap, 0),
-    LOOKS(query_threshold, 0),
-    LOOKS(query_bootstrap, 0),
-    LOOKS(query_sampling, sizeof(toliman_period_sampling)),
+    QUERIES(query_model, sizeof(toliman_period_model)),
+    QUERIES(query_peak, PEAK),
+    QUERIES(query_peaks, PEAK),
+    QUERIES(query_fit, PEAK),
+    QUERIES(query_fap, 0),
+    QUERIES(query_threshold, 0),
+    QUERIES(query_bootstrap, 0),
+    QUERIES(query_sampling, sizeof(toliman_period_sampling)),
     {.function = "toliman_period_batch", "direct", batch_direct, .stage = put_states},
     {.function = "toliman_period_batch", "FFT", batch_fft, .stage = put_states},
     {.function = "toliman_period_batch", "threads", batch_threads, .stage = put_states},

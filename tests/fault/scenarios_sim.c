@@ -13,7 +13,7 @@ static char *smaller(const char *scene) {
     return replaced_again(text, "[64, 64]", "[24, 24]");
 }
 
-/* Every stage of the detector, every systematic, nuisances. */
+/* Every stage of the detector, every systematic effect, nuisances. */
 static char *everything(void) {
     char *text = smaller(kBinaryScene);
     text = replaced_again(text, "\"peak_photons\": 1e5", "\"exposure_s\": 1");
@@ -29,7 +29,7 @@ static char *everything(void) {
                           " \"preprocess\": {\"project\": [\"flux_a\", \"shift_x\", \"roll\"]}, \"noise\"");
 }
 
-/* Stars that follow their orbit, for which anchors are made as frames ask for them. */
+/* Stars that follow their orbit; frames request the expansion points (anchors). */
 static char *on_orbit(void) {
     char *text = smaller(kBinaryScene);
     text = replaced_again(text, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
@@ -89,9 +89,9 @@ toliman_sim *small_sim(void) {
     return sim != NULL ? sim : (sim = made_of(smaller(kBinaryScene)));
 }
 
-toliman_sim *wide_sim(void) {
+toliman_sim *large_sim(void) {
     static toliman_sim *sim;
-    return sim != NULL ? sim : (sim = make_sim(WIDE, WIDE, 0, "\"flux_a\""));
+    return sim != NULL ? sim : (sim = make_sim(LARGE, LARGE, 0, "\"flux_a\""));
 }
 
 static const double *frames_of(const toliman_sim *sim, size_t pixels) {
@@ -105,16 +105,16 @@ const double *small_frames(void) {
     return frames != NULL ? frames : (frames = frames_of(small_sim(), PIXELS));
 }
 
-const double *wide_frames(void) {
+const double *large_frames(void) {
     static const double *frames;
-    return frames != NULL ? frames : (frames = frames_of(wide_sim(), kPixels));
+    return frames != NULL ? frames : (frames = frames_of(large_sim(), kPixels));
 }
 
 static void end(void *sim) {
     toliman_sim_destroy(sim);
 }
 
-/* With frames far apart, so that anchors are made. */
+/* With frames far apart, so that several anchors are computed. */
 static uint64_t digest(const void *sim) {
     static double frame[PIXELS];
     const toliman_sim_info info = sim_info_of(sim);
@@ -128,12 +128,12 @@ static uint64_t digest(const void *sim) {
 
 static const object_kind sims = {end, digest};
 
-static int32_t go_on(const char *stage, double fraction, void *unused) {
+static int32_t keep_going(const char *stage, double fraction, void *unused) {
     (void)stage, (void)fraction, (void)unused;
     return 0;
 }
 
-static void listen(int32_t level, const char *text, void *unused) {
+static void ignore_log(int32_t level, const char *text, void *unused) {
     (void)level, (void)text, (void)unused;
 }
 
@@ -142,12 +142,12 @@ static toliman_status create_of(char *text, int32_t engine, uint32_t threads, vo
     toliman_sim_options_init(&options, sizeof options);
     options.engine = engine;
     options.threads = threads;
-    options.progress = go_on;
-    options.log = listen;
+    options.progress = keep_going;
+    options.log = ignore_log;
     return toliman_sim_create_json(text, strlen(text), NULL, &options, (toliman_sim **)made);
 }
 
-/* Text of a scene that stays, so that making it is no part of the call. */
+/* Text of a scene, created once so that its creation is not part of the call. */
 #define SCENE(name, make)                                                                                              \
     static char *name(void) {                                                                                          \
         static char *text;                                                                                             \
@@ -159,7 +159,7 @@ SCENE(orbit_text, on_orbit())
 SCENE(fft_text, plain_fft())
 SCENE(impossible_text, replaced(kBinaryScene, "0.125", "-0.125"))
 
-/* What is asked for must be there before anything fails. */
+/* Creates all texts before calls fail. */
 static void put_texts(void) {
     (void)binary_text(), (void)everything_text(), (void)orbit_text(), (void)fft_text();
     (void)impossible_text();
@@ -190,7 +190,7 @@ static toliman_status create(attempt *a) {
     return toliman_sim_create_file(in_folder("scene.json"), NULL, (toliman_sim **)&a->made);
 }
 
-/* Seconds are measured: others each time. */
+/* Measured times differ on each call. */
 static toliman_status without_seconds(toliman_status status, toliman_sim_plan_info *plan) {
     if (status == TOLIMAN_OK)
         plan->setup_s = plan->frame_s = 0;

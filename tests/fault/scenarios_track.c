@@ -1,4 +1,5 @@
-/* track.h. A tracker has frames 1 to 30; those up to 44 come, or are merged from another folder, while things fail. */
+/* track.h. A tracker has frames 1 to 30; frames up to 44 arrive, or are merged from another folder, while calls
+ * fail. */
 #include <string.h>
 
 #include "scenario.h"
@@ -33,7 +34,7 @@ static void make_folder_with(const char *name, int64_t first, int64_t last, int6
     const toliman_track_options options = options_in(name);
     toliman_track *const track = make_track(&options);
     push_range(track, first, saved);
-    push_number(track, first); /* again */
+    push_number(track, first); /* a duplicate */
     assert_ok(toliman_track_save(track));
     push_range(track, saved + 1, last);
     assert_ok(toliman_track_commit(track));
@@ -50,7 +51,7 @@ static void make_folders(void) {
 
 static void put_mission(void) {
     static const char *const names[] = {"ledger.tlml", "checkpoint.tlmc", "setup.tlms", "streams.txt"};
-    static unsigned char bytes[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY];
     char path[100];
     make_folders();
     empty_folder(kMission);
@@ -77,7 +78,7 @@ static void *make(void) {
     return open_mission();
 }
 
-/* With lines that are not on the disk. */
+/* With records that are not yet on disk. */
 static void *make_uncommitted(void) {
     toliman_track *const track = make();
     push_range(track, HELD + 1, HELD + 2);
@@ -97,7 +98,7 @@ static void end(void *track) {
 }
 
 static uint64_t digest(const void *track) {
-    static unsigned char bytes[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY];
     static toliman_track_record lines[2 * LAST];
     const toliman_track_info info = info_of(track);
     size_t size = 0;
@@ -111,7 +112,7 @@ static uint64_t digest(const void *track) {
 
 static const object_kind trackers = {end, digest};
 
-/* Frames to come. */
+/* The frames that arrive. */
 static toliman_frame frames[COMING];
 
 static void fill_frames(void) {
@@ -128,13 +129,13 @@ static void expect_frames(const toliman_track *track, int64_t last) {
     for (int64_t id = 1; id <= last; id++)
         push_clean(clean, id);
     must(trackers.digest != NULL && toliman_period_count(clean) == toliman_period_count(period_of(track)),
-         "another number of samples");
+         "the number of samples differs");
     assert_same_periods(period_of(track), clean);
     toliman_period_destroy(clean);
 }
 
-/* After an error of the disk the folder is opened anew, after another the tracker goes on: what was acknowledged is
- * there, and what did not come in can come again. */
+/* After a disk error the folder is reopened; after any other error the tracker continues. What was acknowledged must be
+ * there, and frames that did not get in can be pushed again. */
 static void check_on(attempt *a, toliman_status status, int in_memory, int merged) {
     if (status == TOLIMAN_OK)
         return;
@@ -144,7 +145,7 @@ static void check_on(attempt *a, toliman_status status, int in_memory, int merge
         toliman_track_destroy(track);
         track = open_mission();
     }
-    must(info_of(track).records >= committed && committed >= HELD, "acknowledged lines are lost");
+    must(info_of(track).records >= committed && committed >= HELD, "acknowledged records are lost");
     if (merged)
         assert_ok(toliman_track_merge(track, in_folder(kOther), 0, NULL));
     else
@@ -155,7 +156,7 @@ static void check_on(attempt *a, toliman_status status, int in_memory, int merge
         const int64_t received = info_of(track).received;
         toliman_track_destroy(track);
         track = open_mission();
-        must(info_of(track).received == received, "taken up with other counts");
+        must(info_of(track).received == received, "reopened with different counts");
     }
     toliman_track_destroy(track);
     a->object = in_memory ? make_in_memory() : make();
@@ -177,9 +178,9 @@ static void check_uncommitted(attempt *a, toliman_status status) {
     push_range(a->object, HELD + 1, HELD + 2);
 }
 
-/* Several threads take memory for themselves, before any frame is in. */
-static void check_none_in(attempt *a, toliman_status status) {
-    must(status == TOLIMAN_OK || info_of(a->object).received == 0, "frames are in");
+/* Several threads allocate their scratch memory before any frame is accepted. */
+static void check_none_accepted(attempt *a, toliman_status status) {
+    must(status == TOLIMAN_OK || info_of(a->object).received == 0, "frames were accepted");
 }
 
 static toliman_status create(attempt *a) {
@@ -210,7 +211,7 @@ static toliman_status create_with_network(attempt *a) {
     static toliman_cae *cae;
     toliman_track_options options = options_in(NULL);
     if (cae == NULL)
-        assert_ok(toliman_cae_create(wide_sim(), 3, NULL, &cae));
+        assert_ok(toliman_cae_create(large_sim(), 3, NULL, &cae));
     options.cae = cae;
     options.estimate = NULL;
     options.rows = options.cols = 0;
@@ -245,7 +246,7 @@ static toliman_status push(attempt *a) {
     return toliman_track_push(a->object, frames, COMING, (void *)a->out, (size_t *)(a->out + 8192));
 }
 
-/* Frames of double, which the library's own estimators take. */
+/* Frames of double, as the library's own estimators need. */
 static toliman_status push_images(toliman_track *track, const double *images, int64_t side, attempt *a) {
     toliman_frame given[FRAMES];
     for (int i = 0; i < FRAMES; i++) {
@@ -257,7 +258,7 @@ static toliman_status push_images(toliman_track *track, const double *images, in
     return toliman_track_push(track, given, FRAMES, (void *)a->out, (size_t *)(a->out + 8192));
 }
 static toliman_status push_to_network(attempt *a) {
-    return push_images(a->object, wide_frames(), WIDE, a);
+    return push_images(a->object, large_frames(), LARGE, a);
 }
 static toliman_status push_to_fit(attempt *a) {
     return push_images(a->object, small_frames(), SMALL, a);
@@ -279,7 +280,7 @@ static toliman_status load_options(attempt *a) {
     toliman_track_options *const options = (void *)a->out;
     const toliman_status status = toliman_track_load_options(in_folder(kMaster), options);
     if (status == TOLIMAN_OK)
-        options->folder = NULL; /* another pointer each time */
+        options->folder = NULL; /* a different pointer each time */
     return status;
 }
 static toliman_status options_init(attempt *a) {
@@ -314,7 +315,7 @@ static toliman_status get_options(attempt *a) {
     toliman_track_options *const options = (void *)a->out;
     const toliman_status status = toliman_track_get_options(a->object, options);
     if (status == TOLIMAN_OK)
-        options->folder = NULL; /* of each tracker another */
+        options->folder = NULL; /* a different one for each tracker */
     return status;
 }
 static toliman_status get_streams(attempt *a) {
@@ -333,14 +334,14 @@ static toliman_status query_fit(attempt *a) {
 static void put_frames(void) {
     make_folders();
     fill_frames();
-    (void)small_frames(), (void)wide_frames();
+    (void)small_frames(), (void)large_frames();
 }
 
-#define IN "track.h: on an error *done frames are in, the next is not"
-#define LINES "track.h: some lines may be in, and count again when it is merged again"
-#define DISK "track.h: lines may be on the disk all the same"
+#define FIRST_DONE "track.h: on an error the first *done frames were accepted"
+#define PARTLY_MERGED "track.h: some records may have been merged, and count again when merged again"
+#define ON_DISK "track.h: records may be on disk nevertheless"
 enum { OUTCOME = sizeof(toliman_track_outcome) };
-#define LOOKS(name, size)                                                                                              \
+#define QUERIES(name, size)                                                                                            \
     { .function = "toliman_track_" #name, .call = name, .make = make, .of = &trackers, .struct_size = size }
 
 static const scenario all[] = {
@@ -356,14 +357,14 @@ static const scenario all[] = {
      .refused = TOLIMAN_E_MISMATCH},
     {.function = "toliman_track_create", "in memory", create_in_memory, .made = &trackers},
     {.function = "toliman_track_create", "network", create_with_network, .made = &trackers},
-    LOOKS(destroy, 0),
+    QUERIES(destroy, 0),
     {.function = "toliman_track_push",
      "folder",
      push,
      make,
      &trackers,
      .struct_size = OUTCOME,
-     .partial = IN,
+     .partial = FIRST_DONE,
      .stage = put_frames,
      .check = check_pushed},
     {.function = "toliman_track_push",
@@ -372,7 +373,7 @@ static const scenario all[] = {
      make_in_memory,
      &trackers,
      .struct_size = OUTCOME,
-     .partial = IN,
+     .partial = FIRST_DONE,
      .stage = put_frames,
      .check = check_in_memory},
     {.function = "toliman_track_push",
@@ -381,9 +382,9 @@ static const scenario all[] = {
      make_with_network,
      &trackers,
      .struct_size = OUTCOME,
-     .partial = IN,
+     .partial = FIRST_DONE,
      .stage = put_frames,
-     .check = check_none_in},
+     .check = check_none_accepted},
     {.function = "toliman_track_push",
      "fit",
      push_to_fit,
@@ -397,10 +398,16 @@ static const scenario all[] = {
      save,
      make_uncommitted,
      &trackers,
-     .partial = DISK,
+     .partial = ON_DISK,
      .check = check_uncommitted},
-    {.function = "toliman_track_merge", NULL, merge, make, &trackers, .partial = LINES, .check = check_merged},
-    {.function = "toliman_track_merge", "salvage", salvage, make, &trackers, .partial = LINES, .check = check_merged},
+    {.function = "toliman_track_merge", NULL, merge, make, &trackers, .partial = PARTLY_MERGED, .check = check_merged},
+    {.function = "toliman_track_merge",
+     "salvage",
+     salvage,
+     make,
+     &trackers,
+     .partial = PARTLY_MERGED,
+     .check = check_merged},
     {.function = "toliman_track_load_options",
      .call = load_options,
      .struct_size = sizeof(toliman_track_options),
@@ -408,15 +415,15 @@ static const scenario all[] = {
     {.function = "toliman_track_options_init", .call = options_init},
     {.function = "toliman_track_reason_name", .call = reason_name},
     {.function = "toliman_track_verdict_name", .call = reason_name},
-    LOOKS(get_clock, 0),
-    LOOKS(get_info, sizeof(toliman_track_info)),
-    LOOKS(get_rejected, 0),
-    LOOKS(get_records, sizeof(toliman_track_record)),
-    LOOKS(get_columns, sizeof(toliman_track_column)),
-    LOOKS(get_column, 0),
-    LOOKS(get_options, sizeof(toliman_track_options)),
-    LOOKS(get_streams, sizeof(toliman_track_stream)),
-    LOOKS(get_period, 0),
-    LOOKS(query_fit, sizeof(toliman_period_peak)),
+    QUERIES(get_clock, 0),
+    QUERIES(get_info, sizeof(toliman_track_info)),
+    QUERIES(get_rejected, 0),
+    QUERIES(get_records, sizeof(toliman_track_record)),
+    QUERIES(get_columns, sizeof(toliman_track_column)),
+    QUERIES(get_column, 0),
+    QUERIES(get_options, sizeof(toliman_track_options)),
+    QUERIES(get_streams, sizeof(toliman_track_stream)),
+    QUERIES(get_period, 0),
+    QUERIES(query_fit, sizeof(toliman_period_peak)),
 };
 SCENARIO_LIST(track_scenarios, all);

@@ -1,5 +1,6 @@
-// Power cuts at random calls of the disk, in runs and in recoveries: what was acknowledged is there, what is there is
-// what a run of that many lines holds, and the rest can come again. As many as TOLIMAN_POWER_CUTS says.
+// Cuts the power at random calls of the disk, during runs and recoveries. What was acknowledged must be there; the
+// state must be that of a run with as many records; and the remaining frames can be pushed again. TOLIMAN_POWER_CUTS
+// sets the number of cuts.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -12,29 +13,29 @@ namespace {
 
 constexpr size_t kArrivals = 60;
 
-struct Story {
+struct Scenario {
     std::vector<Arrival> arrivals;
-    Course course;
+    Reference reference;
     size_t group;
     track::Sync sync;
 };
 
 struct Acknowledged {
-    uint64_t lines = 0;
+    uint64_t records = 0;
     int64_t repeats = 0;
 };
 
-// Pushes and saves until the power goes; adds what is acknowledged.
-void run_until_power_cut(Disk &disk, const Story &story, long cut_at, std::mt19937_64 &random,
+// Pushes and saves until the power cut; records what was acknowledged.
+void run_until_power_cut(Disk &disk, const Scenario &scenario, long cut_at, std::mt19937_64 &random,
                          Acknowledged &acknowledged) {
     const auto acknowledge = [&](const Run &run) {
-        acknowledged.lines = std::max(acknowledged.lines, run.tracker->committed());
+        acknowledged.records = std::max(acknowledged.records, run.tracker->committed());
     };
     try {
-        Run run(std::make_unique<FakeStore>(disk, cut_at), story.group, story.sync);
-        const bool synced = story.sync != track::Sync::none;
+        Run run(std::make_unique<FakeStore>(disk, cut_at), scenario.group, scenario.sync);
+        const bool synced = scenario.sync != track::Sync::none;
         acknowledge(run);
-        push_the_rest(run, story.arrivals, story.course, [&](size_t) {
+        push_remaining(run, scenario.arrivals, scenario.reference, [&](size_t) {
             if (synced)
                 acknowledge(run);
             if (random() % 20 != 0)
@@ -47,46 +48,46 @@ void run_until_power_cut(Disk &disk, const Story &story, long cut_at, std::mt199
     }
 }
 
-void one_story(uint64_t seed) {
+void run_scenario(uint64_t seed) {
     std::mt19937_64 random(seed);
     const std::vector<Arrival> arrivals = make_arrivals(kArrivals, random);
     const auto sync = static_cast<track::Sync>(random() % 3);
-    const Story story = {arrivals, course_of(arrivals), 1 + random() % 12, sync};
+    const Scenario scenario = {arrivals, reference_of(arrivals), 1 + random() % 12, sync};
     Disk disk;
     Acknowledged acknowledged;
-    for (int cut = 0; cut < 4; cut++) { // mostly every other one meets a recovery
+    for (int cut = 0; cut < 4; cut++) { // most odd cuts hit a recovery
         const long at = static_cast<long>(random() % (cut % 2 == 0 ? 150 : 12));
-        run_until_power_cut(disk, story, at, random, acknowledged);
+        run_until_power_cut(disk, scenario, at, random, acknowledged);
         disk = disk.after_power_cut(random);
         Disk copy = disk;
-        const Run run(std::make_unique<FakeStore>(copy), story.group, sync);
-        expect(run.tracker->lines() >= acknowledged.lines, "an acknowledged line is lost", seed);
-        expect(run.tracker->counts().repeated >= acknowledged.repeats, "repeats that were saved are lost", seed);
-        expect(holds_its_lines(run, story.course), "the sums are not those of the lines", seed);
+        const Run run(std::make_unique<FakeStore>(copy), scenario.group, sync);
+        expect(run.tracker->lines() >= acknowledged.records, "an acknowledged record is lost", seed);
+        expect(run.tracker->counts().repeated >= acknowledged.repeats, "saved repeats are lost", seed);
+        expect(matches_its_records(run, scenario.reference), "the sums differ from those of the records", seed);
     }
-    Run run(std::make_unique<FakeStore>(disk), story.group, sync);
-    push_the_rest(run, arrivals, story.course, [](size_t) {});
-    expect(run.sums.save() == story.course.states.back(), "the rest did not come in", seed);
+    Run run(std::make_unique<FakeStore>(disk), scenario.group, sync);
+    push_remaining(run, arrivals, scenario.reference, [](size_t) {});
+    expect(run.sums.save() == scenario.reference.states.back(), "the remaining frames were not accepted", seed);
     run.tracker->save();
     disk = disk.after_power_cut(random);
-    const Run last(std::make_unique<FakeStore>(disk), story.group, sync);
-    expect(last.sums.save() == story.course.states.back(), "what was saved is not there", seed);
+    const Run last(std::make_unique<FakeStore>(disk), scenario.group, sync);
+    expect(last.sums.save() == scenario.reference.states.back(), "saved records are lost", seed);
 }
 
-// The power goes at each call that begins a folder: it is begun anew, or goes on.
-void cut_the_beginning(uint64_t seed) {
+// Cuts the power at each call that creates a folder: the folder is created again, or opened.
+void cut_during_creation(uint64_t seed) {
     std::mt19937_64 random(seed);
     const std::vector<Arrival> arrivals = make_arrivals(10, random);
-    const Story story = {arrivals, course_of(arrivals), 4, track::Sync::group};
+    const Scenario scenario = {arrivals, reference_of(arrivals), 4, track::Sync::group};
     for (long at = 0; at < 40; at++) {
         Disk disk;
         Acknowledged acknowledged;
-        run_until_power_cut(disk, story, at, random, acknowledged);
+        run_until_power_cut(disk, scenario, at, random, acknowledged);
         disk = disk.after_power_cut(random);
-        Run run(std::make_unique<FakeStore>(disk), story.group);
-        expect(run.tracker->lines() >= acknowledged.lines, "an acknowledged line of a new folder is lost", seed);
-        push_the_rest(run, arrivals, story.course, [](size_t) {});
-        expect(run.sums.save() == story.course.states.back(), "a folder that was begun does not go on", seed);
+        Run run(std::make_unique<FakeStore>(disk), scenario.group);
+        expect(run.tracker->lines() >= acknowledged.records, "an acknowledged record of a new folder is lost", seed);
+        push_remaining(run, arrivals, scenario.reference, [](size_t) {});
+        expect(run.sums.save() == scenario.reference.states.back(), "a partly created folder does not continue", seed);
     }
 }
 
@@ -94,15 +95,15 @@ void cut_the_beginning(uint64_t seed) {
 
 int main() {
     const char *const given = std::getenv("TOLIMAN_POWER_CUTS");
-    const uint64_t stories = (given != nullptr ? std::strtoull(given, nullptr, 10) : 2000) / 4;
-    for (uint64_t seed = 0; seed < stories; seed++)
+    const uint64_t scenarios = (given != nullptr ? std::strtoull(given, nullptr, 10) : 2000) / 4;
+    for (uint64_t seed = 0; seed < scenarios; seed++)
         try {
-            one_story(seed);
+            run_scenario(seed);
             if (seed < 50)
-                cut_the_beginning(seed);
+                cut_during_creation(seed);
         } catch (const Error &error) {
             expect(false, error.what(), seed);
         }
-    std::printf("%llu power cuts, %d failures\n", static_cast<unsigned long long>(4 * stories), failures);
+    std::printf("%llu power cuts, %d failures\n", static_cast<unsigned long long>(4 * scenarios), failures);
     return failures != 0;
 }

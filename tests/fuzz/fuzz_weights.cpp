@@ -80,10 +80,10 @@ void repair(Bytes &bytes, unsigned seed) {
     if (bytes.size() < kHeader + 4)
         return;
     const uint8_t *at = bytes.data() + kAtWeights;
-    const size_t room = bytes.size() - kHeader - 4, weights = take_number(at, 4);
+    const size_t available = bytes.size() - kHeader - 4, weights = take_number(at, 4);
     put(bytes, kAtSize, bytes.size(), 8);
-    if (seed % 3 != 0 && weights <= room && (bytes[20] & 8) == 0)
-        put(bytes, kAtPlanes, room - weights, 4);
+    if (seed % 3 != 0 && weights <= available && (bytes[20] & 8) == 0)
+        put(bytes, kAtPlanes, available - weights, 4);
     seal(bytes);
 }
 

@@ -122,17 +122,17 @@ class Layers(Tree):
         self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
 
     def test_rooms(self):
-        for room, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
+        for module, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
                              ("optics", "api/a.hpp"), ("base", "error.hpp"), ("attic", "base/error.hpp")):
-            name = "lib/%s/a.cpp" % room
+            name = "lib/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
     def test_rooms_of_the_program(self):
         self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
-        for room, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
-            name = "tools/cli/%s/a.cpp" % room
+        for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
+            name = "tools/cli/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
     def test_system_headers(self):

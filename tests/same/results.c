@@ -36,9 +36,9 @@ static void keep(const char *name, const void *data, size_t size) {
     assert_int_equal(fclose(file), 0);
 }
 
-static size_t recall(const char *name, void *data, size_t room) {
+static size_t recall(const char *name, void *data, size_t capacity) {
     FILE *file = opened(model, name, "rb");
-    const size_t size = fread(data, 1, room, file);
+    const size_t size = fread(data, 1, capacity, file);
     fclose(file);
     return size;
 }

@@ -14,9 +14,10 @@
 enum { kSide = 256, kPixels = kSide * kSide };
 
 /* offset_px moves the binary off the frame's middle; project is the content of preprocess.project. */
-static inline size_t write_scene(char *json, size_t room, int rows, int cols, double offset_px, const char *project) {
+static inline size_t write_scene(char *json, size_t capacity, int rows, int cols, double offset_px,
+                                 const char *project) {
     return (size_t)snprintf(
-        json, room,
+        json, capacity,
         "{\"schema\": \"toliman-scene/1\", \"name\": \"cae-test\","
         "\"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 128,"
         "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": ["

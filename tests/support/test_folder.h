@@ -11,9 +11,9 @@
 #include "assert_close.h"
 
 /* A new folder's path, and its end with all files in it. */
-static inline void make_folder(char *path, size_t room) {
+static inline void make_folder(char *path, size_t capacity) {
     const char *above = getenv("TMPDIR");
-    snprintf(path, room, "%s/toliman-track-XXXXXX", above != NULL ? above : "/tmp");
+    snprintf(path, capacity, "%s/toliman-track-XXXXXX", above != NULL ? above : "/tmp");
     assert_non_null(mkdtemp(path));
 }
 

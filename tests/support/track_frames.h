@@ -12,7 +12,7 @@
 
 #include <toliman/track.h>
 
-enum { SIDE = 8, PIXELS = SIDE * SIDE, FREQUENCIES = 40, STATE_ROOM = 16384 };
+enum { SIDE = 8, PIXELS = SIDE * SIDE, FREQUENCIES = 40, STATE_CAPACITY = 16384 };
 #define DAY_NS 86400000000000
 #define SIGMA 0.25
 #define VALUE_LIMIT 3.0
@@ -140,7 +140,7 @@ static inline void push_clean(toliman_period *period, int64_t id) {
 }
 
 static inline void assert_same_periods(const toliman_period *a, const toliman_period *b) {
-    static unsigned char bytes_a[STATE_ROOM], bytes_b[STATE_ROOM];
+    static unsigned char bytes_a[STATE_CAPACITY], bytes_b[STATE_CAPACITY];
     size_t size_a, size_b;
     assert_ok(toliman_period_save(a, bytes_a, sizeof bytes_a, &size_a));
     assert_ok(toliman_period_save(b, bytes_b, sizeof bytes_b, &size_b));

@@ -85,7 +85,7 @@ static void assert_only_known_files(void) {
 }
 
 /* A name with something in it that no name may have. */
-static void make_hostile(char *name, size_t room, uint64_t *random) {
+static void make_hostile(char *name, size_t capacity, uint64_t *random) {
     static const char *const parts[] = {
         "../",  "..",   "/",   "/etc/passwd",  ".", "\\", "\n",  "\x1b[2J", "%s%n", "\xc0\xaf", "a/b/", "~",
         "$(x)", "\x7f", "a b", "\xe2\x80\xae", ";", "*",  "%2e", "con:",    "|x",   "lock/",    "\t",   "\r"};
@@ -93,7 +93,7 @@ static void make_hostile(char *name, size_t room, uint64_t *random) {
     name[0] = '\0';
     const uint64_t pieces = draw(random, 5);
     for (uint64_t piece = 0; piece < pieces; piece++)
-        strncat(name, draw(random, 2) ? "lock" : parts[draw(random, count)], room - strlen(name) - 1);
+        strncat(name, draw(random, 2) ? "lock" : parts[draw(random, count)], capacity - strlen(name) - 1);
     switch (draw(random, 4)) {
     case 0: /* too long */
         memset(name, 'a', 65 + draw(random, 100));
@@ -103,7 +103,7 @@ static void make_hostile(char *name, size_t room, uint64_t *random) {
         name[0] = '.';
         break;
     default:
-        strncat(name, draw(random, 2) ? "../x" : "\x1b]0;x", room - strlen(name) - 1);
+        strncat(name, draw(random, 2) ? "../x" : "\x1b]0;x", capacity - strlen(name) - 1);
     }
 }
 

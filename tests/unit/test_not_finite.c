@@ -76,7 +76,7 @@ static void assert_finite_power(const toliman_period *period) {
 
 static void periodograms(void **unused) {
     (void)unused;
-    static unsigned char before[STATE_ROOM], after[STATE_ROOM];
+    static unsigned char before[STATE_CAPACITY], after[STATE_CAPACITY];
     double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], power[GRID];
     double *const arrays[] = {t, y, sigma};
     for (uint64_t storm = 0; storm < 20 * storms; storm++) {

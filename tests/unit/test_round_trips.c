@@ -32,7 +32,7 @@ static toliman_period *any_period(void) {
 
 static void periodograms(void **unused) {
     (void)unused;
-    static unsigned char bytes[STATE_ROOM], again[STATE_ROOM];
+    static unsigned char bytes[STATE_CAPACITY], again[STATE_CAPACITY];
     int64_t samples = 0;
     for (uint64_t object = 0; object < objects; object++) {
         toliman_period *period = any_period(), *loaded = NULL;
@@ -89,10 +89,10 @@ static void networks(void **unused) {
     print_message("%llu networks\n", (unsigned long long)count);
 }
 
-static size_t contents(const char *path, unsigned char *bytes, size_t room) {
+static size_t contents(const char *path, unsigned char *bytes, size_t capacity) {
     FILE *file = fopen(path, "rb");
     assert_non_null(file);
-    const size_t size = fread(bytes, 1, room, file);
+    const size_t size = fread(bytes, 1, capacity, file);
     fclose(file);
     return size;
 }
@@ -100,8 +100,8 @@ static size_t contents(const char *path, unsigned char *bytes, size_t room) {
 /* A folder that is opened and saved: not a byte of its three files is another. */
 static void folders(void **unused) {
     (void)unused;
-    enum { ROOM = 1 << 16 };
-    static unsigned char before[ROOM], after[ROOM];
+    enum { CAPACITY = 1 << 16 };
+    static unsigned char before[CAPACITY], after[CAPACITY];
     const char *const files[] = {ledger, checkpoint, setup};
     const uint64_t count = objects / 2000;
     for (uint64_t object = 0; object < count; object++) {
@@ -119,11 +119,11 @@ static void folders(void **unused) {
         assert_ok(toliman_track_save(track));
         toliman_track_destroy(track);
         for (int i = 0; i < 3; i++) {
-            const size_t size = contents(files[i], before, ROOM);
+            const size_t size = contents(files[i], before, CAPACITY);
             track = make_track(&options);
             assert_ok(toliman_track_save(track));
             toliman_track_destroy(track);
-            assert_int_equal(contents(files[i], after, ROOM), size);
+            assert_int_equal(contents(files[i], after, CAPACITY), size);
             assert_memory_equal(before, after, size);
         }
         remove_folder(folder);
