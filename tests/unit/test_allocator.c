@@ -1,5 +1,5 @@
-/* The caller's memory: every large array of an object comes from there, goes back with its size, and where it ends
- * nothing is made and nothing kept. */
+/* Tests the caller's allocator: every large array of an object comes from it and is freed with its size. If it fails,
+ * no object is created and nothing leaks. */
 #include <malloc.h>
 #include <sys/mman.h>
 
@@ -12,7 +12,7 @@
 
 enum { TRACKED = 1 << 17, FREQUENCIES = 20000, COLLECTED = 20 };
 
-/* Counts, and fails at the call number fails_at. */
+/* Counts allocations; allocation number fails_at fails. */
 typedef struct arena {
     size_t calls, held, all, fails_at;
 } arena;
@@ -40,7 +40,7 @@ static toliman_allocator allocator_of(arena *memory) {
     return (toliman_allocator){sizeof(toliman_allocator), 0, arena_allocate, arena_release, memory};
 }
 
-/* What the objects are made from. */
+/* Inputs from which the objects are created. */
 static toliman_sim *scene;
 static toliman_linear *estimator;
 static char weights_file[300], state_file[300], folder[256];
@@ -155,7 +155,7 @@ static const struct kind {
     const char *name;
     toliman_status (*make)(const toliman_allocator *, void **);
     void (*end)(void *);
-    size_t least; /* bytes that it must hold */
+    size_t least; /* bytes that the object needs at least */
 } kinds[] = {
     {"sim", sim_in, end_sim, 2 * kPixels * 8},
     {"cae", cae_in, end_cae, 4 * kPixels * 4},
@@ -208,7 +208,7 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-/* Bytes that malloc has given out by now. */
+/* Bytes currently allocated by malloc. */
 static size_t of_the_system(void) {
     const struct mallinfo2 info = mallinfo2();
     return info.uordblks + info.hblkhd;
@@ -223,8 +223,8 @@ static void large_arrays_come_from_the_caller(void **unused) {
         const size_t before = of_the_system();
         assert_ok(kinds[i].make(&allocator, &made));
         const size_t beside = of_the_system() - before;
-        printf("%-20s holds %9zu bytes of %9zu taken; %8zu of the system's\n", kinds[i].name, memory.held, memory.all,
-               beside);
+        printf("%-20s holds %9zu bytes of %9zu allocated; %8zu of the system's\n", kinds[i].name, memory.held,
+               memory.all, beside);
         assert_true(memory.held >= kinds[i].least);
         assert_true(beside <= memory.held / 50 + 60000);
         kinds[i].end(made);
@@ -236,7 +236,7 @@ static void large_arrays_come_from_the_caller(void **unused) {
     }
 }
 
-/* Call after call fails, from the 20th on some of them. */
+/* One allocation after the other fails; from the 20th on, only some of them. */
 static void no_memory_is_an_error(void **unused) {
     (void)unused;
     for (size_t i = 0; i < KINDS; i++) {
@@ -259,7 +259,7 @@ static void no_memory_is_an_error(void **unused) {
     }
 }
 
-/* A copy is in memory of the same kind; what a call needs for itself does not come from there. */
+/* A copy uses the same allocator; scratch memory of a call does not come from it. */
 static void memory_belongs_to_its_object(void **unused) {
     (void)unused;
     arena memory = {.fails_at = SIZE_MAX};

@@ -1,11 +1,11 @@
-/* The network end to end: latents in px, preprocessing, decoder, training and reconstruction. */
+/* Tests the network end to end: latents in px, preprocessing, decoder, training and reconstruction. */
 #include "cae_scene.h"
 #include "images.h"
 #include "scene_text.h"
 
-static toliman_sim *sim;       /* 256x256, nothing projected */
+static toliman_sim *sim;       /* 256x256, nothing projected out */
 static toliman_cae *untrained; /* seed 7 */
-static toliman_cae *trained;   /* the same after 100 steps */
+static toliman_cae *trained;   /* the same network after 100 steps */
 static toliman_cae_training training = {.struct_size = sizeof training};
 
 static int set_up(void **unused) {
@@ -32,7 +32,7 @@ static double dot(const double *a, const double *b) {
     return (double)sum;
 }
 
-/* FNV-1a over the layout's name, its tensors' names and their dimensions as little-endian u32. */
+/* FNV-1a of the layout's name, the tensors' names and their dimensions as little-endian u32. */
 static uint64_t expected_hash(void) {
     static const struct {
         const char *name;
@@ -96,7 +96,8 @@ static void test_latent_is_the_separation_in_px(void **unused) {
             const double d = displacements[i];
             const double slope =
                 (encode_expected(networks[n], sim, d) - encode_expected(networks[n], sim, -d)) / (2 * d);
-            assert_close(slope, 1, 0, d < 5e-6 ? 1e-3 : 1e-2); /* ELU bends in proportion to d */
+            /* The curvature of ELU adds a relative error proportional to d. */
+            assert_close(slope, 1, 0, d < 5e-6 ? 1e-3 : 1e-2);
         }
     }
 }
@@ -116,10 +117,10 @@ static void test_training_reaches_the_target(void **unused) {
     (void)unused;
     assert_int_equal(training.steps, 100);
     assert_at_most(training.loss, 0.1);
-    assert_close(training.cosine, sqrt(1 - training.loss), 1e-6, 0); /* of one right triangle */
+    assert_close(training.cosine, sqrt(1 - training.loss), 1e-6, 0); /* cosine and tangent of one right triangle */
 }
 
-/* What the header says of the default training: from any seed, and where a pixel is coarse. */
+/* Figures of the default training stated in the header: for any seed, and with coarse pixels. */
 static void test_cosine_of_the_header(void **unused) {
     (void)unused;
     const char *const scenes[] = {"examples/scenes/chapter.json", "examples/scenes/mission.json"};
@@ -139,7 +140,7 @@ static void test_cosine_of_the_header(void **unused) {
     }
 }
 
-/* The largest learning rate learns badly, but every number stays in range. */
+/* Training with the largest learning rate converges badly, but every number stays finite. */
 static void test_no_rate_diverges(void **unused) {
     (void)unused;
     toliman_cae *cae = make_cae(sim, 7, 0, NULL);
@@ -154,7 +155,8 @@ static void test_no_rate_diverges(void **unused) {
     toliman_cae_destroy(cae);
 }
 
-/* The decoder paints the target: gain 1, the cosine of the report, and the same shape at any small latent. */
+/* The decoder's output is the target: gain 1, the cosine of the training result, and the same shape for every small
+ * latent. */
 static void test_decode_is_linear(void **unused) {
     (void)unused;
     double *target = new_image(kPixels), *zero = new_image(kPixels), *image = new_image(kPixels);
@@ -171,7 +173,8 @@ static void test_decode_is_linear(void **unused) {
     free(target), free(zero), free(image);
 }
 
-/* For small residuals r the latent is <D, r>/<D, target> with D the decoder's image: the halves are transposes. */
+/* For small residuals r the latent is <D, r>/<D, target>, where D is the decoder's image: encoder and decoder are
+ * transposes. */
 static void test_encoder_is_the_transposed_decoder(void **unused) {
     (void)unused;
     double *target = new_image(kPixels), *painted = new_image(kPixels), *frame = new_image(kPixels);
@@ -199,7 +202,7 @@ static void test_training_is_deterministic(void **unused) {
     toliman_cae *again = make_cae(sim, 7, 30, NULL);
     toliman_cae_train_options options;
     toliman_cae_train_options_init(&options, sizeof options);
-    options.steps = 100; /* from the seed again, whatever was trained before */
+    options.steps = 100; /* initialised from the seed again, regardless of earlier training */
     assert_ok(toliman_cae_train(again, &options, NULL));
     uint8_t *bytes = saved(trained, &size), *bytes_again = saved(again, &size_again);
     assert_true(size == size_again);
@@ -238,8 +241,8 @@ static int32_t count_calls(const char *stage, double fraction, void *calls) {
     return 0;
 }
 
-/* Goes on where it was cancelled, also from a file, to the bits of an unbroken training. */
-static void test_taken_up_where_it_stood(void **unused) {
+/* Resumes a cancelled training, also from a file, with the same bits as an uninterrupted one. */
+static void test_resume_after_cancellation(void **unused) {
     (void)unused;
     toliman_cae *broken = make_cae(sim, 7, 0, NULL), *loaded = NULL;
     toliman_cae_train_options options;
@@ -252,7 +255,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     for (int k = 0; k < 100; k++)
         losses[k] = -1;
     options.losses = losses;
-    options.loss_count = 99; /* one less than there will be */
+    options.loss_count = 99; /* one less than in the resumed training */
     assert_fails(toliman_cae_train(broken, &options, NULL), TOLIMAN_E_CANCELLED, "cancelled");
     assert_true(losses[0] > 0.5 && losses[0] < 1 && losses[49] < losses[0] && losses[50] == -1);
 
@@ -270,7 +273,7 @@ static void test_taken_up_where_it_stood(void **unused) {
         losses[0] = -2;
         assert_ok(toliman_cae_train(both[i], &options, &report));
         assert_int_equal(calls, 50);
-        assert_true(losses[0] == -2 && losses[98] < losses[50] && losses[99] == -1); /* its own steps alone */
+        assert_true(losses[0] == -2 && losses[98] < losses[50] && losses[99] == -1); /* counts only its own steps */
         assert_true(fabs(losses[98] / training.loss - 1) < 0.01);
         assert_true(report.loss == training.loss && report.steps == 100);
         uint8_t *found = saved(both[i], &size);
@@ -282,8 +285,8 @@ static void test_taken_up_where_it_stood(void **unused) {
     free(expected);
 }
 
-/* So much dark current that the stars are lost in the rounding of the expected image. */
-static void test_no_light_to_crop_about(void **unused) {
+/* Dark current so large that the stars are below the rounding of the expected image. */
+static void test_no_light_to_centre_the_crop_on(void **unused) {
     (void)unused;
     char json[2048];
     write_scene(json, sizeof json, kSide, kSide + 4, 0, "");
@@ -321,7 +324,7 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     free(frames);
 }
 
-/* The latent of noisy frames scatters as the cosine predicts: sigma = crb / cosine. */
+/* The scatter of the latents of noisy frames is as the cosine predicts: sigma = crb / cosine. */
 static void test_efficiency_is_the_cosine(void **unused) {
     (void)unused;
     enum { kFrames = 100 };
@@ -368,7 +371,7 @@ static void test_reconstruction(void **unused) {
     free(frame), free(image), free(variance);
 }
 
-/* A frame larger than the crop, off centre, with nuisances projected out. */
+/* A frame larger than the crop and off centre, with nuisances projected out. */
 static void test_crop_and_projection(void **unused) {
     (void)unused;
     enum { kRows = 270, kCols = 300, kFrame = kRows * kCols };
@@ -408,7 +411,7 @@ static void test_crop_and_projection(void **unused) {
     assert_close(latent, 1e-6, 1e-3, 0);
 
     const size_t first = (size_t)info.crop_row * kCols + (size_t)info.crop_col;
-    frame[first - 1] = NAN; /* outside the crop: not looked at */
+    frame[first - 1] = NAN; /* outside the crop: ignored */
     assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
     frame[first + 2 * kCols + 3] = INFINITY;
     char text[64];
@@ -458,7 +461,7 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_encode(trained, image, kSide, &latent), TOLIMAN_E_RANGE, "not finite");
 }
 
-/* Counts that can be encoded, but lie so far off that their latent is beyond what is painted: the counts are blamed. */
+/* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
 static void test_counts_too_far_to_reconstruct(void **unused) {
     (void)unused;
     static double frame[kPixels], image[kPixels];
@@ -475,7 +478,7 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
     assert_true(image[0] == -5);
 }
 
-/* A frame whose contrast is nothing beside the image it is compared with. */
+/* A frame whose contrast is negligible compared with the image it is compared to. */
 static void test_figures_that_overflow(void **unused) {
     (void)unused;
     static double frame[kPixels], image[kPixels];
@@ -487,7 +490,8 @@ static void test_figures_that_overflow(void **unused) {
     assert_ok(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL));
 }
 
-/* A single star whose shift along x is projected out: no signal is left, and rounding is none. */
+/* A single star with shift_x projected out: the remaining signal is zero, and rounding errors must not pass for a
+ * signal. */
 static void test_no_signal_is_left(void **unused) {
     (void)unused;
     const char *const projects[] = {"\"shift_x\"", "\"shift_x\", \"shift_y\", \"flux_a\""};
@@ -515,7 +519,8 @@ static void test_no_signal_is_left(void **unused) {
     }
 }
 
-/* What the header says of ELU: latent over displacement, on either side. Chapter's scene, default training. */
+/* The nonlinearity of ELU stated in the header: latent over displacement, for both signs. Chapter's scene, default
+ * training. */
 static void test_slope_of_the_header(void **unused) {
     (void)unused;
     const struct {
@@ -545,9 +550,9 @@ int main(void) {
         cmocka_unit_test(test_encoder_is_the_transposed_decoder),
         cmocka_unit_test(test_training_is_deterministic),
         cmocka_unit_test(test_cancelled_training_changes_nothing),
-        cmocka_unit_test(test_taken_up_where_it_stood),
+        cmocka_unit_test(test_resume_after_cancellation),
         cmocka_unit_test(test_same_bits_on_any_number_of_workers),
-        cmocka_unit_test(test_no_light_to_crop_about),
+        cmocka_unit_test(test_no_light_to_centre_the_crop_on),
         cmocka_unit_test(test_efficiency_is_the_cosine),
         cmocka_unit_test(test_reconstruction),
         cmocka_unit_test(test_crop_and_projection),

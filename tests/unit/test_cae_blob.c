@@ -1,4 +1,4 @@
-/* The weights blob: round trips, and blobs written here from the format's page. */
+/* Tests the weights blob: round trips, and blobs written by this test from the format's specification. */
 #include <unistd.h>
 
 #include "tlmw.h"
@@ -60,8 +60,8 @@ static void test_round_trip(void **unused) {
     toliman_cae_destroy(loaded);
 }
 
-/* A loaded network trains to the same weights as the one it was saved from. */
-static void test_training_goes_on_after_loading(void **unused) {
+/* A loaded network trains to the same weights as the network it was saved from. */
+static void test_training_after_loading(void **unused) {
     (void)unused;
     toliman_cae *fresh = make_cae(sim, 3, 0, NULL), *loaded = NULL;
     size_t size;
@@ -104,8 +104,8 @@ static void test_files(void **unused) {
     assert_fails(toliman_cae_save_file(trained, NULL, path), TOLIMAN_E_WRITE, path);
 }
 
-/* Weights put together here, floats stored uncompressed: only latent.bias is set, so every latent is that number. */
-static void test_blob_written_from_the_page(void **unused) {
+/* A blob written here with uncompressed floats: only latent.bias is non-zero, so every latent equals it. */
+static void test_blob_written_from_the_specification(void **unused) {
     (void)unused;
     static float weights[kParameters];
     static double frame[kSide * 260];
@@ -122,7 +122,7 @@ static void test_blob_written_from_the_page(void **unused) {
     toliman_cae_destroy(cae);
 }
 
-/* Weights as large as the format allows: whatever they overflow to is no result. */
+/* The largest weights that the format allows: an overflow must not be returned as a result. */
 static void test_weights_that_overflow(void **unused) {
     (void)unused;
     static float weights[kParameters];
@@ -149,7 +149,7 @@ static void test_weights_that_overflow(void **unused) {
     }
 }
 
-/* A network whose target is zero has nothing to be trained on. */
+/* A network whose target is zero cannot be trained. */
 static void test_no_target(void **unused) {
     (void)unused;
     enum { kFloats = 5 * kPixels };
@@ -182,9 +182,9 @@ static void test_arguments(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_training_goes_on_after_loading),
+        cmocka_unit_test(test_training_after_loading),
         cmocka_unit_test(test_files),
-        cmocka_unit_test(test_blob_written_from_the_page),
+        cmocka_unit_test(test_blob_written_from_the_specification),
         cmocka_unit_test(test_weights_that_overflow),
         cmocka_unit_test(test_no_target),
         cmocka_unit_test(test_arguments),

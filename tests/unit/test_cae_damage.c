@@ -1,4 +1,4 @@
-/* Weights blobs that are damaged or made to do harm: refused, or loaded to numbers that can be worked with. */
+/* Tests damaged and malicious weights blobs: they are refused, or loaded to numbers that the network can work with. */
 #include <sys/resource.h>
 
 #include "tlmw.h"
@@ -6,10 +6,10 @@
 enum { kFrame = kSide * 260, kFloats = 5 * kPixels }; /* reference high and low, variance, target, one nuisance */
 
 static toliman_sim *sim;
-static uint8_t *blob, *small; /* of a trained network, and one of few bytes */
+static uint8_t *blob, *small; /* of a trained network, and a small one */
 static size_t blob_size, small_size;
 
-/* Weights that are 0 and planes that are 1 make a blob of a few kilobytes, of which every byte can be tried. */
+/* Weights of 0 and planes of 1 make a blob of a few kilobytes, small enough to test every byte. */
 static uint8_t *small_blob(int32_t encoding, size_t *size) {
     static float weights[kParameters], planes[kFloats];
     for (int i = 0; i < kFloats; i++)
@@ -41,7 +41,7 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-/* Every length of the small blob but the right one, in memory of just that length: a byte too far would be seen. */
+/* Every wrong length of the small blob, in a buffer of exactly that length, so that reads beyond it are detected. */
 static void test_every_truncation(void **unused) {
     (void)unused;
     for (size_t size = 0; size < blob_size; size += size < 1000 ? 1 : 97)
@@ -50,7 +50,7 @@ static void test_every_truncation(void **unused) {
         uint8_t *bytes = malloc(size + 1);
         memcpy(bytes + 1, small, size);
         refused(bytes + 1, size, "truncated");
-        if (size >= 16) { /* a header that agrees with the length */
+        if (size >= 16) { /* a header consistent with the length */
             put(bytes + 1 + kAtSize, size, 8);
             if (size >= 20)
                 seal(bytes + 1, size);
@@ -86,7 +86,7 @@ static void test_every_flipped_bit(void **unused) {
     }
 }
 
-/* Header fields changed with the checksum made right again. */
+/* Changed header fields, with a correct checksum. */
 static void test_impossible_headers(void **unused) {
     (void)unused;
     const uint64_t nan_bits = 0x7ff8000000000000u, infinite = 0x7ff0000000000000u, two = 0x4000000000000000u;
@@ -131,13 +131,13 @@ static void test_impossible_headers(void **unused) {
         seal(bytes, blob_size);
         refused(bytes, blob_size, cases[k].text);
     }
-    /* Raw input with nuisance planes. */
+    /* Raw input combined with nuisance planes. */
     memcpy(bytes, blob, blob_size);
     put(bytes + 20, (get(bytes + 20, 4) & ~6u) | 2, 4);
     put(bytes + 64, 1, 4);
     seal(bytes, blob_size);
     refused(bytes, blob_size, "number of nuisance planes = 1: must be 0 for residual input");
-    /* One byte of the compressed weights belongs to the planes now. */
+    /* Moves one byte of the compressed weights to the planes. */
     memcpy(bytes, blob, blob_size);
     put(bytes + kAtWeights, get(blob + kAtWeights, 4) - 1, 4);
     put(bytes + kAtPlanes, get(blob + kAtPlanes, 4) + 1, 4);
@@ -146,7 +146,7 @@ static void test_impossible_headers(void **unused) {
     free(bytes);
 }
 
-/* The same for the training behind the planes. */
+/* The same for the training state after the planes. */
 static void test_impossible_trainings(void **unused) {
     (void)unused;
     const uint64_t nan_bits = 0x7ff8000000000000u, minus_one = 0xbff0000000000000u, two = 0x4000000000000000u;
@@ -187,7 +187,7 @@ static void test_impossible_trainings(void **unused) {
     }
     toliman_cae_destroy(cae);
 
-    /* A layout that cannot be tied. */
+    /* A layout that does not support tied weights. */
     toliman_sim *plain = make_sim(kSide, kSide, 0, "");
     toliman_cae_options options;
     toliman_cae_info info = {.struct_size = sizeof info};
@@ -238,7 +238,7 @@ static void test_unusable_numbers(void **unused) {
     }
 }
 
-/* Numbers of 16 bits that stand for infinity or NaN, and scales that would make them so. */
+/* 16-bit numbers that encode infinity or NaN, and scales that would produce them. */
 static void test_unusable_narrow_numbers(void **unused) {
     (void)unused;
     static uint8_t raw[2 * kParameters + 2 * kTensors];
@@ -272,7 +272,7 @@ static void test_unusable_narrow_numbers(void **unused) {
     }
 }
 
-/* A stream of one literal 0 and then matches of 258 bytes, in the fixed Huffman code: 159 to 1. */
+/* A stream of one literal 0 followed by matches of 258 bytes, in the fixed Huffman code: expands 159 to 1. */
 static size_t bomb(size_t bytes, uint8_t *out) {
     size_t bits = 16;
     memset(out, 0, bytes / 150 + 100);
@@ -313,7 +313,7 @@ static void test_streams_of_another_size(void **unused) {
         free(bytes);
     }
     const size_t whole = store(raw, right, stream);
-    for (int change = 0; change < 3; change++) { /* junk behind it, no checksum, a wrong one */
+    for (int change = 0; change < 3; change++) { /* trailing bytes, no checksum, a wrong checksum */
         store(raw, right, stream);
         stream[change == 0 ? whole : whole - 1] ^= change == 1 ? 0 : 5;
         bytes = assemble(blob, stream, whole + (change == 0) - (change == 1), planes, planes_size, &size);
@@ -327,7 +327,7 @@ static void test_streams_of_another_size(void **unused) {
     free(bytes), free(stream), free(raw);
 }
 
-/* What was loaded must be fit for work: finite results or E_RANGE, and bytes that load again to the same bytes. */
+/* A loaded network must work: finite results or E_RANGE, and saved bytes that load and save to the same bytes. */
 static void usable(const toliman_cae *cae, int32_t encoding) {
     static double frame[kFrame], image[kPixels];
     double latent = 0;
@@ -365,7 +365,7 @@ static int loaded_or_refused(const uint8_t *bytes, size_t size, int32_t encoding
     return status == TOLIMAN_OK;
 }
 
-/* Bytes of the blob changed at random, with the checksum made right again. */
+/* Random changes of the blob's bytes, with a correct checksum. */
 static void test_flips_with_the_checksum_repaired(void **unused) {
     (void)unused;
     srand48(7);
@@ -385,8 +385,8 @@ static void test_flips_with_the_checksum_repaired(void **unused) {
     assert_true(loaded > 20);
 }
 
-/* Bytes of the numbers themselves changed at random, beneath zlib. */
-static void test_any_numbers(void **unused) {
+/* Random changes of the numbers before compression. */
+static void test_random_numbers(void **unused) {
     (void)unused;
     static uint8_t weights[4 * kParameters], planes[4 * kFloats];
     srand48(8);
@@ -400,7 +400,7 @@ static void test_any_numbers(void **unused) {
         for (size_t i = 0; i < sizeof weights; i++)
             weights[i] = 0;
         for (size_t i = 0; i < sizeof planes; i++)
-            planes[i] = 0x3c; /* a positive number whatever the encoding */
+            planes[i] = 0x3c; /* a positive number in every encoding */
         const size_t scales = encoding == 2 ? 2 : 0, wide = encoding == 0 ? 4 : 2;
         const size_t weights_size = wide * kParameters + scales * kTensors;
         const size_t planes_size = 8 * kPixels + 3 * (wide * kPixels + scales);
@@ -423,15 +423,11 @@ static void test_any_numbers(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_truncation),
-        cmocka_unit_test(test_every_flipped_bit),
-        cmocka_unit_test(test_impossible_headers),
-        cmocka_unit_test(test_impossible_trainings),
-        cmocka_unit_test(test_unusable_numbers),
-        cmocka_unit_test(test_unusable_narrow_numbers),
-        cmocka_unit_test(test_streams_of_another_size),
-        cmocka_unit_test(test_flips_with_the_checksum_repaired),
-        cmocka_unit_test(test_any_numbers),
+        cmocka_unit_test(test_every_truncation),        cmocka_unit_test(test_every_flipped_bit),
+        cmocka_unit_test(test_impossible_headers),      cmocka_unit_test(test_impossible_trainings),
+        cmocka_unit_test(test_unusable_numbers),        cmocka_unit_test(test_unusable_narrow_numbers),
+        cmocka_unit_test(test_streams_of_another_size), cmocka_unit_test(test_flips_with_the_checksum_repaired),
+        cmocka_unit_test(test_random_numbers),
     };
     return cmocka_run_group_tests_name("cae_damage", tests, set_up, tear_down);
 }

@@ -1,8 +1,8 @@
-/* Weights blobs of 16-bit numbers: what they hold, what the network keeps of its figures, what they refuse. */
+/* Tests weights blobs of 16-bit numbers: their content, the effect on the network, and invalid content. */
 #include "tlmw.h"
 
 static toliman_sim *sim;
-static toliman_cae *trained, *rounded[3][3]; /* by encoding of weights and planes */
+static toliman_cae *trained, *rounded[3][3]; /* [weights encoding][planes encoding] */
 static uint8_t *blobs[3][3];
 static size_t sizes[3][3];
 enum { float32, bf16, fp16 };
@@ -53,7 +53,7 @@ static void test_same_bytes_after_loading(void **unused) {
             assert_int_equal(get(blobs[weights][planes] + kAtPlanesEncoding, 2), planes);
             assert_blob(rounded[weights][planes], weights, planes);
         }
-    for (int32_t encoding = bf16; encoding <= fp16; encoding++) { /* float32 holds every narrow number */
+    for (int32_t encoding = bf16; encoding <= fp16; encoding++) { /* float32 represents every 16-bit number exactly */
         size_t size;
         uint8_t *bytes = saved_as(rounded[encoding][encoding], float32, float32, &size);
         toliman_cae *wide = loaded_from(bytes, size);
@@ -66,8 +66,8 @@ static void test_same_bytes_after_loading(void **unused) {
     assert_true(sizes[float32][bf16] < whole - 3 * kPixels && sizes[float32][fp16] < whole - 3 * kPixels);
 }
 
-/* The bit patterns of 0.625 from the formats' definitions, one tensor's in fp16 as 5 times 2^-3. */
-static void test_blobs_written_from_the_page(void **unused) {
+/* The bit patterns of 0.625 from the definition of the formats; one tensor in fp16 stores it as 5 times 2^-3. */
+static void test_blobs_written_from_the_specification(void **unused) {
     (void)unused;
     static uint8_t raw[2 * kParameters + 2 * kTensors];
     static double frame[kPixels];
@@ -78,7 +78,7 @@ static void test_blobs_written_from_the_page(void **unused) {
         if (encoding == bf16)
             put(raw + 2 * kLatentBias, 0x3f20, 2);
         else {
-            put(raw + 2 * kLatentBias + 2 * 9, 0xfffd, 2); /* scales of nine tensors stand before that of latent.bias */
+            put(raw + 2 * kLatentBias + 2 * 9, 0xfffd, 2); /* the scales of nine tensors precede that of latent.bias */
             put(raw + 2 * kLatentBias + 2 * 9 + 2, 0x4500, 2);
         }
         put(header + kAtWeightsEncoding, (uint64_t)encoding, 2);
@@ -94,7 +94,7 @@ static void test_blobs_written_from_the_page(void **unused) {
     put(header + kAtWeightsEncoding, float32, 2);
 }
 
-/* The derivative image is a plane that can be read: 8 bits of it, or 11 down to 2^-30 of its largest. */
+/* The derivative image can be read as a plane: 8 bits, or 11 bits down to 2^-30 of its maximum. */
 static void test_rounding_of_planes(void **unused) {
     (void)unused;
     static double exact[kPixels], target[kPixels];
@@ -114,7 +114,8 @@ static void test_rounding_of_planes(void **unused) {
     }
 }
 
-/* The reference reaches 1e9 counts and stays exact: without noise and displacement the latent is that of float32. */
+/* The reference reaches 1e9 counts and stays exact: without noise and displacement the latent equals that of
+ * float32. */
 static void test_no_bias(void **unused) {
     (void)unused;
     const double zero = encode_expected(trained, sim, 0);
@@ -145,8 +146,8 @@ static void test_latents_keep_their_slope_and_scatter(void **unused) {
     }
 }
 
-/* Numbers from the smallest to the largest that a blob holds, all just below powers of two. No variance becomes 0 in
- * fp16, whose range is shorter, and no largest number infinity. */
+/* Numbers from the smallest to the largest that a blob can hold, all just below powers of two. In fp16, whose range is
+ * smaller, no variance may become 0 and no number infinite. */
 static void test_numbers_of_any_size(void **unused) {
     (void)unused;
     enum { kFloats = 5 * kPixels };
@@ -173,8 +174,8 @@ static void test_numbers_of_any_size(void **unused) {
         }
 }
 
-/* Training on an absurdly small or large derivative makes weights beyond float32 at either end: they are refused or
- * loaded again, never a blob that cannot be read. */
+/* Training on an extremely small or large derivative gives weights at either limit of float32. Saving them is refused,
+ * or the blob loads again. */
 static void test_weights_out_of_range(void **unused) {
     (void)unused;
     enum { kFloats = 5 * kPixels };
@@ -241,7 +242,7 @@ static void test_options(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bytes_after_loading),
-        cmocka_unit_test(test_blobs_written_from_the_page),
+        cmocka_unit_test(test_blobs_written_from_the_specification),
         cmocka_unit_test(test_rounding_of_planes),
         cmocka_unit_test(test_no_bias),
         cmocka_unit_test(test_latents_keep_their_slope_and_scatter),

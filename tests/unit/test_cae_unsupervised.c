@@ -1,4 +1,4 @@
-/* Unsupervised training, both layouts and all inputs: bits, taking up, learning, refusals. */
+/* Tests unsupervised training with both layouts and all inputs: equal bits, resuming, learning, refusals. */
 #include "cae_scene.h"
 #include "images.h"
 
@@ -16,7 +16,7 @@ static int tear_down(void **unused) {
     return 0;
 }
 
-/* Frames of a sinusoidal displacement, noise and all. */
+/* Noisy frames with a sinusoidal displacement. */
 enum { kMostFrames = 64 };
 typedef struct Source {
     double amplitude_px, displacements[kMostFrames];
@@ -95,7 +95,7 @@ static void test_same_bits_for_any_number_of_workers(void **unused) {
             toliman_cae_destroy(cae);
         }
         assert_int_equal(first.epochs, 1);
-        assert_int_equal(first.steps, 3); /* nine frames by fours, one kept back */
+        assert_int_equal(first.steps, 3); /* nine frames in batches of four, one held out */
         assert_true(first.loss > 0 && first.validation_loss > 0 && first.mmse > 0 && first.photon_floor > 0);
     }
 }
@@ -111,8 +111,8 @@ static int32_t stop_in_time(const char *stage, double fraction, void *user_data)
     return fraction >= patience->until && strstr(stage, "train") == stage;
 }
 
-/* Three epochs at once; two cancelled in the third, then taken up; two and one more. */
-static void test_taken_up_where_it_stood(void **unused) {
+/* Three epochs in one run; two epochs, cancelled in the third and resumed; two epochs plus one. */
+static void test_resume_after_cancellation(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
     toliman_cae_training report = {.struct_size = sizeof report};
@@ -136,7 +136,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     assert_true(patience.epochs_named > 6);
     patience = (Patience){.until = 2};
     assert_ok(toliman_cae_train(cancelled, &options, &report));
-    assert_true(patience.epochs_named <= 3); /* the steps of the last epoch only */
+    assert_true(patience.epochs_named <= 3); /* only the steps of the last epoch */
     assert_true(first_latent(cancelled) == expected && report.loss == loss && report.epochs == 3);
 
     toliman_cae *longer = make_network(TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_INPUT_WHITENED);
@@ -149,7 +149,7 @@ static void test_taken_up_where_it_stood(void **unused) {
     toliman_cae_destroy(whole), toliman_cae_destroy(cancelled), toliman_cae_destroy(longer);
 }
 
-/* A signal of 1e-2 px stands out of the noise: the latent of fresh frames follows it, whatever its sign and scale. */
+/* A signal of 1e-2 px is above the noise: the latents of new frames follow it, up to sign and scale. */
 static void test_learns_a_large_signal(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
@@ -199,7 +199,7 @@ static int32_t give_up(const char *stage, double fraction, void *user_data) {
     return 1;
 }
 
-/* What cannot begin leaves the last training to be gone on with. */
+/* A training that cannot start leaves the last training resumable. */
 static void test_failures_keep_the_last_training(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
@@ -242,7 +242,7 @@ static void test_failures_keep_the_last_training(void **unused) {
     toliman_cae_destroy(cae), toliman_cae_destroy(loaded);
 }
 
-/* Tied training gives the same network, whatever was trained before. */
+/* Tied training gives the same network, regardless of earlier training. */
 static void test_tied_after_unsupervised(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
@@ -262,7 +262,8 @@ static void test_tied_after_unsupervised(void **unused) {
     toliman_cae_destroy(fresh), toliman_cae_destroy(used);
 }
 
-/* A rate that is too large, stopped after each epoch: what it gives can be used and saved, or is E_RANGE. */
+/* A learning rate that is too large, stopped after each epoch: the result is usable and can be saved, or the error is
+ * E_RANGE. */
 static void test_divergence_is_never_a_result(void **unused) {
     (void)unused;
     Source source = make_source(1e-2);
@@ -275,7 +276,7 @@ static void test_divergence_is_never_a_result(void **unused) {
         toliman_cae *loaded = NULL;
         status = toliman_cae_train(cae, &options, &report);
         assert_true(status == TOLIMAN_OK || status == TOLIMAN_E_RANGE);
-        if (status == TOLIMAN_OK) /* one frame is kept back, however few there are */
+        if (status == TOLIMAN_OK) /* one frame is held out, however few there are */
             assert_true(isfinite(report.validation_loss) && report.validation_loss > 0 && report.mmse > 0);
         size_t size;
         uint8_t *bytes = saved_with_training(cae, &size);
@@ -342,7 +343,7 @@ static void test_refusals(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits_for_any_number_of_workers),
-        cmocka_unit_test(test_taken_up_where_it_stood),
+        cmocka_unit_test(test_resume_after_cancellation),
         cmocka_unit_test(test_learns_a_large_signal),
         cmocka_unit_test(test_paper_has_no_decoder_without_a_frame),
         cmocka_unit_test(test_failures_keep_the_last_training),

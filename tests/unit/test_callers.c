@@ -1,4 +1,4 @@
-/* Callers whose header is older or newer than the library: options may be shorter or longer than it knows. */
+/* Tests callers built with an older or newer header: their options may be shorter or longer than the library's. */
 #include <string.h>
 
 #include <toliman/toliman.h>
@@ -9,17 +9,17 @@ static unsigned char bytes[1024];
 
 enum { kFilled = 0xAB };
 
-/* The struct in front, and nothing written behind its `size` bytes. */
+/* The struct size comes first, and nothing is written beyond `size` bytes. */
 static void assert_within(size_t size) {
-    uint32_t told = 0;
-    memcpy(&told, bytes, sizeof told);
-    assert_int_equal(told, size);
+    uint32_t size_in_struct = 0;
+    memcpy(&size_in_struct, bytes, sizeof size_in_struct);
+    assert_int_equal(size_in_struct, size);
     for (size_t i = size; i < sizeof bytes; i++)
         assert_int_equal(bytes[i], kFilled);
 }
 
-/* Defaults for an older caller, who has a member less, are those of today's without it; to a newer one the members that
- * the library does not know are 0. */
+/* An older caller, whose struct lacks the last member, gets today's defaults without it. For a newer caller, members
+ * unknown to the library are set to 0. */
 #define CHECK_INIT(kind)                                                                                               \
     do {                                                                                                               \
         enum { kSize = sizeof(kind##_options), kHead = sizeof(uint32_t) };                                             \
@@ -55,7 +55,7 @@ static void defaults_stay_within_their_size(void **state) {
     CHECK_INIT(toliman_track);
 }
 
-/* What the library cannot know it does not ignore. */
+/* Options larger than the library's are refused, because it would have to ignore their additional members. */
 static void newer_options_are_refused(void **state) {
     (void)state;
     toliman_period *period = NULL;

@@ -1,4 +1,4 @@
-/* False alarm probabilities: how often noise alarms, levels, bootstrap, and what is said of the samples' times. */
+/* Tests false alarm probabilities: the alarm rate on noise, thresholds, the bootstrap, and sampling diagnostics. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,8 +8,8 @@ enum { baluev, naive, single, sequential, METHODS };
 enum { DAYS = 200, MOST = 400 };
 static double times[MOST], values[MOST], sigmas[MOST];
 
-/* The bench's trials on shorter series. */
-static void alarms_are_as_many_as_promised(void **unused) {
+/* The trials of the benchmark on shorter series. */
+static void alarm_rate_is_as_documented(void **unused) {
     (void)unused;
     enum { ENDS = 5000, STREAMS = 400 };
     toliman_period *const period = fap_periodogram(DAYS);
@@ -31,12 +31,13 @@ static void alarms_are_as_many_as_promised(void **unused) {
         print_message("  %s %d, %d\n", fap_names[m], at_end[m], ever[m]);
     assert_in_range(at_end[0], 0.005 * ENDS, 0.012 * ENDS);
     assert_in_range(at_end[1], 0.02 * ENDS, 0.05 * ENDS);
-    assert_true(ever[0] > 0.1 * STREAMS); /* what the sequential one is there for */
+    assert_true(ever[0] > 0.1 * STREAMS); /* the reason for the sequential method */
     assert_true(ever[2] <= 0.02 * STREAMS);
     toliman_period_destroy(period);
 }
 
-/* The chapter's signal, 1e-6 px where one frame tells 1.24e-6 px: not paid for with many more samples. */
+/* The chapter's signal of 1e-6 px, with a standard error of 1.24e-6 px per frame: the sequential method must not need
+ * many more samples. */
 static void sequential_finds_signals(void **unused) {
     (void)unused;
     enum { SERIES = 101, SIGNAL_DAYS = 280 };
@@ -66,7 +67,7 @@ static toliman_period *filled(int n) {
     return period;
 }
 
-/* By the method's number from 0. */
+/* Indexed by the number of the method. */
 static double fap_of(const toliman_period *period, int32_t method, double log10_residual) {
     double result = NAN;
     assert_ok(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_BALUEV + method, log10_residual, &result));
@@ -74,8 +75,8 @@ static double fap_of(const toliman_period *period, int32_t method, double log10_
     return result;
 }
 
-/* From the power 1/(N - 3) on no method's FAP ever rises; one look counts for less than many, one frequency for more.
- */
+/* From the power 1/(N - 3) on, no method's FAP ever rises with the power. One query counts less than many, one
+ * frequency less than several. */
 static void faps_fall(void **unused) {
     (void)unused;
     const int counts[] = {5, 6, 10, 100, 101, 102, MOST};
@@ -99,7 +100,7 @@ static void faps_fall(void **unused) {
     }
 }
 
-static void levels_are_the_inverse(void **unused) {
+static void thresholds_invert_the_fap(void **unused) {
     (void)unused;
     const int counts[] = {5, 6, 30, MOST};
     const double faps[] = {0, -1e-9, -1e-3, -0.1, -0.3, -1, -2, -10, -300, -1e4, -1e5};
@@ -117,14 +118,14 @@ static void levels_are_the_inverse(void **unused) {
                 assert_ok(toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV + m, faps[i], &level));
                 assert_close(fap_of(period, m, level), faps[i], 1e-10, 1e-10);
                 assert_true(level <= before);
-                before = faps[i] < -0.5 ? level : 0; /* near 1 Baluev's bound is not monotone */
+                before = faps[i] < -0.5 ? level : 0; /* close to 1 Baluev's bound is not monotonic */
             }
         }
         toliman_period_destroy(period);
     }
 }
 
-static double seen; /* fraction that the progress callback was told last */
+static double seen; /* last fraction passed to the progress callback */
 
 static int32_t see(const char *stage, double fraction, void *user_data) {
     assert_string_equal(stage, "bootstrap");
@@ -150,7 +151,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, three));
     assert_memory_equal(alone, three, sizeof alone);
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, 2 * COUNT, longer));
-    for (int i = 0, j = 0; i < COUNT; i++, j++) { /* resampling i is the same however many there are */
+    for (int i = 0, j = 0; i < COUNT; i++, j++) { /* resampling i does not depend on the number of resamplings */
         while (j < 2 * COUNT && longer[j] != alone[i])
             j++;
         assert_true(j < 2 * COUNT);
@@ -159,7 +160,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     options.seed = 6;
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, three));
     assert_memory_not_equal(alone, three, sizeof alone);
-    /* A cancelled one leaves everything as it was. */
+    /* A cancelled bootstrap leaves its outputs unchanged. */
     options.progress_data = &options;
     assert_fails(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone),
                  TOLIMAN_E_CANCELLED, "bootstrap: cancelled");
@@ -167,8 +168,8 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* All but one of five values equal: some resamplings are constant, and have no power. */
-static void bootstrap_of_hardly_anything(void **unused) {
+/* Five values of which four are equal: some resamplings are constant and have no power. */
+static void bootstrap_of_few_distinct_values(void **unused) {
     (void)unused;
     enum { COUNT = 200 };
     toliman_period *const period = fap_periodogram(50);
@@ -185,8 +186,8 @@ static void bootstrap_of_hardly_anything(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Just below the Nyquist frequency of even times the power is high, at it only half of the model is left: a parabola
- * through such a step has nothing to do with the power between. */
+/* Just below the Nyquist frequency of even times the power is high; exactly at it, half of the model vanishes. A
+ * parabola through this step would be unrelated to the power in between. */
 static void no_parabola_over_a_step(void **unused) {
     (void)unused;
     toliman_period *const period = fap_periodogram(1095);
@@ -217,7 +218,7 @@ static void grids_are_judged_by_the_times(void **unused) {
     toliman_period *period = filled(MOST);
     for (int given = 0; given < 2; given++) {
         const toliman_period_sampling even = sampling_of(period, given ? times : NULL, given ? MOST : 0);
-        const double span = given ? MOST : sqrt(12.0) * 114.61; /* weights make the variance another */
+        const double span = given ? MOST : sqrt(12.0) * 114.61; /* the weights change the variance */
         assert_close(even.baseline, span, given ? 1e-15 : 0.02, 0);
         assert_close(even.coarsest_df, 0.2 / even.baseline, 1e-15, 0);
         assert_close(even.nyquist, 0.5, given ? 1e-15 : 0.02, 0);
@@ -228,7 +229,7 @@ static void grids_are_judged_by_the_times(void **unused) {
     }
     toliman_period_destroy(period);
 
-    /* Steps of 1, but for a gap of 100: the median step is right, the mean one is not. */
+    /* Steps of 1 with one gap of 100: the median step gives the right limit, the mean step does not. */
     assert_ok(toliman_period_create(0.01, 0.01, 45, NULL, &period));
     for (int i = 0; i < 40; i++) {
         times[i] = i < 20 ? i : i + 100;
@@ -258,7 +259,7 @@ static void grids_are_judged_by_the_times(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void nonsense_is_refused(void **unused) {
+static void invalid_arguments_are_refused(void **unused) {
     (void)unused;
     toliman_period *const period = filled(100);
     double out = 7, peaks[3];
@@ -297,15 +298,15 @@ static void nonsense_is_refused(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(alarms_are_as_many_as_promised),
+        cmocka_unit_test(alarm_rate_is_as_documented),
         cmocka_unit_test(sequential_finds_signals),
         cmocka_unit_test(faps_fall),
-        cmocka_unit_test(levels_are_the_inverse),
+        cmocka_unit_test(thresholds_invert_the_fap),
         cmocka_unit_test(bootstrap_is_the_same_for_any_threads),
-        cmocka_unit_test(bootstrap_of_hardly_anything),
+        cmocka_unit_test(bootstrap_of_few_distinct_values),
         cmocka_unit_test(no_parabola_over_a_step),
         cmocka_unit_test(grids_are_judged_by_the_times),
-        cmocka_unit_test(nonsense_is_refused),
+        cmocka_unit_test(invalid_arguments_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* Files where others may write too: names off the wire that would leave the folder, links laid in the library's way,
- * and who may read what. Nothing outside is made, changed or read. */
+/* Tests file safety in folders that others can write to: names from the downlink that would leave the folder, links
+ * placed in the library's way, and permissions. Nothing outside the folder may be created, changed or read. */
 #include <sys/syscall.h>
 #include <sys/wait.h>
 
@@ -10,7 +10,7 @@ enum { NAMES = 500 };
 static char outside[256], victim[300];
 static int watched = 0, open_to_others = 0;
 
-/* In place of the C library's: every byte of a temporary is written while it is its owner's alone. */
+/* Replaces the C library's pwrite and write: while a temporary file is written, only its owner may have access. */
 static void watch_temporary(int file) {
     char link[64], path[512];
     snprintf(link, sizeof link, "/proc/self/fd/%d", file);
@@ -49,7 +49,7 @@ static int remove_outside(void **state) {
     return tear_down(state);
 }
 
-/* Only the victim is there, as it was. */
+/* The folder must contain only the victim, unchanged. */
 static void assert_outside_untouched(void) {
     DIR *listed = opendir(outside);
     int others = 0;
@@ -84,7 +84,7 @@ static void assert_only_known_files(void) {
     closedir(listed);
 }
 
-/* A name with something in it that no name may have. */
+/* A name containing something that no name may contain. */
 static void make_hostile(char *name, size_t capacity, uint64_t *random) {
     static const char *const parts[] = {
         "../",  "..",   "/",   "/etc/passwd",  ".", "\\", "\n",  "\x1b[2J", "%s%n", "\xc0\xaf", "a/b/", "~",
@@ -107,7 +107,7 @@ static void make_hostile(char *name, size_t capacity, uint64_t *random) {
     }
 }
 
-static void names_off_the_wire_stay_inside(void **unused) {
+static void names_from_the_downlink_stay_inside(void **unused) {
     (void)unused;
     uint64_t random = 7;
     toliman_track_options options = small_options(folder);
@@ -125,7 +125,7 @@ static void names_off_the_wire_stay_inside(void **unused) {
             assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_ARGUMENT,
                          which ? "session = \"" : "roi = \"");
             for (const char *letter = toliman_last_error(); *letter != '\0'; letter++)
-                assert_true((unsigned char)*letter >= ' ' && *letter != '\x7f'); /* nothing that a terminal obeys */
+                assert_true((unsigned char)*letter >= ' ' && *letter != '\x7f'); /* no terminal control characters */
         }
     }
     assert_int_equal(push_number(track, 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);
@@ -162,8 +162,8 @@ static void use_folder(const toliman_track_options *with, int use) {
     assert_in_range(status, TOLIMAN_OK, TOLIMAN_E_STATE);
 }
 
-/* Each file of a tracker's folder and each temporary as a link to a file, to nothing, to a folder, to itself; written,
- * read, rebuilt and merged. */
+/* Replaces each file of a tracker's folder and each temporary file by a link to a file, to a missing file, to a folder,
+ * and to itself; then writes, reads, rebuilds and merges. */
 static void links_are_not_followed(void **unused) {
     (void)unused;
     static const char *const names[] = {"ledger.tlml", "checkpoint.tlmc", "setup.tlms",          "streams.txt",
@@ -191,7 +191,7 @@ static void links_are_not_followed(void **unused) {
     print_message("%d links laid\n", attempts);
 }
 
-/* A file that is replaced by way of a temporary leaves alone what lies under the temporary's name. */
+/* Replacing a file through a temporary file must not touch an existing file of the temporary's name. */
 static void temporaries_are_not_followed(void **unused) {
     (void)unused;
     char path[300], name[64];
@@ -210,8 +210,8 @@ static void temporaries_are_not_followed(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Folders and pipes in the place of files; a pipe would wait for its other end. */
-static void what_is_no_file_is_refused(void **unused) {
+/* Folders and pipes in place of files. Opening a pipe would block until the other end is opened. */
+static void non_regular_files_are_refused(void **unused) {
     (void)unused;
     const char *const places[] = {ledger, setup, checkpoint};
     for (int place = 0; place < 3; place++)
@@ -230,7 +230,7 @@ static void what_is_no_file_is_refused(void **unused) {
         }
 }
 
-static void a_name_alone_is_a_file_of_this_folder(void **unused) {
+static void bare_names_are_files_of_the_working_directory(void **unused) {
     (void)unused;
     char before[4096];
     toliman_period *period = NULL;
@@ -250,7 +250,7 @@ static mode_t mode_of(const char *path) {
     return facts.st_mode & 0777;
 }
 
-static void what_is_being_written_is_its_owners(void **unused) {
+static void temporaries_are_private_to_their_owner(void **unused) {
     (void)unused;
     const mode_t masks[] = {022, 002, 027, 077, 0};
     char path[300];
@@ -261,10 +261,10 @@ static void what_is_being_written_is_its_owners(void **unused) {
     for (size_t i = 0; i < sizeof masks / sizeof *masks; i++) {
         const mode_t before = umask(masks[i]);
         assert_ok(toliman_period_save_file(period, path));
-        assert_int_equal(mode_of(path), 0666 & ~masks[i]); /* as any new file's */
+        assert_int_equal(mode_of(path), 0666 & ~masks[i]); /* permissions of a new file */
         assert_int_equal(chmod(path, 0604), 0);
         assert_ok(toliman_period_save_file(period, path));
-        assert_int_equal(mode_of(path), 0604); /* its predecessor's */
+        assert_int_equal(mode_of(path), 0604); /* permissions of the file it replaces */
         unlink(path);
         filled_folder();
         assert_int_equal(mode_of(ledger), 0666 & ~masks[i]);
@@ -287,7 +287,7 @@ static void what_is_being_written_is_its_owners(void **unused) {
     assert_int_equal(open_to_others, 0);
 }
 
-/* Runs in a process of its own, which is nobody where it was root, whom no permission stops. */
+/* Runs the test in a child process, as user nobody if started as root, since permissions do not restrict root. */
 static void as_nobody(void (*act)(void)) {
     fflush(NULL);
     const pid_t child = fork();
@@ -309,7 +309,7 @@ static int is_error(int32_t status, int32_t expected, const char *words) {
     return 0;
 }
 
-static void look_and_try_to_write(void) {
+static void read_and_try_to_write(void) {
     toliman_track_options options = small_options(folder);
     toliman_track *track = NULL;
     toliman_period *period = NULL;
@@ -325,23 +325,24 @@ static void look_and_try_to_write(void) {
     _exit(good ? 0 : 2);
 }
 
-static void fail_to_look(void) {
+static void fail_to_read(void) {
     toliman_track_options options = small_options(folder);
     options.flags = TOLIMAN_TRACK_READ_ONLY;
     toliman_track *track = NULL;
     _exit(is_error(toliman_track_create(&options, &track), TOLIMAN_E_NOT_FOUND, "Permission denied") ? 0 : 2);
 }
 
-/* A folder that may only be read can be looked at, and is told to be no place to write; a closed one is no place. */
-static void permissions_are_told(void **unused) {
+/* A read-only folder can be read, and is reported as not writable. A folder without permissions cannot be read
+ * either. */
+static void permission_errors_are_reported(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     assert_int_equal(chmod(folder, 0555), 0);
     for (int i = 0; i < 2; i++)
         assert_int_equal(chmod(i ? ledger : checkpoint, 0444), 0);
-    as_nobody(look_and_try_to_write);
+    as_nobody(read_and_try_to_write);
     assert_int_equal(chmod(folder, 0), 0);
-    as_nobody(fail_to_look);
+    as_nobody(fail_to_read);
     assert_int_equal(chmod(folder, 0777), 0);
     for (int i = 0; i < 2; i++)
         assert_int_equal(chmod(i ? ledger : checkpoint, 0666), 0);
@@ -359,8 +360,8 @@ static void save_twice(void) {
     _exit(good ? 0 : 2);
 }
 
-/* A file is replaced by its relative name where a folder above is closed. */
-static void folders_above_may_be_closed(void **unused) {
+/* A file is replaced through its relative name, although a parent folder denies access. */
+static void parent_folders_may_deny_access(void **unused) {
     (void)unused;
     char inside[300], here[1000];
     snprintf(inside, sizeof inside, "%s/in", folder);
@@ -377,14 +378,14 @@ static void folders_above_may_be_closed(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(names_off_the_wire_stay_inside, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(names_from_the_downlink_stay_inside, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(links_are_not_followed, make_outside, remove_outside),
         cmocka_unit_test_setup_teardown(temporaries_are_not_followed, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(what_is_no_file_is_refused, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(a_name_alone_is_a_file_of_this_folder, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(what_is_being_written_is_its_owners, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(permissions_are_told, make_outside, remove_outside),
-        cmocka_unit_test_setup_teardown(folders_above_may_be_closed, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(non_regular_files_are_refused, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(bare_names_are_files_of_the_working_directory, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(temporaries_are_private_to_their_owner, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(permission_errors_are_reported, make_outside, remove_outside),
+        cmocka_unit_test_setup_teardown(parent_folders_may_deny_access, make_outside, remove_outside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-// The owning handles of toliman.hpp: one of each made, used and ended. No CMocka: it would jump over destructors.
+// Tests the owning handles of toliman.hpp: creates, uses and destroys one of each. Does not use CMocka, whose longjmp
+// would skip destructors.
 #include <cstdio>
 #include <stdexcept>
 #include <string>
@@ -68,7 +69,7 @@ int ends_with(toliman_status status, const char *message) {
     return as_expected ? 0 : 1;
 }
 
-// An exception that leaves a callback ends the call as a cancellation, and the object stays usable.
+// An exception thrown by a callback cancels the call, and the object stays usable.
 int callbacks_may_throw() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);

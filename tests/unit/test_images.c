@@ -1,4 +1,4 @@
-/* Frames of every kind of pixels, and the chi-square of frames: of good ones, damaged ones, and against a plain fit. */
+/* Tests frames of every pixel type, and the chi-square of frames: valid ones, damaged ones, and against a plain fit. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@ enum { COUNT = 3, kGap = 5 };
 
 static const char *const shared_nuisances = "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"";
 
-/* What is shared by the tests; the network and the fit are of the same scene. */
+/* Shared by the tests; the network and the fit belong to the same scene. */
 static toliman_sim *sim;
 static toliman_cae *cae;
 static toliman_linear *linear;
@@ -38,7 +38,7 @@ static int is_signed(int32_t kind) {
            kind == TOLIMAN_PIXEL_F64 || kind == TOLIMAN_PIXEL_I16BE || kind == TOLIMAN_PIXEL_F32BE;
 }
 
-/* A number that the kind holds, with more than one byte where it has more. */
+/* A number that the type can represent, with more than one non-zero byte if the type has more. */
 static double number_at(int32_t kind, size_t i) {
     const double small = (double)(i * 37 % 251);
     if (kind == TOLIMAN_PIXEL_U8)
@@ -52,7 +52,7 @@ static size_t width_of(int32_t kind) {
     return widths[kind - TOLIMAN_PIXEL_U8];
 }
 
-/* The bytes of a pixel, least significant first, then turned round where the kind is big-endian. */
+/* The bytes of a pixel, least significant first, reversed if the type is big-endian. */
 static void put_pixel(int32_t kind, double value, unsigned char *at) {
     const size_t width = width_of(kind);
     const int64_t whole = (int64_t)value;
@@ -70,7 +70,7 @@ static void put_pixel(int32_t kind, double value, unsigned char *at) {
     }
 }
 
-/* Frames of a kind, row r of frame k at k frame_stride + r stride; the same as doubles without gaps. */
+/* Frames of one pixel type, row r of frame k at k frame_stride + r stride; equal to doubles without gaps. */
 static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char *pixels, double *plain) {
     for (size_t k = 0; k < COUNT; k++)
         for (size_t r = 0; r < kSide; r++)
@@ -83,7 +83,7 @@ static void fill(int32_t kind, size_t stride, size_t frame_stride, unsigned char
 
 static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unused) {
     (void)unused;
-    /* without gaps, with gaps, and row by row of all frames */
+    /* without gaps, with gaps, and with the rows of all frames interleaved */
     const size_t strides[][2] = {{0, 0}, {kSide + kGap, (kSide + kGap) * (kSide + kGap)}, {COUNT * kSide, kSide}};
     unsigned char *pixels = malloc(8 * COUNT * (kSide + kGap) * (kSide + kGap));
     double *plain = new_image(COUNT * kPixels);
@@ -133,7 +133,7 @@ static void components_take_many_frames_or_none(void **unused) {
     plain[kPixels + 300] = NAN;
     assert_fails(toliman_components_push_many(at_once, PLAIN_IMAGE(plain), COUNT), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][44] = nan");
-    assert_ok(toliman_components_push_many(at_once, image, COUNT)); /* nothing of the others is in */
+    assert_ok(toliman_components_push_many(at_once, image, COUNT)); /* contains none of the other frames */
     assert_ok(toliman_components_train(one_by_one, NULL, NULL));
     assert_ok(toliman_components_train(at_once, NULL, NULL));
     assert_ok(toliman_components_get_series(one_by_one, 0, series[0], NULL));
@@ -192,7 +192,7 @@ static void impossible_images_are_refused(void **unused) {
     free(frames);
 }
 
-/* Residual over sigma, less what the images take away one after the other, in long double. */
+/* Residual over sigma, minus its projections on the images one after the other, in long double. */
 static double slow_chi_square(const double *frame) {
     const int32_t kinds[] = {TOLIMAN_SIM_IMAGE_STAR_A, TOLIMAN_SIM_IMAGE_STAR_B, TOLIMAN_SIM_IMAGE_SHIFT_X,
                              TOLIMAN_SIM_IMAGE_SHIFT_Y, TOLIMAN_SIM_IMAGE_SEPARATION};
@@ -210,7 +210,7 @@ static double slow_chi_square(const double *frame) {
             for (size_t i = 0; i < kPixels; i++)
                 plane[i] = image[i] / sqrtl(variance[i]);
         }
-        for (size_t q = 0; q < 2 * p; q++) { /* twice, for its own rounding */
+        for (size_t q = 0; q < 2 * p; q++) { /* projected twice because of rounding */
             long double along = 0, square = 0;
             for (size_t i = 0; i < kPixels; i++)
                 along += plane[i] * planes[q % p][i], square += planes[q % p][i] * planes[q % p][i];
@@ -224,13 +224,13 @@ static double slow_chi_square(const double *frame) {
     return (double)(left / (kPixels - PLANES));
 }
 
-static void chi_square_is_that_of_a_plain_fit(void **unused) {
+static void chi_square_matches_a_plain_fit(void **unused) {
     (void)unused;
     static double frame[kPixels];
     double value, alone, squares[2];
     assert_ok(toliman_sim_frame(sim, 1e-3, 3, 0, frame, kSide));
     for (size_t i = 0; i < kPixels; i++)
-        frame[i] *= 1 + 1e-4 * (i % 256 < 128); /* no scene's frame */
+        frame[i] *= 1 + 1e-4 * (i % 256 < 128); /* a frame that no scene produces */
     assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frame), 1, 1, &value, &squares[0]));
     assert_ok(toliman_linear_encode(linear, frame, kSide, &alone));
     assert_memory_equal(&value, &alone, sizeof value);
@@ -240,7 +240,7 @@ static void chi_square_is_that_of_a_plain_fit(void **unused) {
     const double expected = slow_chi_square(frame);
     assert_true(expected > 1.1);
     assert_close(squares[0], expected, 1e-9, 0);
-    assert_close(squares[1], expected, 1e-5, 0); /* its planes are float32 */
+    assert_close(squares[1], expected, 1e-5, 0); /* the network's planes are float32 */
 }
 
 static double as_swapped(double counts) {
@@ -259,8 +259,8 @@ static void damage(int fault, const double *good, double *out) {
         }
 }
 
-/* Of both estimators for a scene: noisy frames are within 5 sigma of 1, damaged ones beyond: above it, or
- * below it where the fluxes are free and an empty frame is fitted without any noise. */
+/* For both estimators of a scene: chi-square of noisy frames is within 5 sigma of 1, and that of damaged frames
+ * outside: above, or below where the fluxes are free and an empty frame is fitted without noise. */
 static void check_scene(const toliman_sim *scene, const toliman_cae *network, const toliman_linear *fit) {
     enum { GOOD = 24 };
     const double sigma = sqrt(2.0 / kPixels);
@@ -286,13 +286,13 @@ static void check_scene(const toliman_sim *scene, const toliman_cae *network, co
     free(frames);
 }
 
-static void damaged_frames_stand_out(void **unused) {
+static void damaged_frames_are_detected(void **unused) {
     (void)unused;
     check_scene(sim, cae, linear);
 }
 
-/* Nothing is projected there, so that the network's own residual is not at hand. */
-static void damaged_frames_stand_out_of_the_chapter(void **unused) {
+/* This network projects nothing out, so its own residual is not available. */
+static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
     (void)unused;
     toliman_sim *scene;
     toliman_linear *fit;
@@ -306,7 +306,7 @@ static void damaged_frames_stand_out_of_the_chapter(void **unused) {
     static double frame[kPixels];
     double value, squares[2];
     assert_ok(toliman_sim_frame(scene, 0, 4, 4, frame, kSide));
-    for (int i = 0; i < 2; i++) { /* the input changes nothing */
+    for (int i = 0; i < 2; i++) { /* independent of the input */
         assert_ok(toliman_cae_encode_many(networks[i], PLAIN_IMAGE(frame), 1, 1, &value, &squares[i]));
         toliman_cae_destroy(networks[i]);
     }
@@ -340,9 +340,9 @@ int main(void) {
         cmocka_unit_test(every_kind_of_pixels_and_every_layout_gives_the_same_bits),
         cmocka_unit_test(components_take_many_frames_or_none),
         cmocka_unit_test(impossible_images_are_refused),
-        cmocka_unit_test(chi_square_is_that_of_a_plain_fit),
-        cmocka_unit_test(damaged_frames_stand_out),
-        cmocka_unit_test(damaged_frames_stand_out_of_the_chapter),
+        cmocka_unit_test(chi_square_matches_a_plain_fit),
+        cmocka_unit_test(damaged_frames_are_detected),
+        cmocka_unit_test(damaged_frames_are_detected_in_the_chapter_scene),
         cmocka_unit_test(chi_square_is_the_same_on_any_number_of_workers),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -1,4 +1,4 @@
-/* The field of a failure: what a program has in place of the message's words. */
+/* Tests the field of an error, which programs use instead of parsing messages. */
 #include <pthread.h>
 #include <unistd.h>
 
@@ -14,7 +14,7 @@ static toliman_period *make_period(void) {
     return period;
 }
 
-/* The message begins with the field, or has it behind "...: ". */
+/* The message begins with the field, or contains it after "...: ". */
 #define assert_field(call, code, field)                                                                                \
     do {                                                                                                               \
         assert_fails(call, code, field);                                                                               \
@@ -60,7 +60,7 @@ static void keys_of_scenes(void **unused) {
         assert_field(toliman_sim_create_json(scene, strlen(scene), NULL, NULL, &sim), TOLIMAN_E_SCENE, cases[i][2]);
         free(scene);
     }
-    /* A file that a scene names is told by its path. */
+    /* For a file named by a scene, the field is its path. */
     char *scene = replaced(kSingleScene, "\"pupil_samples\": 64",
                            "\"pupil_samples\": 64, \"amplitude\": {\"file\": \"gone.npy\"}");
     assert_field(toliman_sim_create_json(scene, strlen(scene), "/no", NULL, &sim), TOLIMAN_E_NOT_FOUND, "/no/gone.npy");
@@ -76,10 +76,10 @@ static void files(void **unused) {
     assert_ok(toliman_period_save_file(period, path));
     assert_int_equal(truncate(path, 40), 0);
     assert_field(toliman_period_load_file(path, NULL, &loaded), TOLIMAN_E_FORMAT, path);
-    /* The path may say anything: the field is what the library was given, with what a terminal obeys as ?. */
+    /* A path may contain anything: the field is the path as given, with control characters replaced by ?. */
     assert_fails(toliman_period_load_file("a = 1: {b} is NULL\n%s", NULL, &loaded), TOLIMAN_E_NOT_FOUND, "a = 1: {b}");
     assert_string_equal(toliman_last_error_field(), "a = 1: {b} is NULL?%s");
-    /* A blob has no path. */
+    /* A blob in memory has no path. */
     assert_fails(toliman_period_load("TLMP", 4, NULL, &loaded), TOLIMAN_E_FORMAT, "truncated");
     assert_string_equal(toliman_last_error_field(), "");
     assert_null(loaded);
@@ -93,7 +93,7 @@ static void *fields_of_a_new_thread(void *out) {
     return NULL;
 }
 
-/* A failure without a name clears the field, a success leaves it, another thread has its own. */
+/* An error without a name clears the field, a success leaves it, another thread has its own. */
 static void of_the_last_failure_of_the_thread(void **unused) {
     (void)unused;
     toliman_period *period = make_period();

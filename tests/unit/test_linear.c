@@ -1,4 +1,5 @@
-/* Template estimator of a small scene: bias, scatter against its own prediction, blindness to nuisances, errors. */
+/* Tests the template estimator on a small scene: bias, scatter against its predicted sigma, insensitivity to nuisances,
+ * errors. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,7 +43,7 @@ static toliman_linear *make_linear(const toliman_sim *sim) {
     return linear;
 }
 
-static void sigma_is_the_bound_with_the_projected_set_free(void **state) {
+static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
     (void)state;
     const char *const projects[] = {"", "\"flux_a\", \"flux_b\"", all_four};
     double last = 0;
@@ -54,14 +55,14 @@ static void sigma_is_the_bound_with_the_projected_set_free(void **state) {
         double sigma = 0;
         assert_ok(toliman_linear_get_sigma(linear, &sigma));
         assert_close(sigma, info.crb_projected_px, 1e-9, 0);
-        assert_true(sigma > last); /* what is left free costs */
+        assert_true(sigma > last); /* the cost of free parameters */
         last = sigma;
         toliman_linear_destroy(linear);
         toliman_sim_destroy(sim);
     }
 }
 
-/* 2,000 noisy frames: their scatter is known to 1.6 %. */
+/* 2,000 noisy frames: the relative error of their scatter is 1.6 %. */
 static void values_are_unbiased_with_the_predicted_scatter(void **state) {
     (void)state;
     enum { frames = 2000 };
@@ -87,7 +88,7 @@ static void values_are_unbiased_with_the_predicted_scatter(void **state) {
     }
 }
 
-/* Value of a noise-free frame of the stars moved by 1e-4 px and with 1e-4 more light of A. */
+/* Value of a noise-free frame with the stars moved by 1e-4 px and 1e-4 more light of star A. */
 static double value_of_disturbed_frame(const char *project) {
     static double moved[PIXELS], star[PIXELS];
     toliman_sim *sim = make_scene(0, 0, project), *other = make_scene(1e-4, -0.7e-4, project);
@@ -130,7 +131,7 @@ static void stride_skips_the_end_of_rows(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void errors_name_the_argument_and_touch_nothing(void **state) {
+static void errors_name_the_argument_and_change_nothing(void **state) {
     (void)state;
     static double image[PIXELS];
     toliman_sim *sim = make_scene(0, 0, "");
@@ -157,11 +158,11 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sigma_is_the_bound_with_the_projected_set_free),
+        cmocka_unit_test(sigma_is_the_bound_with_projected_parameters_free),
         cmocka_unit_test(values_are_unbiased_with_the_predicted_scatter),
         cmocka_unit_test(projected_disturbances_do_not_leak),
         cmocka_unit_test(stride_skips_the_end_of_rows),
-        cmocka_unit_test(errors_name_the_argument_and_touch_nothing),
+        cmocka_unit_test(errors_name_the_argument_and_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

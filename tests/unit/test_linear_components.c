@@ -1,4 +1,5 @@
-/* Components of simulated frames through the public interface: the period they find, their own threshold, manners. */
+/* Tests components of simulated frames through the public interface: the period found, the predicted threshold,
+ * errors. */
 #include <toliman/components.h>
 #include <toliman/period.h>
 
@@ -16,7 +17,7 @@ static toliman_components *collection(const toliman_sim *sim, uint32_t raw, uint
     return components;
 }
 
-/* Frames of the scene's own signal, `times` it. */
+/* Frames with the scene's signal multiplied by `times`. */
 static void push_frames(toliman_components *components, const toliman_sim *sim, double times, size_t count) {
     static double displacement[FRAMES], image[PIXELS];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, NULL, displacement));
@@ -56,8 +57,9 @@ static toliman_period_peak peak_of(const toliman_components *components, const d
     return peak;
 }
 
-/* 1e-3 px are three and more times the threshold for this many photons; a tenth of the threshold is not seen. */
-static void every_way_finds_a_period_above_the_threshold_and_none_below(void **state) {
+/* 1e-3 px are more than three times the threshold for this number of photons; a tenth of the threshold is not
+ * detected. */
+static void every_method_finds_a_period_above_the_threshold_and_none_below(void **state) {
     (void)state;
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e7");
     double times[FRAMES], displacement[FRAMES];
@@ -87,9 +89,9 @@ static void every_way_finds_a_period_above_the_threshold_and_none_below(void **s
     toliman_sim_destroy(sim);
 }
 
-/* Whitened: eigenvalue of the signal as the Cramer-Rao bound says, A^2/(2 crb^2), in the noise of the others; the bound
- * is that of the simulator. */
-static void eigenvalue_and_bound_are_those_of_the_scene(void **state) {
+/* Whitened frames: the signal's eigenvalue is A^2/(2 crb^2), as the Cramer-Rao bound says, within the noise of the
+ * others. The bound equals the simulator's. */
+static void eigenvalue_and_bound_match_the_scene(void **state) {
     (void)state;
     toliman_sim *sim = sim_with(kBinaryScene, "\"peak_photons\": 1e5", "\"peak_photons\": 1e8");
     toliman_components *const components = collection(sim, 0, 1);
@@ -109,7 +111,8 @@ static void eigenvalue_and_bound_are_those_of_the_scene(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Frames whose stars' fluxes vary, without photon noise: all of it goes when preprocess.project names them. */
+/* Frames with varying fluxes of the stars and without photon noise: the variation vanishes completely if
+ * preprocess.project lists the fluxes. */
 static void projected_nuisances_leave_nothing(void **state) {
     (void)state;
     static double image[PIXELS], both[PIXELS], star[PIXELS];
@@ -128,7 +131,7 @@ static void projected_nuisances_leave_nothing(void **state) {
             assert_ok(toliman_components_push(components, image, SIDE));
         }
         assert_true(facts_of(components).projected == (project ? 2u : 0u));
-        assert_close(facts_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* bins cost */
+        assert_close(facts_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
         assert_true(facts_of(components).crb_px > sim_info_of(sim).crb_projected_px);
         train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
         double series[FRAMES];
@@ -172,7 +175,7 @@ static int32_t stop_at(const char *stage, double fraction, void *user_data) {
     return strcmp(stage, user_data) == 0;
 }
 
-static void a_push_forgets_and_a_cancelled_training_does_not(void **state) {
+static void push_discards_a_training_and_cancellation_does_not(void **state) {
     (void)state;
     static double image[PIXELS];
     double before[FRAMES], after[FRAMES], share;
@@ -213,7 +216,7 @@ static void a_push_forgets_and_a_cancelled_training_does_not(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void errors_name_the_argument_and_touch_nothing(void **state) {
+static void errors_name_the_argument_and_change_nothing(void **state) {
     (void)state;
     static double image[PIXELS];
     toliman_sim *sim = sim_of(kBinaryScene);
@@ -271,7 +274,7 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
     assert_ok(toliman_components_train(components, &training, NULL));
     assert_fails(toliman_components_get_series(components, 1, series, NULL), TOLIMAN_E_RANGE, "component = 1");
     assert_ok(toliman_components_get_series(components, 0, series, NULL));
-    assert_true(series[0] != 0); /* two frames lie opposite their mean */
+    assert_true(series[0] != 0); /* two frames are opposite relative to their mean */
     assert_close(series[1], -series[0], 1e-12, 0);
     toliman_components_info info = {.struct_size = 1};
     assert_fails(toliman_components_get_info(components, &info), TOLIMAN_E_ARGUMENT, "struct_size = 1");
@@ -282,12 +285,12 @@ static void errors_name_the_argument_and_touch_nothing(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_way_finds_a_period_above_the_threshold_and_none_below),
-        cmocka_unit_test(eigenvalue_and_bound_are_those_of_the_scene),
+        cmocka_unit_test(every_method_finds_a_period_above_the_threshold_and_none_below),
+        cmocka_unit_test(eigenvalue_and_bound_match_the_scene),
         cmocka_unit_test(projected_nuisances_leave_nothing),
         cmocka_unit_test(same_frames_and_seed_give_the_same_bits),
-        cmocka_unit_test(a_push_forgets_and_a_cancelled_training_does_not),
-        cmocka_unit_test(errors_name_the_argument_and_touch_nothing),
+        cmocka_unit_test(push_discards_a_training_and_cancellation_does_not),
+        cmocka_unit_test(errors_name_the_argument_and_change_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

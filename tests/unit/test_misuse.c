@@ -1,4 +1,5 @@
-/* Objects used by two calls at once, as another object, or after their end; counts that no memory holds. */
+/* Tests misuse: objects used by two calls at once, pointers to another kind of object, destroyed objects, and sizes
+ * beyond all memory. */
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,8 +68,8 @@ static void assert_same_state(const toliman_period *a, const toliman_period *b) 
     free(bytes_b);
 }
 
-/* A push that comes while another runs fails, and has changed nothing: the sums are those of the pushes that returned
- * TOLIMAN_OK, to the last bit. */
+/* A push during another push fails and changes nothing: the sums equal those of the pushes that returned TOLIMAN_OK, to
+ * the last bit. */
 static void pushes_of_many_threads_exclude_each_other(void **state) {
     (void)state;
     void *(*const ways[])(void *) = {push_once, push_until_in};
@@ -123,7 +124,7 @@ static int32_t while_it_runs(const char *stage, double fraction, void *given) {
     return 0;
 }
 
-/* A const call lets others read, and none change. */
+/* A const call permits concurrent readers, but no writers. */
 static void callback_may_read_while_a_const_call_runs(void **state) {
     (void)state;
     enum { N = 20 };
@@ -181,7 +182,7 @@ static int32_t estimate(const toliman_estimate_input *input, toliman_estimate *m
     return 0;
 }
 
-/* Neither the tracker nor its periodogram can be read while a push changes them. */
+/* Neither the tracker nor its periodogram can be read during a push. */
 static void tracker_cannot_be_read_while_it_changes(void **state) {
     (void)state;
     Estimating e = {NULL, NULL, TOLIMAN_OK, TOLIMAN_OK};
@@ -214,7 +215,7 @@ static void tracker_cannot_be_read_while_it_changes(void **state) {
     toliman_track_destroy(e.track);
 }
 
-static void another_objects_pointer_is_refused(void **state) {
+static void pointer_to_another_type_is_refused(void **state) {
     (void)state;
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
     toliman_linear *linear = NULL;
@@ -233,12 +234,12 @@ static void another_objects_pointer_is_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* As far as the memory still shows it; a sanitizer would stop the program at the first look. */
+/* Works as long as the freed memory still shows it; a sanitizer would stop the program at the first access. */
 static void destroyed_object_is_refused(void **state) {
     (void)state;
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     toliman_period *period = new_period(5);
-    toliman_period *volatile hidden = period; /* from the compiler, which knows that it is freed */
+    toliman_period *volatile hidden = period; /* hides from the compiler that the object was freed */
     toliman_period_destroy(period);
     assert_fails(toliman_period_push(hidden, 1, 1, 1), TOLIMAN_E_ARGUMENT, "was destroyed");
     toliman_period_destroy(hidden); /* does nothing */
@@ -308,7 +309,7 @@ int main(void) {
         cmocka_unit_test(callback_may_read_while_a_const_call_runs),
         cmocka_unit_test(callback_cannot_use_what_is_being_trained),
         cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
-        cmocka_unit_test(another_objects_pointer_is_refused),
+        cmocka_unit_test(pointer_to_another_type_is_refused),
         cmocka_unit_test(destroyed_object_is_refused),
         cmocka_unit_test(zeroed_options_are_the_defaults),
         cmocka_unit_test(counts_beyond_memory_are_refused),

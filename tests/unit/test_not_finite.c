@@ -1,6 +1,5 @@
-/* Storms of numbers that are none, or nearly none, in everything that takes numbers: what is not finite is refused and
- * changes nothing, and whatever else comes in, nothing comes out that is not finite. As many rounds as TOLIMAN_STORMS
- * says. */
+/* Passes NaN, infinities and extreme numbers to everything that accepts numbers. Numbers that are not finite are
+ * refused and change nothing; for all others every output is finite. TOLIMAN_STORMS sets the number of rounds. */
 #include <float.h>
 
 #include "tlmw.h"
@@ -21,14 +20,14 @@ static double from_bits(uint64_t bits) {
     return number;
 }
 
-/* NaN of any sign and payload, signalling or not, or an infinity. */
+/* NaN of either sign and any payload, quiet or signalling, or an infinity. */
 static double wrong_number(void) {
     const uint64_t sign = draw(&draws, 2) << 63, payload = draw(&draws, (uint64_t)1 << 52);
     not_finite++;
     return from_bits(sign | 0x7ff0000000000000u | (draw(&draws, 3) ? payload : 0));
 }
 
-/* A subnormal number, zero of either sign, or one of the largest or smallest. */
+/* A subnormal number, a zero of either sign, or one of the largest or smallest numbers. */
 static double odd_number(void) {
     const uint64_t sign = draw(&draws, 2) << 63;
     odd++;
@@ -133,7 +132,7 @@ static void grids(void **unused) {
     }
 }
 
-/* A frame with some wrong pixels, or odd ones. */
+/* A frame with some pixels that are not finite, or extreme. */
 static void spoil(double *frame, double (*number)(void)) {
     for (uint64_t left = 1 + draw(&draws, 4); left > 0; left--)
         frame[draw(&draws, kPixels)] = number();
@@ -187,7 +186,7 @@ static void pixels(void **unused) {
     toliman_sim_destroy(sim);
 }
 
-/* Weights and planes with numbers that are not finite or subnormal, under a right checksum. */
+/* Weights and planes with numbers that are not finite or subnormal, and a correct checksum. */
 static void weights(void **unused) {
     (void)unused;
     static const uint32_t bad[] = {0x7f800000u, 0xff800000u, 0x7fc00000u, 0xffc12345u,
@@ -241,7 +240,7 @@ static void frames_of_a_pass(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* A number of the scene as JSON cannot hold it, or at the edge of what a double can. */
+/* A number of the scene that JSON cannot represent, or near the limits of a double. */
 static void scenes(void **unused) {
     (void)unused;
     static const char *const numbers[] = {"NaN",   "Infinity", "-Infinity", "nan",    "inf",  "1e999", "-1e999",

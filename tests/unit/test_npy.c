@@ -1,4 +1,4 @@
-/* Arrays of NumPy that a scene names: what else has such a name is refused, and headers of all versions are read. */
+/* Tests NumPy arrays named by a scene: other files are refused, and headers of all versions are read. */
 #include "scene_files.h"
 
 enum { SIDE = 96, PIXELS = SIDE * SIDE };
@@ -11,7 +11,7 @@ static toliman_status create(toliman_sim **sim) {
     return status;
 }
 
-/* A file whose header is the text, after magic, version and length of that version. */
+/* A file with the given header text, after magic, version and a length field of that version. */
 static void write_array(int version, const char *header, const double *data, size_t count) {
     unsigned char bytes[1000 + 8 * PIXELS] = "\x93NUMPY";
     const size_t length = strlen(header), start = version == 1 ? 10 : 12;
@@ -75,7 +75,7 @@ static void headers_of_all_versions(void **state) {
     }
 }
 
-/* By its whole path; and not with the engine that samples the pupil anew. */
+/* Read by its full path; not supported by the engine that resamples the pupil. */
 static void files_by_their_path(void **state) {
     (void)state;
     const char *const keys[] = {"\"amplitude\": {\"file\": ", "\"aberrations\": {\"opd_file\": "};

@@ -1,4 +1,4 @@
-/* Periodogram: long streams, peaks, fits, FAP and refusals. */
+/* Tests the periodogram: long streams, peaks, fits, FAP and refusals. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static void save_into(const toliman_period *period, unsigned char *bytes, size_t
 
 static unsigned char bytes_a[1 << 20], bytes_b[1 << 20];
 
-/* More samples than the sums take between two folds, so that carries are exercised; halves saved in between. */
+/* More samples than the sums accept between two folds, so that carries are tested; saved and loaded in between. */
 static void long_streams_survive_saving(void **unused) {
     (void)unused;
     toliman_period_options options;
@@ -75,7 +75,7 @@ static void pure_signal_row(void **unused) {
     assert_close(peak.half_width_period, 0.0499, 0, 1e-4);
     assert_at_most(peak.log10_fap, -16000);
 
-    /* The least residual over frequency, by Newton's method on central differences in 113 bits. */
+    /* Minimises the residual over frequency with Newton's method on central differences, in 113 bits. */
     const quad_samples samples = {times, values, NULL, n, NULL};
     __float128 f = 3, h = 1e-9Q, residual = 0;
     for (int i = 0; i < 3; i++) {
@@ -126,7 +126,7 @@ static void fit_recovers_parameters(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Two brown dwarfs around nu Ophiuchi: the inner one at about 530 days. */
+/* Two brown dwarfs around nu Ophiuchi; the inner one has a period of about 530 days. */
 static void nu_ophiuchi(void **unused) {
     (void)unused;
     FILE *file = fopen("examples/data/nu_oph_rv.csv", "r");
@@ -158,10 +158,10 @@ static void defined_where_others_give_nan(void **unused) {
     const double same[6] = {7.25, 7.25, 7.25, 7.25, 7.25, 7.25}, t[6] = {0, 1, 2.5, 3, 4.5, 6};
     toliman_period_peak peak = {.struct_size = sizeof peak};
     toliman_period *period = make(0, 0.05, 64, NULL);
-    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power)); /* no sample */
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power)); /* no samples */
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
-    assert_ok(toliman_period_push_many(period, t, same, NULL, 6)); /* constant */
+    assert_ok(toliman_period_push_many(period, t, same, NULL, 6)); /* constant values */
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
     for (int k = 0; k < 64; k++)
         assert_true(power[k] == 0);
@@ -177,7 +177,7 @@ static void defined_where_others_give_nan(void **unused) {
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, t, three, NULL, 3)); /* as many parameters as samples */
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 64, power));
-    assert_true(power[0] == 0); /* f = 0: nothing but the mean */
+    assert_true(power[0] == 0); /* f = 0: only the mean remains */
     for (int k = 1; k < 64; k++)
         assert_true(power[k] >= 0 && power[k] <= 1);
     assert_true(power[7] == 1);
@@ -186,10 +186,10 @@ static void defined_where_others_give_nan(void **unused) {
     assert_ok(toliman_period_reset(period));
     assert_ok(toliman_period_push_many(period, regular, alternating, NULL, 6));
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 10, 1,
-                                         power)); /* f = 1/2: sine vanishes at every sample */
+                                         power)); /* f = 1/2: the sine vanishes at every sample */
     assert_close(power[0], 1, 0, 1e-12);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 20, 1,
-                                         power)); /* f = 1: the cosine is the mean */
+                                         power)); /* f = 1: the cosine equals the mean */
     assert_true(power[0] == 0);
     toliman_period_destroy(period);
 }
@@ -279,7 +279,7 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     toliman_period_destroy(loaded);
     toliman_period_destroy(period);
     unlink(pipe), unlink(link), unlink(state);
-    assert_int_equal(rmdir(folder), 0); // nothing else was left in it
+    assert_int_equal(rmdir(folder), 0); // no other file was left in the folder
 }
 
 int main(void) {

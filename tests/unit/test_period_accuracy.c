@@ -1,5 +1,5 @@
-/* The error bound of include/toliman/period.h where cosine and sine nearly coincide, and the flag where it is large:
- * against 113-bit arithmetic. */
+/* Tests the error bound of include/toliman/period.h where cosine and sine nearly coincide, and the flag that reports a
+ * large bound, against 113-bit arithmetic. */
 #include <string.h>
 
 #include "assert_close.h"
@@ -12,7 +12,7 @@ enum { kMost = 400 };
 static double times[kMost], values[kMost];
 
 typedef struct {
-    double eigenvalue, away; /* the smaller one of the covariance of cosine and sine; m of the bound */
+    double eigenvalue, away; /* smaller eigenvalue of the covariance of cosine and sine; m of the bound */
 } quad_facts;
 
 static quad_facts facts_of(const quad_samples *s, __float128 f, double value_offset) {
@@ -31,10 +31,10 @@ static quad_facts facts_of(const quad_samples *s, __float128 f, double value_off
     return (quad_facts){(double)((cc * ss - cs * cs) / large), (double)fabsq(mean / sqrtq(square - mean * mean))};
 }
 
-/* As the header promises it, of samples of one sigma. */
-static double bound_of(const quad_facts *facts, int wide) {
+/* The bound of the header, for samples of equal sigma. */
+static double bound_of(const quad_facts *facts, int double_limb) {
     const double l = facts->eigenvalue, narrow = 4e-15 * (1 + facts->away) / l;
-    return wide ? 1e-13 + 6e-16 / sqrt(l) + 1e-28 * (1 + facts->away) / l : 2e-15 + narrow;
+    return double_limb ? 1e-13 + 6e-16 / sqrt(l) + 1e-28 * (1 + facts->away) / l : 2e-15 + narrow;
 }
 
 static toliman_period *filled(double f0, double df, int64_t nf, uint32_t flags, double time_offset, size_t n) {
@@ -57,7 +57,7 @@ static void even_times(size_t n) {
     }
 }
 
-/* Halves of the samples within `width` of two instants one apart. */
+/* Two groups of samples, each within `width` of one of two instants one unit apart. */
 static void two_clusters(size_t n, double width) {
     uint64_t state = 4;
     for (size_t i = 0; i < n; i++) {
@@ -84,7 +84,7 @@ static double wide_power(double f, size_t n, double *bound, double *expected) {
     return power;
 }
 
-static void wide_sums_hold_near_coincidence(void **unused) {
+static void double_limb_sums_are_accurate_near_coincidence(void **unused) {
     (void)unused;
     double bound, expected;
     even_times(256);
@@ -101,7 +101,7 @@ static void wide_sums_hold_near_coincidence(void **unused) {
     }
 }
 
-/* One night: from 3e-6 of a cycle to one and a half, 60 frequencies a factor apart, each a grid of its own. */
+/* One night: from 3e-6 of a cycle to one and a half, in 60 steps of a constant factor, each with a grid of its own. */
 static void inaccurate_powers_are_flagged(void **unused) {
     (void)unused;
     enum { kSamples = 60 };
@@ -143,15 +143,15 @@ static void inaccurate_powers_are_flagged(void **unused) {
     assert_true(wrong > 5 && flagged >= wrong && flagged < 40);
 }
 
-/* Half a thousandth of a cycle is too little for narrow sums, no time at all for wide ones. */
-static void wide_sums_are_flagged_later(void **unused) {
+/* Half a thousandth of a cycle is too short for single-limb accumulators; no span is too short for double-limb ones. */
+static void double_limb_sums_are_flagged_later(void **unused) {
     (void)unused;
     two_clusters(200, 0.1);
-    for (int wide = 0; wide < 2; wide++) {
-        toliman_period *period = filled(1e-3, 1e-3, 50, wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0, 0, 200);
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
+        toliman_period *period = filled(1e-3, 1e-3, 50, double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0, 0, 200);
         toliman_period_sampling sampling = {.struct_size = sizeof sampling};
         assert_ok(toliman_period_query_sampling(period, times, 200, &sampling));
-        assert_int_equal((sampling.flags & TOLIMAN_PERIOD_INACCURATE) != 0, !wide);
+        assert_int_equal((sampling.flags & TOLIMAN_PERIOD_INACCURATE) != 0, !double_limb);
         toliman_period_destroy(period);
     }
     for (int i = 0; i < 20; i++)
@@ -163,7 +163,8 @@ static void wide_sums_are_flagged_later(void **unused) {
     toliman_period_destroy(once);
 }
 
-/* Nights over years, and an even series whose grid ends at 1/(2 step): narrow sums are good enough for both. */
+/* Nights over years, and an even series whose grid ends at 1/(2 step): single-limb accumulators are accurate enough for
+ * both. */
 static void well_sampled_series_are_not_flagged(void **unused) {
     (void)unused;
     uint64_t state = 6;
@@ -192,9 +193,9 @@ static void well_sampled_series_are_not_flagged(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(wide_sums_hold_near_coincidence),
+        cmocka_unit_test(double_limb_sums_are_accurate_near_coincidence),
         cmocka_unit_test(inaccurate_powers_are_flagged),
-        cmocka_unit_test(wide_sums_are_flagged_later),
+        cmocka_unit_test(double_limb_sums_are_flagged_later),
         cmocka_unit_test(well_sampled_series_are_not_flagged),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Batch periodogram: its tolerance on hard cases against 113-bit sums, the streaming one, threads, refusals. */
+/* Tests the batch periodogram: its tolerance on hard cases against 113-bit sums, agreement with the streaming one,
+ * threads, refusals. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -109,8 +110,8 @@ static toliman_period_batch_options options_of(double tolerance, uint32_t flags)
     return options;
 }
 
-/* |power - exact| <= tolerance, for each asked; below 1e-13 and without: 1e-13. */
-static void hard_cases_have_their_tolerance(void **unused) {
+/* power - exact| <= tolerance for each requested tolerance; for tolerances below 1e-13, and the default, 1e-13. */
+static void hard_cases_meet_their_tolerance(void **unused) {
     (void)unused;
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; c++)
         for (uint32_t flags = 0; flags < 2; flags++) {
@@ -138,8 +139,8 @@ static void hard_cases_have_their_tolerance(void **unused) {
         }
 }
 
-/* No wider a kernel than the tolerance needs: else nothing would be gained by asking for less. */
-static void power_is_no_better_than_needed(void **unused) {
+/* The kernel must be no wider than the tolerance requires: otherwise a larger tolerance would not save time. */
+static void error_is_not_far_below_the_tolerance(void **unused) {
     (void)unused;
     fill(&cases[1]);
     const toliman_period_batch_options direct = options_of(0, 0);
@@ -156,8 +157,8 @@ static void power_is_no_better_than_needed(void **unused) {
     }
 }
 
-/* Up to three samples, or constant values: as query_power defines it, at every tolerance. */
-static void small_archives_are_as_streamed(void **unused) {
+/* Up to three samples, or constant values: as defined for query_power, at every tolerance. */
+static void small_archives_match_streaming(void **unused) {
     (void)unused;
     for (size_t n = 0; n <= 6; n++)
         for (int constant = n > 3; constant < 2; constant++)
@@ -189,14 +190,14 @@ enum { MANY = 20000, WIDE = 3000 };
 static void many(double *t, double *y, double *sigma) {
     state = 5;
     for (int i = 0; i < MANY; i++) {
-        t[i] = 2.45e6 + 1000 * uniform(&state); /* in no order */
+        t[i] = 2.45e6 + 1000 * uniform(&state); /* unsorted */
         sigma[i] = 1 + uniform(&state);
         y[i] = 7 + 0.3 * sin(2 * M_PI * fmod(0.1337 * (t[i] - 2.45e6), 1)) + sigma[i] * (2 * uniform(&state) - 1);
     }
 }
 
-/* The streaming periodogram takes the same samples; the threads change no bit. */
-static void archive_is_as_streamed_on_any_threads(void **unused) {
+/* The streaming periodogram gives the same powers; the number of threads changes no bit. */
+static void archive_matches_streaming_on_any_threads(void **unused) {
     (void)unused;
     double *t = malloc(MANY * sizeof *t), *y = malloc(MANY * sizeof *y), *sigma = malloc(MANY * sizeof *sigma);
     double streamed[WIDE], power[WIDE], first[WIDE];
@@ -211,7 +212,7 @@ static void archive_is_as_streamed_on_any_threads(void **unused) {
     toliman_period_destroy(period);
     for (size_t a = 0; a < TOLERANCES; a++) {
         toliman_period_batch_options options = options_of(tolerances[a], 0);
-        const size_t n = tolerances[a] == 0 ? 500 : MANY; /* direct sums take their time */
+        const size_t n = tolerances[a] == 0 ? 500 : MANY; /* direct sums are slow */
         for (options.threads = 1; options.threads <= 5; options.threads += 2) {
             assert_ok(toliman_period_batch(5e-4, 1e-4, WIDE, t, y, sigma, n, &options, power));
             if (options.threads == 1)
@@ -234,11 +235,11 @@ static double most_bytes(void) {
     return 1024.0 * (double)usage.ru_maxrss;
 }
 
-/* What the header says, and a tenth for the allocator. */
-static void memory_is_as_told(void **unused) {
+/* The memory stated in the header, plus a tenth for the allocator. */
+static void memory_is_as_documented(void **unused) {
     (void)unused;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    skip(); /* its allocator keeps what was freed */
+    skip(); /* its allocator keeps freed memory */
 #endif
     enum { LARGE = 400000 };
     double *t = malloc(LARGE * sizeof *t), *y = malloc(LARGE * sizeof *y), *power = malloc(LARGE * sizeof *power);
@@ -271,11 +272,11 @@ static int32_t note(const char *stage, double fraction, void *data) {
     return ++log->calls == log->stop_at;
 }
 
-static void progress_is_told_and_may_cancel(void **unused) {
+static void progress_is_reported_and_can_cancel(void **unused) {
     (void)unused;
     static const struct {
         double tolerance;
-        size_t which; /* of cases: two heavy samples of equal value need exact sums */
+        size_t which; /* number of cases in which two heavy samples of equal value need exact sums */
     } ways[] = {{1e-9, 0}, {0, 0}, {1e-9, 16}};
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
         const hard_case *hard = &cases[ways[i].which];
@@ -304,7 +305,7 @@ static void progress_is_told_and_may_cancel(void **unused) {
     }
 }
 
-/* Where cosine and sine coincide, what is left is fitted: even times at the Nyquist frequency. */
+/* Where cosine and sine coincide, only one of them is fitted: even times at the Nyquist frequency. */
 static void coincident_frequency_is_fitted(void **unused) {
     (void)unused;
     enum { NYQUIST = 256 };
@@ -337,7 +338,7 @@ static void coincident_frequency_is_fitted(void **unused) {
     }
 }
 
-/* A few bad frequencies are summed exactly one by one, and told one by one. */
+/* A few ill-conditioned frequencies are summed exactly, and each counts as progress. */
 static void few_frequencies_are_summed_exactly(void **unused) {
     (void)unused;
     enum { FEW = 7 };
@@ -415,14 +416,14 @@ static void bad_input_is_refused(void **unused) {
                  "y is NULL");
     assert_fails(toliman_period_batch(0.1, 0.1, NF, times, values, NULL, N, NULL, NULL), TOLIMAN_E_ARGUMENT,
                  "power is NULL");
-    /* Exact sums would be needed, and cannot be had. */
+    /* Exact sums would be needed, but are not possible. */
     sigmas[7] = sigmas[90] = 3e-9;
     values[90] = values[7];
     REFUSED(0.1, 0.1, NF, N, RANGE, "a factor of 1e+08 at most");
     assert_memory_equal(power, before, sizeof power);
 }
 
-/* Values, sigmas and weights near the ends of what doubles hold. */
+/* Values, sigmas and weights near the limits of double. */
 static void extreme_scales_are_defined(void **unused) {
     (void)unused;
     static const double scales[] = {1e-300, 1e-150, 1, 1e150, 1e299};
@@ -440,7 +441,7 @@ static void extreme_scales_are_defined(void **unused) {
             for (int k = 0; k < NF; k++)
                 assert_close(power[k], first[k], 0, 1e-9);
         }
-    /* One sample, beside which the others weigh nothing: no value varies. */
+    /* One sample with a weight so large that the others are negligible: the values have no variance. */
     sigmas[5] = 1e-300;
     assert_ok(toliman_period_batch(0.015, 1e-3, NF, times, values, sigmas, N, NULL, power));
     for (int k = 0; k < NF; k++)
@@ -449,12 +450,12 @@ static void extreme_scales_are_defined(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hard_cases_have_their_tolerance),
-        cmocka_unit_test(power_is_no_better_than_needed),
-        cmocka_unit_test(small_archives_are_as_streamed),
-        cmocka_unit_test(archive_is_as_streamed_on_any_threads),
-        cmocka_unit_test(memory_is_as_told),
-        cmocka_unit_test(progress_is_told_and_may_cancel),
+        cmocka_unit_test(hard_cases_meet_their_tolerance),
+        cmocka_unit_test(error_is_not_far_below_the_tolerance),
+        cmocka_unit_test(small_archives_match_streaming),
+        cmocka_unit_test(archive_matches_streaming_on_any_threads),
+        cmocka_unit_test(memory_is_as_documented),
+        cmocka_unit_test(progress_is_reported_and_can_cancel),
         cmocka_unit_test(coincident_frequency_is_fitted),
         cmocka_unit_test(few_frequencies_are_summed_exactly),
         cmocka_unit_test(bad_input_is_refused),

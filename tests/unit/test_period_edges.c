@@ -1,5 +1,5 @@
-/* Periodogram at its edges: sigmas and values of very different size, the Nyquist frequency, perfect fits, crafted
- * state bytes, and what it allocates. */
+/* Tests edge cases of the periodogram: sigmas and values of very different magnitude, the Nyquist frequency, perfect
+ * fits, crafted state bytes, and allocations. */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,8 +49,8 @@ static void compare_with_113_bits(const char *name, const toliman_period_options
     toliman_period_destroy(period);
 }
 
-/* Floor and ceiling a factor apart, up to 1e8: all samples at the ceiling, one or two far below the others, all sizes,
- * one far above. */
+/* Floor and ceiling up to a factor 1e8 apart: all samples at the ceiling, one or two far below the others, all
+ * magnitudes, one far above. */
 static void sigma_ratios_match_113_bits(void **unused) {
     (void)unused;
     static const char *const names[] = {"all light", "one heavy", "two heavy", "all sizes", "one light"};
@@ -81,7 +81,7 @@ static void sigma_ratios_match_113_bits(void **unused) {
             }
 }
 
-static void sigmas_beyond_the_promise_are_refused(void **unused) {
+static void sigmas_out_of_range_are_refused(void **unused) {
     (void)unused;
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
@@ -165,7 +165,7 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
     }
 }
 
-/* At the Nyquist frequency of even times the sine is 0 at every sample: the fit is that of +-1 alone. */
+/* At the Nyquist frequency of even times the sine is 0 at every sample: only +-1 is fitted. */
 static void nyquist_frequency_is_fitted(void **unused) {
     (void)unused;
     for (int noisy = 0; noisy < 2; noisy++)
@@ -182,7 +182,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
                 toliman_period_options options;
                 toliman_period_options_init(&options, sizeof options);
                 options.flags = flags;
-                toliman_period *period = NULL; /* the last frequency is 0.5, or the grid goes on past it */
+                toliman_period *period = NULL; /* the last frequency is 0.5, or the grid continues beyond it */
                 assert_ok(toliman_period_create(0.4, 0.0005, past ? 350 : 201, &options, &period));
                 assert_ok(toliman_period_push_many(period, times, values, NULL, N));
                 toliman_period_peak grid = {.struct_size = sizeof grid}, fit = {.struct_size = sizeof fit};
@@ -210,7 +210,7 @@ static void nyquist_frequency_is_fitted(void **unused) {
             }
 }
 
-/* A fit without residual: 1 - power is taken for 1e-4900, and nothing is infinite or NaN. */
+/* A fit without residual: 1 - power is treated as 1e-4900, and nothing is infinite or NaN. */
 static void perfect_fit_has_a_probability(void **unused) {
     (void)unused;
     for (uint32_t flags = 0; flags < 2; flags++) {
@@ -235,7 +235,7 @@ static void perfect_fit_has_a_probability(void **unused) {
         assert_true(isfinite(fap));
         toliman_period_destroy(period);
     }
-    /* One time for all: no sinusoid at all, and still no NaN. */
+    /* All times equal: no sinusoid can be fitted, and nothing is NaN. */
     toliman_period *period = make(NULL);
     for (int i = 0; i < 20; i++) {
         times[i] = 1000;
@@ -251,7 +251,7 @@ static void perfect_fit_has_a_probability(void **unused) {
     assert_true(isinf(fit.frequency_error) && isinf(fit.amplitude_error));
     toliman_period_destroy(period);
     uint64_t state = 4;
-    for (int draw = 0; draw < 300; draw++) { /* weights that do not add up to 1 but for rounding */
+    for (int draw = 0; draw < 300; draw++) { /* the weights add up to 1 only up to rounding */
         const size_t n = 5 + (size_t)(190 * uniform(&state));
         for (size_t i = 0; i < n; i++) {
             times[i] = 2451000.7;
@@ -266,7 +266,7 @@ static void perfect_fit_has_a_probability(void **unused) {
     }
 }
 
-static void times_have_a_bound(void **unused) {
+static void times_have_a_limit(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0, 1e-300, 10, NULL, &period));
@@ -292,7 +292,7 @@ static uint32_t crc32(const unsigned char *bytes, size_t size) {
     return ~crc;
 }
 
-/* Bytes with a right checksum and impossible content: offsets of tools/docs/formats.md. */
+/* States with a correct checksum and impossible content; offsets as in tools/docs/formats.md. */
 static void crafted_state_is_refused(void **unused) {
     (void)unused;
     enum { COUNT = 104, PAIRS = 112, DIGITS = 148, SUMS = 2948, EXACT = 560 };
@@ -314,7 +314,7 @@ static void crafted_state_is_refused(void **unused) {
         {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
         {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
         {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
-        /* What no nine samples of weight 1 have: digit 36 is that of whole numbers. */
+        /* A sum that nine samples of weight 1 cannot have: digit 36 belongs to integers only. */
         {COUNT, 8, "sum of weights 9: must be"},
         {DIGITS + 8 * 36, 8, "sums of weights or of values do not fit"},
         {DIGITS + 8 * 36, 0, "sum of weights 0: must be"},
@@ -338,7 +338,7 @@ static void crafted_state_is_refused(void **unused) {
         memcpy(bad + size - 4, &crc, 4);
         assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT, cases[i].text);
     }
-    /* As many samples as can be: no more are taken, and what is saved loads. */
+    /* The largest number of samples: no more are accepted, and the saved state loads. */
     memcpy(bad, bytes, size);
     const int64_t most = (int64_t)1 << 43;
     memcpy(bad + COUNT, &most, 8);
@@ -353,7 +353,7 @@ static void crafted_state_is_refused(void **unused) {
     assert_fails(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE, "more than 8796093022208 samples together");
     toliman_period_destroy(loaded);
     loaded = NULL;
-    /* The version before this one. */
+    /* The previous version. */
     memcpy(bad, bytes, size);
     bad[4] = 1;
     assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT,
@@ -361,7 +361,7 @@ static void crafted_state_is_refused(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* The header tells the size before anything is read: 8 GiB of something else cost nothing. */
+/* The header determines the size before anything else is read: 8 GiB of another file cost nothing. */
 static void large_foreign_file_is_not_read(void **unused) {
     (void)unused;
     char path[] = "large.XXXXXX";
@@ -389,22 +389,22 @@ static void large_foreign_file_is_not_read(void **unused) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-static size_t taken(void) {
+static size_t allocated_bytes(void) {
     const struct mallinfo2 facts = mallinfo2();
     return facts.uordblks + facts.hblkhd;
 }
 
-static void memory_is_taken_at_creation(void **unused) {
+static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
-    for (int wide = 0; wide < 2; wide++) {
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
-        options.sigma_ceiling = wide ? 1e8 : 0;
+        options.sigma_ceiling = double_limb ? 1e8 : 0;
         toliman_period *period = NULL;
-        const size_t before = taken();
+        const size_t before = allocated_bytes();
         assert_ok(toliman_period_create(0, 1e-6, MANY, &options, &period));
-        assert_close((double)(taken() - before) / MANY, wide ? 225 : 129, 0, 1);
+        assert_close((double)(allocated_bytes() - before) / MANY, double_limb ? 225 : 129, 0, 1);
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power[NF];
         size_t needed;
@@ -412,17 +412,17 @@ static void memory_is_taken_at_creation(void **unused) {
         for (int i = 0; i < 6; i++)
             assert_ok(toliman_period_push(period, i, i % 3, 1));
         assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, NF, power));
-        if (!wide) /* a million frequencies in 113 bits take long */
+        if (!double_limb) /* a million frequencies in 113 bits take long */
             assert_ok(toliman_period_query_peak(period, &peak));
         assert_ok(toliman_period_save(period, NULL, 0, &needed));
         assert_int_equal(asked, 0);
-        assert_int_equal(needed, 2948 + (wide ? 168 : 96) * (size_t)MANY + 4);
+        assert_int_equal(needed, 2948 + (double_limb ? 168 : 96) * (size_t)MANY + 4);
         toliman_period_destroy(period);
     }
 }
 
-/* A window that slides over a million samples, looked at now and then: not a byte more. */
-static void million_pushes_take_nothing(void **unused) {
+/* A window sliding over a million samples, with occasional queries: no allocation. */
+static void million_pushes_allocate_nothing(void **unused) {
     (void)unused;
     enum { WINDOW = 1000, MILLION = 1000000 };
     toliman_period *period = make(NULL);
@@ -445,17 +445,17 @@ static void million_pushes_take_nothing(void **unused) {
     toliman_period_destroy(period);
 }
 #else
-static void memory_is_taken_at_creation(void **unused) {
+static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
 }
 
-static void million_pushes_take_nothing(void **unused) {
+static void million_pushes_allocate_nothing(void **unused) {
     (void)unused;
 }
 #endif
 
-/* Half a cycle more than the series holds: the power rises beyond the first frequency, and never is a peak told there.
- */
+/* A signal of half a cycle more than the series holds: the power rises beyond the first frequency, and no peak is
+ * reported there. */
 static void peak_at_the_edge_is_flagged(void **unused) {
     (void)unused;
     for (int i = 0; i < N; i++) {
@@ -466,7 +466,7 @@ static void peak_at_the_edge_is_flagged(void **unused) {
     const struct {
         double f0, df;
         int64_t nf;
-        double edge; /* 0: the peak is inside */
+        double edge; /* 0: the peak is not at an edge */
     } grids[] = {{0.005, 0.001, 50, 0.005}, {0.0001, 0.0002, 11, 0.0021}, {0.004, 1, 1, 0.004},
                  {0.001, 0.0005, 50, 0},    {0.0032, 0.001, 9, 0},        {0, 0.0005, 20, 0}};
     for (size_t i = 0; i < sizeof grids / sizeof grids[0]; i++) {
@@ -491,8 +491,8 @@ static void peak_at_the_edge_is_flagged(void **unused) {
     assert_fails(toliman_period_create(0, 1, 1, NULL, &none), TOLIMAN_E_ARGUMENT, "a frequency above 0");
 }
 
-/* Clean sines between grid points: a parabola through the powers would top above the sine's own, even above 1. */
-static void peak_claims_no_more_than_there_is(void **unused) {
+/* Pure sines between grid points: a parabola through the powers would exceed the sine's power, even 1. */
+static void peak_power_is_not_overestimated(void **unused) {
     (void)unused;
     for (int quarter = 0; quarter < 4; quarter++) {
         const double frequency = 0.01 + 0.25 * quarter / (10.0 * N);
@@ -511,7 +511,7 @@ static void peak_claims_no_more_than_there_is(void **unused) {
         assert_ok(toliman_period_query_peak(period, &peak));
         assert_ok(toliman_period_query_fit(period, times, values, NULL, N, &fit));
         assert_close(peak.frequency, frequency, 0, 0.1 / (10 * N));
-        assert_close(peak.power, highest, 0, 1e-13); /* which are computed by vectors */
+        assert_close(peak.power, highest, 0, 1e-13); /* computed with vector instructions */
         assert_true(peak.log10_residual >= fit.log10_residual && peak.log10_fap >= fit.log10_fap);
         if (quarter > 0)
             assert_close(peak.log10_residual, log10(1 - highest), 0, 1e-9);
@@ -521,19 +521,19 @@ static void peak_claims_no_more_than_there_is(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(peak_claims_no_more_than_there_is),
+        cmocka_unit_test(peak_power_is_not_overestimated),
         cmocka_unit_test(sigma_ratios_match_113_bits),
-        cmocka_unit_test(sigmas_beyond_the_promise_are_refused),
+        cmocka_unit_test(sigmas_out_of_range_are_refused),
         cmocka_unit_test(small_values_keep_their_digits_or_are_refused),
         cmocka_unit_test(nyquist_frequency_is_fitted),
         cmocka_unit_test(perfect_fit_has_a_probability),
-        cmocka_unit_test(times_have_a_bound),
+        cmocka_unit_test(times_have_a_limit),
         cmocka_unit_test(peak_at_the_edge_is_flagged),
         cmocka_unit_test(crafted_state_is_refused),
         cmocka_unit_test(impossible_grids_are_refused),
         cmocka_unit_test(large_foreign_file_is_not_read),
-        cmocka_unit_test(memory_is_taken_at_creation),
-        cmocka_unit_test(million_pushes_take_nothing),
+        cmocka_unit_test(memory_is_allocated_at_creation),
+        cmocka_unit_test(million_pushes_allocate_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

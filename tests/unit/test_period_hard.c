@@ -1,5 +1,5 @@
-/* The cases on which other periodograms err: power against 113-bit arithmetic, and one state whatever way it came
- * about. */
+/* Tests the cases in which other periodograms are inaccurate: power against 113-bit arithmetic, and identical states
+ * regardless of how the samples arrived. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +23,7 @@ typedef struct {
     enum kind kind;
     double value_offset;
     uint32_t flags;
-    double atol; /* where the header allows more than 1e-12 of the power, 1e-14 at least */
+    double atol; /* where the header allows more than 1e-12 of the power, or 1e-14 */
 } hard_case;
 
 static const hard_case cases[] = {
@@ -31,7 +31,7 @@ static const hard_case cases[] = {
     {"julian dates", 300, 2451853.6, 4200, -20, 300, 8, 1e-4, 2e-5, 2000, 30, SPREAD, 0, 0, 0},
     {"unix seconds", 500, 1.7e9, 3e6, 0, 1e-6, 41, 1e-7, 1e-8, 3000, 1, SPREAD, 0, 0, 0},
     {"mean 1e9, amplitude 1e-3", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 1000, 1, SPREAD, 1e9, 0, 0},
-    {"mean 1e9, amplitude 1e-3, wide", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 300, 1, SPREAD, 0,
+    {"mean 1e9, amplitude 1e-3, double-limb", 400, 0, 1000, 1e9, 1e-3, 12, 1e-3, 2e-4, 300, 1, SPREAD, 0,
      TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
     {"two clusters", 400, 0, 10000, 3, 1, 100, 1e-3, 1e-5, 3000, 1, CLUSTERS, 0, 0, 0},
     {"three samples", 3, 0, 10, 3, 1, 1.3, 0.03, 0.011, 100, 4, SPREAD, 0, 0, 0},
@@ -41,8 +41,8 @@ static const hard_case cases[] = {
     {"1e7 cycles", 300, 0, 1e7, 0, 1, 1e7 - 0.5, 0.9999, 1e-7, 2000, 1, SPREAD, 0, 0, 0},
     {"f T = 0.3", 300, 0, 300, 0, 1, 0.5, 0.001, 0.0001, 50, 1, SPREAD, 0, 0, 0},
     {"f T = 0.005", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, 0, 1.6e-8},
-    {"f T = 0.005, wide", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
-    {"f T = 3e-5, wide", 300, 0, 300, 0, 1, 0.5, 1e-7, 1e-9, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
+    {"f T = 0.005, double-limb", 300, 0, 300, 0, 1, 0.5, 1.7e-5, 1e-7, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
+    {"f T = 3e-5, double-limb", 300, 0, 300, 0, 1, 0.5, 1e-7, 1e-9, 50, 1, SPREAD, 0, TOLIMAN_PERIOD_DOUBLE_LIMB, 0},
     {"mean 1e5 sigmas from the offset", 300, 0, 300, 1e5, 1, 11, 0.004, 0.0004, 1000, 1, SPREAD, 0, 0, 4e-12},
 };
 enum { kCases = sizeof cases / sizeof cases[0] };
@@ -53,7 +53,7 @@ static toliman_period *make(const hard_case *c, const toliman_period_options *op
     return period;
 }
 
-/* Samples of the case, and the options that suit them. */
+/* Samples of the case, and suitable options. */
 static toliman_period_options fill(const hard_case *c, int fixed_mean) {
     uint64_t state = 20u + (uint64_t)c->n;
     toliman_period_options options;
@@ -79,7 +79,7 @@ static toliman_period_options fill(const hard_case *c, int fixed_mean) {
     return options;
 }
 
-/* At every 25th part of the grid, and of the lowest frequency and the next. */
+/* Compares the two lowest frequencies and 25 others across the grid. */
 static void power_matches_113_bits(void **unused) {
     (void)unused;
     for (int i = 0; i < 2 * kCases; i++) {
@@ -126,9 +126,9 @@ static void saved_and_loaded(toliman_period **period) {
     assert_ok(toliman_period_load(bytes_a, size, NULL, period));
 }
 
-/* Shuffled; in 64 shards that are merged; with as many other samples that are taken back; saved and loaded on the way.
- */
-static void one_state_whatever_the_way(void **unused) {
+/* The samples are shuffled; pushed to 64 shards that are merged; mixed with as many samples that are retracted; saved
+ * and loaded in between. */
+static void state_does_not_depend_on_the_order(void **unused) {
     (void)unused;
     for (int which = 0; which < kCases; which++) {
         const hard_case *c = &cases[which];
@@ -196,9 +196,10 @@ static double loss_of(size_t n, double f) {
     return (1 + fabs(y / w) / sqrt(yy)) * (double)n / (w * small);
 }
 
-/* Few samples and many, of one sigma or of sigmas up to the ceiling, over short nights or even, near their aliases, far
- * from the offset: as exact as the header says; and where it is worse than 1e-9 the sampling's flag says so. */
-static void power_is_as_exact_as_promised(void **unused) {
+/* Few and many samples, equal sigmas and sigmas up to the ceiling, short nights, even times near their aliases, values
+ * far from the offset: the error is within the header's bound, and where it exceeds 1e-9 the sampling diagnostics flag
+ * it. */
+static void power_is_within_the_documented_bound(void **unused) {
     (void)unused;
     uint64_t state = 77;
     for (int draw = 0; draw < 1500; draw++) {
@@ -217,10 +218,10 @@ static void power_is_as_exact_as_promised(void **unused) {
         }
         const quad_samples samples = {times, values, sigmas, n, NULL};
         const double expected = (double)(1 - quad_residual(&samples, f, 0)), loss = loss_of(n, f);
-        for (uint32_t wide = 0; wide < 2; wide++) {
+        for (uint32_t double_limb = 0; double_limb < 2; double_limb++) {
             toliman_period_options options;
             toliman_period_options_init(&options, sizeof options);
-            options.flags = wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
+            options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
             toliman_period *period = NULL;
             toliman_period_sampling sampling = {.struct_size = sizeof sampling};
             double power;
@@ -229,18 +230,18 @@ static void power_is_as_exact_as_promised(void **unused) {
             assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 1, &power));
             assert_ok(toliman_period_query_sampling(period, times, n, &sampling));
             const double error = fabs(power - expected),
-                         promised = (wide ? 1e-13 : 2e-15) + (wide ? 1e-28 : 4e-15) * loss;
-            if (!(error <= promised))
-                fail_msg("draw %d, wide %u: wrong by %.2e, promised %.2e", draw, wide, error, promised);
+                         bound = (double_limb ? 1e-13 : 2e-15) + (double_limb ? 1e-28 : 4e-15) * loss;
+            if (!(error <= bound))
+                fail_msg("draw %d, double-limb %u: error %.2e, bound %.2e", draw, double_limb, error, bound);
             if (error > 1e-9 && (sampling.flags & TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB) == 0)
                 fail_msg("draw %d: wrong by %.2e, and not flagged", draw, error);
-            assert_true(!wide || (sampling.flags & TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB) == 0);
+            assert_true(!double_limb || (sampling.flags & TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB) == 0);
             toliman_period_destroy(period);
         }
     }
 }
 
-/* A million samples: against sums in long double, of exact phases. */
+/* A million samples against sums in long double with exact phases. */
 static void million_samples(void **unused) {
     (void)unused;
     enum { kMany = 1000000, kFrequencies = 192 };
@@ -279,8 +280,8 @@ static void million_samples(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(power_matches_113_bits),
-        cmocka_unit_test(one_state_whatever_the_way),
-        cmocka_unit_test(power_is_as_exact_as_promised),
+        cmocka_unit_test(state_does_not_depend_on_the_order),
+        cmocka_unit_test(power_is_within_the_documented_bound),
         cmocka_unit_test(million_samples),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Normalisations, models at a frequency and several peaks, against sums in 113-bit arithmetic and known signals. */
+/* Tests normalisations, models at a frequency and several peaks, against sums in 113-bit arithmetic and known
+ * signals. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -64,7 +65,7 @@ static void test_normalisations(void **unused) {
     assert_fails(toliman_period_query_power(period, 105, 0, 1, power[0]), TOLIMAN_E_ARGUMENT, "normalisation = 105");
     toliman_period_destroy(period);
 
-    /* A perfect fit: the others are finite. */
+    /* A perfect fit: the other normalisations are finite. */
     for (int i = 0; i < 3; i++)
         sigmas[i] = 1;
     period = make(0.004, 0.001, kFrequencies, 0, 3);
@@ -119,7 +120,7 @@ static void slow_model(int n, double f, int fixed_mean, __float128 x[3], __float
     x[0] += mean;
 }
 
-static void test_psd_of_nothing(void **unused) {
+static void test_psd_of_a_perfect_fit(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     double power[3] = {7, 7, 7};
@@ -183,7 +184,7 @@ static void test_model_of_one_wave(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Nights only: a signal of 0.11/d repeats at 1 - 0.11 and 1 + 0.11; a second one is its own. */
+/* Samples at night only: a signal of 0.11/d has aliases at 1 - 0.11 and 1 + 0.11; a second signal has its own peak. */
 static void test_peaks_and_aliases(void **unused) {
     (void)unused;
     enum { N = 700, kWanted = 12 };
@@ -195,7 +196,7 @@ static void test_peaks_and_aliases(void **unused) {
     }
     toliman_period *period = make(0.002, 1.5e-4, 12000, 0, N);
     toliman_period_peak peaks[kWanted], highest = {.struct_size = sizeof highest};
-    peaks[0].struct_size = sizeof *peaks; /* which holds for all */
+    peaks[0].struct_size = sizeof *peaks; /* valid for all peaks */
     size_t count = 0;
     assert_ok(toliman_period_query_peaks(period, kWanted, peaks, &count));
     assert_int_equal(count, kWanted);
@@ -231,7 +232,7 @@ static void test_peaks_and_aliases(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_normalisations),
-        cmocka_unit_test(test_psd_of_nothing),
+        cmocka_unit_test(test_psd_of_a_perfect_fit),
         cmocka_unit_test(test_model),
         cmocka_unit_test(test_model_of_one_wave),
         cmocka_unit_test(test_peaks_and_aliases),

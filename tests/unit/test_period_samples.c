@@ -1,4 +1,4 @@
-/* Samples in their three forms, with sigmas and without, and taken back that never came. */
+/* Tests samples in their three forms, with and without sigmas, and the retraction of samples that were never pushed. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 #include <toliman/period_batch.h>
 #include <toliman/period_fap.h>
 
-enum { kCount = 40, kRoom = 400000 };
+enum { kCount = 40, kCapacity = 400000 };
 static double t[kCount], y[kCount], sigma[kCount];
 
 static void fill(double noise) {
@@ -32,16 +32,16 @@ static toliman_period *make(uint32_t flags) {
 }
 
 static void assert_same_bytes(const toliman_period *a, const toliman_period *b) {
-    static unsigned char bytes_a[kRoom], bytes_b[kRoom];
+    static unsigned char bytes_a[kCapacity], bytes_b[kCapacity];
     size_t size_a, size_b;
-    assert_ok(toliman_period_save(a, bytes_a, kRoom, &size_a));
-    assert_ok(toliman_period_save(b, bytes_b, kRoom, &size_b));
+    assert_ok(toliman_period_save(a, bytes_a, kCapacity, &size_a));
+    assert_ok(toliman_period_save(b, bytes_b, kCapacity, &size_b));
     assert_int_equal(size_a, size_b);
     assert_memory_equal(bytes_a, bytes_b, size_a);
 }
 
-/* Structs of a caller who knows fewer or more members than the library are not of this version: one size is. */
-static void three_forms_are_one(void **unused) {
+/* Only one struct size exists in this version, so smaller and larger structs are refused. */
+static void three_forms_are_equivalent(void **unused) {
     (void)unused;
     fill(1);
     toliman_period *one = make(0), *many = make(0), *structs = make(0), *none = make(0);
@@ -84,7 +84,7 @@ static void a_time_in_the_other_member_is_refused(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Unweighted samples beside weighted ones, in any order and form; sigma_floor goes with both. */
+/* Unweighted and weighted samples do not mix, in any order or form; a sigma of sigma_floor is compatible with both. */
 static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     (void)unused;
     fill(1);
@@ -110,15 +110,15 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
         ones[i] = 1;
     assert_ok(toliman_period_push_many(floor, t, y, ones, 20));
     assert_same_bytes(floor, plain);
-    assert_ok(toliman_period_push(plain, 90, 1, 1)); /* sigma_floor, as the others count */
+    assert_ok(toliman_period_push(plain, 90, 1, 1)); /* sigma_floor: the same weight as unweighted samples */
     assert_ok(toliman_period_push(floor, 90, 1, 2));
     assert_fails(toliman_period_push_many(floor, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
 
-    /* State bytes tell of sigmas, not of their absence; what is emptied takes either kind. */
-    static unsigned char bytes[kRoom];
+    /* A saved state records that its samples have sigmas. An emptied periodogram accepts either kind. */
+    static unsigned char bytes[kCapacity];
     size_t size;
     toliman_period *loaded = NULL;
-    assert_ok(toliman_period_save(weighted, bytes, kRoom, &size));
+    assert_ok(toliman_period_save(weighted, bytes, kCapacity, &size));
     assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
     assert_fails(toliman_period_push_many(loaded, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
     assert_ok(toliman_period_retract_many(copy, t, y, NULL, 20));
@@ -129,10 +129,10 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     toliman_period_destroy(copy), toliman_period_destroy(loaded);
 }
 
-/* Of the totals: nothing is taken back then. */
-static void totals_that_no_samples_have_are_refused(void **unused) {
+/* Retractions that would make the totals impossible change nothing. */
+static void impossible_totals_are_refused(void **unused) {
     (void)unused;
-    for (int last = 0; last < 3; last++) { /* of one sample alone: wrong time, value, sigma */
+    for (int last = 0; last < 3; last++) { /* for a single sample: wrong time, value, sigma */
         toliman_period *period = make(0), *same = make(0);
         assert_ok(toliman_period_push(period, 4, 2, 3));
         assert_ok(toliman_period_push(same, 4, 2, 3));
@@ -151,7 +151,8 @@ static void totals_that_no_samples_have_are_refused(void **unused) {
     toliman_period_destroy(period), toliman_period_destroy(same);
 }
 
-/* A sample of another time is taken back. Never power 1: what cannot be is an error wherever it would show. */
+/* Retracts a sample with the wrong time. The power must never be 1: an impossible state is reported wherever it would
+ * appear. */
 static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
     (void)unused;
     static double power[180];
@@ -163,7 +164,7 @@ static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
         assert_ok(toliman_period_push_many(period, t, y, NULL, 12));
         const double other = 3 * (2 * uniform(&state) - 1), when = 12 * uniform(&state);
         if (toliman_period_retract(period, when, other, 1) == TOLIMAN_OK) {
-            static unsigned char bytes[kRoom];
+            static unsigned char bytes[kCapacity];
             size_t size;
             toliman_period_peak peak = {.struct_size = sizeof peak}, peaks[3] = {peak};
             size_t count;
@@ -174,7 +175,7 @@ static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
             for (int k = 0; k < 180; k++)
                 assert_true(power[k] < 1 && (status == TOLIMAN_OK || power[k] == 0));
             assert_int_equal(toliman_period_query_peaks(period, 3, peaks, &count), status);
-            assert_ok(toliman_period_save(period, bytes, kRoom, &size));
+            assert_ok(toliman_period_save(period, bytes, kCapacity, &size));
             assert_ok(toliman_period_load(bytes, size, NULL, &loaded));
             assert_int_equal(toliman_period_query_peak(loaded, &peak), status);
             if (status != TOLIMAN_OK) {
@@ -189,13 +190,14 @@ static void a_wrong_retract_makes_no_perfect_detection(void **unused) {
     assert_true(impossible > 100);
 }
 
-/* Sinusoids without noise, on and off the grid, few samples and many, over windows that slid: genuine, and 1. */
+/* Sinusoids without noise, on and off the grid, few and many samples, in sliding windows: genuine perfect fits with
+ * power 1. */
 static void perfect_fits_are_accepted(void **unused) {
     (void)unused;
     for (int way = 0; way < 48; way++) {
-        const int wide = way & 1, heavy = way & 2, fixed = way & 4, few = 5 + (way >> 3) * 7;
+        const int double_limb = way & 1, heavy = way & 2, fixed = way & 4, few = 5 + (way >> 3) * 7;
         toliman_period *period =
-            make((wide ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0) | (fixed ? TOLIMAN_PERIOD_FIXED_MEAN : 0));
+            make((double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0) | (fixed ? TOLIMAN_PERIOD_FIXED_MEAN : 0));
         toliman_period_peak peak = {.struct_size = sizeof peak};
         double power[180];
         fill(0);
@@ -217,7 +219,7 @@ static void perfect_fits_are_accepted(void **unused) {
     }
 }
 
-/* Zeroed options are those of _init, by the bits of the results. */
+/* Zeroed options equal those of _init, by the bits of the results. */
 static void zero_is_the_default_of_every_option(void **unused) {
     (void)unused;
     fill(1);
@@ -244,7 +246,7 @@ static void zero_is_the_default_of_every_option(void **unused) {
     toliman_period_destroy(by_zero), toliman_period_destroy(by_init);
 }
 
-/* The same of a batch, on an archive that is worth an FFT; direct sums are asked for by a flag. */
+/* The same for a batch, on an archive large enough for an FFT; direct sums are requested by a flag. */
 static void zero_is_the_default_of_a_batch(void **unused) {
     (void)unused;
     enum { kMany = 1500, kGrid = 2000 };
@@ -270,13 +272,13 @@ static void zero_is_the_default_of_a_batch(void **unused) {
     assert_true(memcmp(power[0], power[2], sizeof power[0]) != 0);
 }
 
-/* Who no longer has the unweighted sample may push sigmas. */
-static void the_last_sample_without_sigma_may_go(void **unused) {
+/* After the only unweighted sample is retracted, samples with any sigma are accepted. */
+static void the_last_sample_without_sigma_can_be_retracted(void **unused) {
     (void)unused;
     toliman_period *period = make(0);
     const double time = 1, value = 2;
     assert_ok(toliman_period_push_many(period, &time, &value, NULL, 1));
-    assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor goes with both */
+    assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor is compatible with both kinds */
     assert_fails(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "has a sigma, but others have none");
     assert_ok(toliman_period_retract_many(period, &time, &value, NULL, 1));
     assert_ok(toliman_period_push(period, 3, 1, 2));
@@ -287,10 +289,11 @@ static void the_last_sample_without_sigma_may_go(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* Sums of other references are saved, loaded and asked as before, though their rounding is theirs. */
-static void turned_sums_are_kept(void **unused) {
+/* Sums that were re-referenced by a merge are saved, loaded and queried like others, although they have rounding
+ * errors. */
+static void re_referenced_sums_survive_saving(void **unused) {
     (void)unused;
-    static unsigned char bytes[kRoom];
+    static unsigned char bytes[kCapacity];
     double power[2][180];
     for (uint32_t flags = 0; flags <= TOLIMAN_PERIOD_DOUBLE_LIMB; flags += TOLIMAN_PERIOD_DOUBLE_LIMB) {
         toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
@@ -306,7 +309,7 @@ static void turned_sums_are_kept(void **unused) {
             assert_ok(toliman_period_push(there, 2459000 + i, 7137.1 + 2e-5 * sin(0.7 * i), 1 + i % 3));
         assert_ok(toliman_period_merge(here, there));
         size_t size;
-        assert_ok(toliman_period_save(here, bytes, kRoom, &size));
+        assert_ok(toliman_period_save(here, bytes, kCapacity, &size));
         assert_ok(toliman_period_load(bytes, size, NULL, &again));
         assert_ok(toliman_period_query_power(here, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[0]));
         assert_ok(toliman_period_query_power(again, TOLIMAN_PERIOD_POWER_STANDARD, 0, 180, power[1]));
@@ -317,8 +320,8 @@ static void turned_sums_are_kept(void **unused) {
     }
 }
 
-/* 2^48 cycles from the offset: a double's product f t is wrong by 1/32 cycle there. */
-static void a_sample_far_off_is_saved(void **unused) {
+/* 2^48 cycles from the offset: the product f t in double would be wrong by 1/32 cycle. */
+static void a_distant_sample_is_saved(void **unused) {
     (void)unused;
     toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
     options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
@@ -326,17 +329,17 @@ static void a_sample_far_off_is_saved(void **unused) {
     assert_ok(toliman_period_create(18.808776142838681, 1e-3, 1, &options, &period));
     assert_ok(toliman_period_push(period, 18039215772513.445, 1.5, 1));
     size_t size;
-    static unsigned char bytes[kRoom];
-    assert_ok(toliman_period_save(period, bytes, kRoom, &size));
+    static unsigned char bytes[kCapacity];
+    assert_ok(toliman_period_save(period, bytes, kCapacity, &size));
     toliman_period_destroy(period);
 }
 
-/* A grid in 1/day: with times in seconds the fit and the peaks say so, with times in days they do not. */
+/* A grid in 1/day: with times in seconds, fit and peaks set a flag; with times in days they do not. */
 static void a_grid_in_another_unit_is_flagged(void **unused) {
     (void)unused;
     const uint32_t both = TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_ABOVE_NYQUIST;
     fill(1);
-    for (int way = 0; way < 3; way++) { /* days; seconds; nanoseconds by the default unit_ns */
+    for (int way = 0; way < 3; way++) { /* days; seconds; nanoseconds with the default unit_ns */
         toliman_period *period = make(0);
         double times[kCount];
         for (int i = 0; i < kCount; i++) {
@@ -356,7 +359,7 @@ static void a_grid_in_another_unit_is_flagged(void **unused) {
     }
 }
 
-/* On the grid that is suggested, and on one beyond the ceiling, by two nights of many samples and by even days. */
+/* On the suggested grid, and on one beyond the ceiling, for two nights with many samples and for even days. */
 static void ordinary_grids_have_no_flag(void **unused) {
     (void)unused;
     uint64_t state = 9;
@@ -386,15 +389,15 @@ static void ordinary_grids_have_no_flag(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(three_forms_are_one),
+        cmocka_unit_test(three_forms_are_equivalent),
         cmocka_unit_test(a_time_in_the_other_member_is_refused),
         cmocka_unit_test(samples_with_and_without_sigma_do_not_mix),
-        cmocka_unit_test(totals_that_no_samples_have_are_refused),
+        cmocka_unit_test(impossible_totals_are_refused),
         cmocka_unit_test(a_wrong_retract_makes_no_perfect_detection),
         cmocka_unit_test(perfect_fits_are_accepted),
-        cmocka_unit_test(the_last_sample_without_sigma_may_go),
-        cmocka_unit_test(turned_sums_are_kept),
-        cmocka_unit_test(a_sample_far_off_is_saved),
+        cmocka_unit_test(the_last_sample_without_sigma_can_be_retracted),
+        cmocka_unit_test(re_referenced_sums_survive_saving),
+        cmocka_unit_test(a_distant_sample_is_saved),
         cmocka_unit_test(a_grid_in_another_unit_is_flagged),
         cmocka_unit_test(ordinary_grids_have_no_flag),
         cmocka_unit_test(zero_is_the_default_of_every_option),

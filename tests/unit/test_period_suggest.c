@@ -1,4 +1,4 @@
-/* The grid and options that suit a series, against their definitions and against what a search with them finds. */
+/* Tests the suggested grid and options against their definitions and against the result of a search with them. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,13 +32,13 @@ static void daily_samples(void **state) {
     assert_ok(suggest(t, y, sigma, N, 0, &s));
     assert_close(s.f0, 1.5 / N, 1e-15, 0);
     assert_close(s.df, 0.1 / N, 1e-15, 0);
-    assert_int_equal(s.nf, 5 * N - 14); /* to exactly one cycle in two days */
+    assert_int_equal(s.nf, 5 * N - 14); /* exactly one cycle in two days */
     assert_true(s.options.time_offset == 100 && s.options.value_offset == 42 && s.options.value_bound == 2);
     assert_true(s.options.sigma_floor == 0.5 && s.options.sigma_ceiling == 4);
     assert_int_equal(s.options.flags, TOLIMAN_PERIOD_DOUBLE_LIMB);
     assert_int_equal(s.options.struct_size, sizeof s.options);
 
-    assert_ok(suggest(t, y, sigma, N, 2 * N, &s)); /* as many days are to come */
+    assert_ok(suggest(t, y, sigma, N, 2 * N, &s)); /* as many more days expected */
     assert_close(s.f0, 0.75 / N, 1e-15, 0);
     assert_int_equal(s.nf, 10 * N - 14);
     assert_true(s.options.value_bound == 0x1p21);
@@ -51,8 +51,8 @@ static void daily_samples(void **state) {
     assert_int_equal(s.nf, 5 * N - 14);
 }
 
-/* What is suggested is taken by create and by every sample, and finds the period. */
-static void a_search_with_it(void **state) {
+/* create() and every push accept the suggestion, and the search finds the period. */
+static void search_with_the_suggestion(void **state) {
     (void)state;
     enum { M = 200 };
     double t[M], y[M], sigma[M];
@@ -78,7 +78,7 @@ static void a_search_with_it(void **state) {
     toliman_period_destroy(period);
 }
 
-static void what_is_refused(void **state) {
+static void invalid_arguments_are_refused(void **state) {
     (void)state;
     const double t[] = {1, 2, 3}, same[] = {1, 1, 1}, bad[] = {1, NAN, 2}, none[] = {1, 0, 1},
                  far[] = {0, 1e-9, 2e-9, 1e9};
@@ -103,8 +103,8 @@ static void what_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(daily_samples),
-        cmocka_unit_test(a_search_with_it),
-        cmocka_unit_test(what_is_refused),
+        cmocka_unit_test(search_with_the_suggestion),
+        cmocka_unit_test(invalid_arguments_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* Samples taken back, shards merged, windows that slide, times in nanoseconds: by bits, and against 113-bit sums. */
+/* Tests retracted samples, merged shards, sliding windows and times in nanoseconds: by their bits, and against 113-bit
+ * sums. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,13 +16,13 @@ static double times[kMost], values[kMost], sigmas[kMost];
 
 static uint64_t state = 11;
 
-static toliman_period_options options_for(int wide) {
+static toliman_period_options options_for(int double_limb) {
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
     options.time_offset = 2451000.5;
     options.value_bound = 64;
     options.sigma_floor = 0.1;
-    options.sigma_ceiling = wide ? 1e5 : 0;
+    options.sigma_ceiling = double_limb ? 1e5 : 0;
     return options;
 }
 
@@ -31,12 +32,12 @@ static toliman_period *make(const toliman_period_options *options) {
     return period;
 }
 
-static void fill(int wide) {
+static void fill(int double_limb) {
     state = 11;
     for (int i = 0; i < kMost; i++) {
         times[i] = 2451000.5 + 4000 * uniform(&state);
         values[i] = 3 * sin(0.05 * times[i]) + uniform(&state);
-        sigmas[i] = wide ? 0.1 * pow(1e5, uniform(&state)) : 0.1 + uniform(&state);
+        sigmas[i] = double_limb ? 0.1 * pow(1e5, uniform(&state)) : 0.1 + uniform(&state);
     }
 }
 
@@ -59,12 +60,12 @@ static void assert_same_bytes(const toliman_period *a, const toliman_period *b) 
     free(bytes_a), free(bytes_b);
 }
 
-/* More than 4096 pushes, so that sums are folded in between; taken back in another order. */
-static void test_retract_undoes(void **unused) {
+/* More than 4096 pushes, so that sums are folded in between; retracted in another order. */
+static void test_retract_undoes_push(void **unused) {
     (void)unused;
-    for (int wide = 0; wide < 2; wide++) {
-        fill(wide);
-        const toliman_period_options options = options_for(wide);
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
+        fill(double_limb);
+        const toliman_period_options options = options_for(double_limb);
         toliman_period *all = make(&options), *half = make(&options), *none = make(&options);
         for (int i = 0; i < kMost; i++)
             push(all, i);
@@ -107,9 +108,9 @@ static void test_retract_many_is_all_or_none(void **unused) {
 
 static void test_shards_merge_to_the_same_bits(void **unused) {
     (void)unused;
-    for (int wide = 0; wide < 2; wide++) {
-        fill(wide);
-        const toliman_period_options options = options_for(wide);
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
+        fill(double_limb);
+        const toliman_period_options options = options_for(double_limb);
         toliman_period *whole = make(&options), *shards[kShards], *merged = NULL;
         for (int s = 0; s < kShards; s++)
             shards[s] = make(&options);
@@ -145,7 +146,7 @@ static void test_window_slides(void **unused) {
     toliman_period_destroy(sliding), toliman_period_destroy(fresh);
 }
 
-static void test_a_copy_is_its_own(void **unused) {
+static void test_copies_are_independent(void **unused) {
     (void)unused;
     fill(0);
     const toliman_period_options options = options_for(0);
@@ -159,17 +160,17 @@ static void test_a_copy_is_its_own(void **unused) {
     toliman_period_destroy(one), toliman_period_destroy(copy);
 }
 
-/* Shards with references of their own: turned to the first one's, the power is that of 113-bit sums. */
+/* Shards with different references: after re-referencing to the first one's, the power agrees with 113-bit sums. */
 static void test_merge_of_other_references(void **unused) {
     (void)unused;
-    for (int wide = 0; wide < 2; wide++) {
-        fill(wide);
-        toliman_period_options options = options_for(wide), other = options;
+    for (int double_limb = 0; double_limb < 2; double_limb++) {
+        fill(double_limb);
+        toliman_period_options options = options_for(double_limb), other = options;
         other.time_offset = 2453333.25;
         other.value_offset = 1.7;
         other.value_bound = 40;
-        other.sigma_floor = wide ? 0.1 : 0.1;
-        other.sigma_ceiling = wide ? 1e4 : 2;
+        other.sigma_floor = double_limb ? 0.1 : 0.1;
+        other.sigma_ceiling = double_limb ? 1e4 : 2;
         for (int i = 300; i < 600; i++)
             sigmas[i] = fmin(sigmas[i], other.sigma_ceiling);
         toliman_period *first = make(&options), *second = make(&other);
@@ -188,7 +189,7 @@ static void test_merge_of_other_references(void **unused) {
     }
 }
 
-/* Two nights, each with the options that suit it: offsets by its first value, sigmas about its own. */
+/* Two nights, each with its own suitable options: value offset by its first value, sigmas about its own. */
 static void test_merge_of_two_nights(void **unused) {
     (void)unused;
     fill(0);
@@ -239,7 +240,7 @@ static void test_merge_refuses(void **unused) {
     other = options;
     other.value_bound = 100;
     odd = make(&other);
-    assert_ok(toliman_period_merge(period, odd)); /* nothing in it that might not fit */
+    assert_ok(toliman_period_merge(period, odd)); /* empty, so nothing can be incompatible */
     for (int i = 0; i < 4; i++)
         assert_ok(toliman_period_push(odd, 2451000.5 + i, 70, 1));
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "value_bound is 64");
@@ -274,7 +275,7 @@ static void test_merge_refuses(void **unused) {
     toliman_period_destroy(period);
 }
 
-/* A camera's clock of 1.7e18 ns, in days; the same times as pairs of doubles; both against 113-bit sums. */
+/* Camera times of 1.7e18 ns, in days; the same times as pairs of doubles; both against 113-bit sums. */
 static void test_times_in_nanoseconds_and_pairs(void **unused) {
     (void)unused;
     enum { kCount = 300 };
@@ -286,7 +287,7 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     options.value_bound = 64;
     options.sigma_floor = 0.1;
     toliman_period *by_ns = NULL, *by_pair = NULL;
-    /* 40,000 cycles in the span: a nanosecond's 1e-14 d shows in the phase */
+    /* 40,000 cycles in the span: a nanosecond (1e-14 d) is visible in the phase */
     assert_ok(toliman_period_create(9.5, 1e-4, 200, &options, &by_ns));
     assert_ok(toliman_period_create(9.5, 1e-4, 200, &options, &by_pair));
     static double days[kCount], low[kCount];
@@ -299,7 +300,7 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
         const toliman_period_sample of_pair = sample_pair(days[i], low[i], values[i], sigmas[i]);
         assert_ok(toliman_period_push_samples(by_ns, &of_ns, 1));
         assert_ok(toliman_period_push_samples(by_pair, &of_pair, 1));
-        if (i == 7) { /* back and in again */
+        if (i == 7) { /* retracted and pushed again */
             assert_ok(toliman_period_retract_samples(by_ns, &of_ns, 1));
             assert_ok(toliman_period_push_samples(by_ns, &of_ns, 1));
             assert_ok(toliman_period_retract_samples(by_pair, &of_pair, 1));
@@ -325,8 +326,9 @@ static void test_times_in_nanoseconds_and_pairs(void **unused) {
     toliman_period_destroy(by_ns), toliman_period_destroy(by_pair);
 }
 
-/* Sums that no samples have: told when they are saved, not when they are needed again, and the file before stands. */
-static void what_could_not_be_loaded_is_not_saved(void **unused) {
+/* Sums that no samples can produce are reported when they are saved, not only when they are loaded; the previous file
+ * is kept. */
+static void unloadable_state_is_not_saved(void **unused) {
     (void)unused;
     unsigned char bytes[8192];
     char folder[256], path[300];
@@ -342,7 +344,7 @@ static void what_could_not_be_loaded_is_not_saved(void **unused) {
     assert_fails(toliman_period_retract(period, 10, -1000000, 1), TOLIMAN_E_STATE, "never came");
     toliman_period_destroy(period);
 
-    /* One of a hundred samples weighs less than any may here. */
+    /* One of a hundred samples has a weight below the allowed range. */
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
     options.sigma_ceiling = 4;
@@ -369,16 +371,16 @@ static void what_could_not_be_loaded_is_not_saved(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_retract_undoes),
+        cmocka_unit_test(test_retract_undoes_push),
         cmocka_unit_test(test_retract_many_is_all_or_none),
         cmocka_unit_test(test_shards_merge_to_the_same_bits),
         cmocka_unit_test(test_window_slides),
-        cmocka_unit_test(test_a_copy_is_its_own),
+        cmocka_unit_test(test_copies_are_independent),
         cmocka_unit_test(test_merge_of_other_references),
         cmocka_unit_test(test_merge_of_two_nights),
         cmocka_unit_test(test_merge_refuses),
         cmocka_unit_test(test_times_in_nanoseconds_and_pairs),
-        cmocka_unit_test(what_could_not_be_loaded_is_not_saved),
+        cmocka_unit_test(unloadable_state_is_not_saved),
     };
     return cmocka_run_group_tests_name("period_undo", tests, NULL, NULL);
 }

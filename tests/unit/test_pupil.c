@@ -1,4 +1,4 @@
-/* What aberrations, an amplitude file and a stepped mirror do to the pupil and to the image. */
+/* Tests the effect of aberrations, an amplitude file and a stepped mirror on the pupil and the image. */
 #include <complex.h>
 
 #include "scene_files.h"
@@ -8,7 +8,7 @@ static const double kAperture = 0.125, kPixel = 0.2 * 3.14159265358979323846 / 6
 
 enum { N = 64, SIDE = 32, PIXELS = SIDE * SIDE };
 
-/* The single star, 1e6 photons at the detector, with what `telescope` adds to its telescope, at (ox, oy) px. */
+/* The single star, 1e6 photons at the detector, with `telescope` added to its telescope, at (ox, oy) px. */
 static toliman_sim *star_with(const char *telescope, double ox, double oy) {
     char place[60], optics[400];
     snprintf(place, sizeof place, "\"A\": [%.17g, %.17g]", ox, oy);
@@ -46,8 +46,8 @@ static void assert_same(double *image, double *expected, double rtol_of_peak) {
     free(expected);
 }
 
-/* Noll 2 of rms a is OPD = 2 a x/(D/2) = (4 a/D) x; a star ox px to higher columns has OPD = ox p x. So ox = 4 a/(D p),
- * to higher columns for positive a; Noll 3 the same for rows. */
+/* Noll 2 of rms a is OPD = 2 a x/(D/2) = (4 a/D) x; a star ox px to higher columns has OPD = ox p x. So ox = 4 a/(D p):
+ * positive a moves to higher columns. Noll 3 is the same for rows. */
 static void tilt_moves_the_image(void **state) {
     (void)state;
     const double rms_nm = 90.9, px = 4 * rms_nm * 1e-9 / (kAperture * kPixel);
@@ -62,13 +62,13 @@ static void tilt_moves_the_image(void **state) {
             light += still[row * SIDE + col];
             centre += (moved[(row + 3) * SIDE + col] - still[row * SIDE + col]);
         }
-    assert_close(centre / light, 0, 0, 1e-3); /* by three rows, upwards */
+    assert_close(centre / light, 0, 0, 1e-3); /* up by three rows */
     free(moved);
     free(still);
 }
 
-/* A defocus of either sign makes the same symmetric image, and by u = r^2 the axis keeps (sin x/x)^2 of its light,
- * x = 2 pi sqrt(3) a/lambda: OPD = sqrt(3) a (2u - 1). */
+/* A defocus of either sign gives the same symmetric image. With u = r^2 the axis keeps (sin x/x)^2 of its light, x = 2
+ * pi sqrt(3) a/lambda: OPD = sqrt(3) a (2u - 1). */
 static void defocus_is_symmetric(void **state) {
     (void)state;
     const double rms_nm = 60, x = 2 * kPi * sqrt(3) * rms_nm * 1e-9 / kWavelength;
@@ -88,8 +88,8 @@ static void defocus_is_symmetric(void **state) {
     free(blurred);
 }
 
-/* A weak aberration of unit Zernike takes (2 pi a/lambda)^2 of the peak, whichever it is (Marechal): the unit is rms.
- */
+/* A weak aberration reduces the peak by the fraction (2 pi a/lambda)^2, whichever Zernike term it is (Marechal): the
+ * coefficients are rms values. */
 static void coefficients_are_rms(void **state) {
     (void)state;
     double *const sharp = image_with("", 0.5, 0.5);
@@ -131,7 +131,7 @@ static double bumps(double x, double y) {
 
 static const char *const kAmplitude = "\"amplitude\": {\"file\": \"amplitude.npy\"}, ";
 
-/* Intensity is a fraction of the light that the pupil lets pass, so an even loss changes nothing but the pupil. */
+/* Intensity is a fraction of the light that passes the pupil, so a uniform loss changes only the pupil. */
 static void even_loss_changes_nothing(void **state) {
     (void)state;
     static double open[N * N], grey[N * N];
@@ -147,18 +147,18 @@ static void even_loss_changes_nothing(void **state) {
     toliman_sim_destroy(clear);
 }
 
-/* Nearly all light through a soft pupil, which has no far wings, falls in the frame: its intensities sum to 1. */
+/* A soft pupil edge has no far wings, so nearly all light falls in the frame and the intensities sum to 1. */
 static void light_sums_to_one(void **state) {
     (void)state;
     write_map("amplitude.npy", soft);
     toliman_sim *const sim = star_with(kAmplitude, 0, 0), *const hard = star_with("", 0, 0);
     assert_close(sim_info_of(sim).total_photons, 1e6, 3e-3, 0);
-    assert_true(sim_info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge reach beyond */
+    assert_true(sim_info_of(hard).total_photons < 0.97e6); /* the wings of a hard edge extend further */
     toliman_sim_destroy(sim);
     toliman_sim_destroy(hard);
 }
 
-/* The formula of sim.h, summed as it stands in long double: mask, Zernike polynomials, both files, all at once. */
+/* The formula of sim.h, summed directly in long double: mask, Zernike polynomials and both files together. */
 static void everything_adds(void **state) {
     (void)state;
     static double amplitude[N * N], opd[N * N], clear[N * N];
@@ -178,7 +178,7 @@ static void everything_adds(void **state) {
         for (int col = 0; col < N; col++) {
             const int i = row * N + col;
             const double x = (2 * col - (N - 1)) / (double)N, y = (2 * row - (N - 1)) / (double)N, r2 = x * x + y * y;
-            const double mask = x > 0 ? 160e-9 : 0; /* cos(theta) > 0; twice the height */
+            const double mask = x > 0 ? 160e-9 : 0; /* 1 where cos(theta) > 0; the OPD is twice the height */
             const double zernikes = 25e-9 * sqrt(6) * (x * x - y * y) - 10e-9 * sqrt(8) * (3 * x * x - y * y) * y +
                                     5e-9 * sqrt(5) * (6 * r2 * r2 - 6 * r2 + 1);
             assert_close(amplitude[i], clear[i] * soft(x, y), 1e-15, 1e-16);
@@ -203,8 +203,8 @@ static void everything_adds(void **state) {
     toliman_sim_destroy(plain);
 }
 
-/* A stepped mirror of height h is a mask of OPD 2 h. */
-static void mirrors_count_twice(void **state) {
+/* A stepped mirror of height h equals a mask of OPD 2 h. */
+static void mirror_heights_count_twice(void **state) {
     (void)state;
     const char *const mask =
         "\"mask\": {\"kind\": \"spiral\", \"%s\": %s, \"terms\": [{\"a\": 1, \"f\": 3, \"m\": 2}]}, ";
@@ -216,10 +216,10 @@ static void mirrors_count_twice(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tilt_moves_the_image), cmocka_unit_test(defocus_is_symmetric),
-        cmocka_unit_test(coefficients_are_rms), cmocka_unit_test(even_loss_changes_nothing),
-        cmocka_unit_test(light_sums_to_one),    cmocka_unit_test(everything_adds),
-        cmocka_unit_test(mirrors_count_twice),
+        cmocka_unit_test(tilt_moves_the_image),       cmocka_unit_test(defocus_is_symmetric),
+        cmocka_unit_test(coefficients_are_rms),       cmocka_unit_test(even_loss_changes_nothing),
+        cmocka_unit_test(light_sums_to_one),          cmocka_unit_test(everything_adds),
+        cmocka_unit_test(mirror_heights_count_twice),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

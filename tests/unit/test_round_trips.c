@@ -1,4 +1,5 @@
-/* Objects of random contents, saved, loaded and saved again: the same bytes. As many as TOLIMAN_OBJECTS says. */
+/* Tests that objects with random contents, saved, loaded and saved again, give the same bytes. TOLIMAN_OBJECTS sets the
+ * number of objects. */
 #include "tlmw.h"
 #include "track_folder.h"
 
@@ -6,7 +7,7 @@ enum { MOST_GRID = 24, MOST_SAMPLES = 40, PLANES = 4 };
 
 static uint64_t objects = 20000, draws = 1;
 
-/* Of any size between 1e-`digits` and 1e`digits`, and either sign. */
+/* A magnitude between 1e-`digits` and 1e`digits`, of either sign. */
 static double any_number(int digits) {
     const double size = pow(10, (double)draw(&draws, 2000 * (uint64_t)digits) / 1000 - digits);
     return draw(&draws, 2) ? size : -size;
@@ -97,7 +98,7 @@ static size_t contents(const char *path, unsigned char *bytes, size_t capacity) 
     return size;
 }
 
-/* A folder that is opened and saved: not a byte of its three files is another. */
+/* A folder that is opened and saved: no byte of its three files changes. */
 static void folders(void **unused) {
     (void)unused;
     enum { CAPACITY = 1 << 16 };

@@ -1,4 +1,4 @@
-/* Scenes that must be refused, each with its code and message, and the files that a scene may name. */
+/* Tests scenes that must be refused, each with its code and message, and the files that a scene may name. */
 #include "scene_files.h"
 
 static void refused(const char *json, size_t size, toliman_status code, const char *message) {
@@ -7,7 +7,7 @@ static void refused(const char *json, size_t size, toliman_status code, const ch
     assert_null(sim);
 }
 
-/* One place of a scene replaced. */
+/* A scene with one place replaced. */
 typedef struct {
     const char *from, *to;
     toliman_status code;
@@ -128,7 +128,7 @@ static void zernikes_have_an_index(void **state) {
     }
 }
 
-static void not_built_yet(void **state) {
+static void unsupported_features(void **state) {
     (void)state;
     const change changes[] = {
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"bin\": 2", TOLIMAN_E_UNSUPPORTED,
@@ -140,7 +140,7 @@ static void not_built_yet(void **state) {
     CHECK(changes);
 }
 
-/* The binary scene with its places from an orbit: elements with one place replaced. */
+/* The binary scene with its positions from an orbit; one place of the orbital elements replaced. */
 static const char *const kElements =
     "{\"period_years\": 80, \"semi_major_arcsec\": 10, \"eccentricity\": 0.5, \"inclination_deg\": 30,"
     " \"node_deg\": 40, \"periastron_deg\": 50, \"epoch\": 1955}";
@@ -214,7 +214,7 @@ static void impossible_planets(void **state) {
     free(scene);
 }
 
-static void text_that_is_no_json(void **state) {
+static void text_that_is_not_json(void **state) {
     (void)state;
     const change changes[] = {
         {"\"aperture_m\": 0.125", "\"aperture_m\": 1e999", TOLIMAN_E_FORMAT, "outside the range of double"},
@@ -263,8 +263,8 @@ static void text_that_is_no_json(void **state) {
     free(large);
 }
 
-/* A name becomes that of a folder: no path fits in, and none is cut short. */
-static void names_are_no_paths(void **state) {
+/* A name becomes a folder name: paths are refused, and no name is truncated. */
+static void names_are_not_paths(void **state) {
     (void)state;
     const char *const rule = "must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
     const char *const bad[] = {"../escaped", "/escaped",
@@ -286,8 +286,8 @@ static void names_are_no_paths(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Numbers so small that images or bounds would underflow to NaN are refused; the least ones allowed do not. */
-static void sizes_far_below_use(void **state) {
+/* Numbers so small that images or bounds would underflow to NaN are refused; the smallest allowed numbers work. */
+static void extremely_small_numbers(void **state) {
     (void)state;
     const change changes[] = {
         {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 1e-150", TOLIMAN_E_SCENE,
@@ -302,7 +302,7 @@ static void sizes_far_below_use(void **state) {
     faint = replaced_again(faint, "5790}", "5790}, \"photons_per_s\": 1");
     refused(faint, strlen(faint), TOLIMAN_E_SCENE, "must be at least 1e-06");
     free(faint);
-    /* One pixel in the middle of a star: its light does not change to first order. */
+    /* One pixel at the centre of a star: its light does not change to first order. */
     char *still = replaced(kSingleScene, "[32, 32]", "[1, 1]");
     toliman_sim *const silent = sim_of(still);
     assert_true(isinf(sim_info_of(silent).crb_px));
@@ -345,7 +345,7 @@ static toliman_status create_with(const char *from, const char *to, toliman_sim 
     return status;
 }
 
-/* The mask's OPD as the pupil has it, compared with expected[i] = scale * pattern(i). */
+/* The mask's OPD sampled on the pupil, compared with expected[i] = scale * pattern(i). */
 static void check_mask(const char *mask, double scale) {
     toliman_sim *sim = NULL;
     static double opd[96 * 96];
@@ -430,7 +430,7 @@ static void amplitudes_and_surfaces_are_refused(void **state) {
         write_npy("amplitude.npy", "<f8", "(96, 96)", data, sizeof data);
         assert_fails(create_with(from, amplitude, &sim), TOLIMAN_E_FORMAT, "amplitude.npy: element 4000 = ");
         assert_non_null(strstr(toliman_last_error(), "must be in [0, 1]"));
-        data[4000] *= 5; /* nanometres instead of metres */
+        data[4000] *= 5; /* nanometres given as metres */
         write_npy("surface.npy", "<f8", "(96, 96)", data, sizeof data);
         if (i != 3)
             assert_fails(create_with(from, surface, &sim), TOLIMAN_E_FORMAT, "must be in [-0.001, 0.001] m");
@@ -479,8 +479,8 @@ static void tables_are_read_and_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* 308.9 + (1772.7 - 308.9) rounds above 1772.7: the last sample is still the band's end, which ends the table too. */
-static void the_band_ends_where_it_says(void **state) {
+/* 308.9 + (1772.7 - 308.9) rounds above 1772.7: the last sample must be the end of band and table. */
+static void the_band_ends_at_its_limit(void **state) {
     (void)state;
     char *text = replaced(kSingleScene, "{\"wavelength_nm\": 550}",
                           "{\"min_nm\": 308.9, \"max_nm\": 1772.7, \"step_nm\": 1463.8}");
@@ -497,8 +497,7 @@ static void the_band_ends_where_it_says(void **state) {
     free(text);
 }
 
-/* A pipe that nobody writes to is refused, not waited for. */
-/* Times of their own, in the scene or in a file. */
+/* Listed times, in the scene or in a file. */
 static void times_are_listed(void **state) {
     (void)state;
     const char *const cadence = "\"frames\": 100, \"interval_days\": 2";
@@ -539,6 +538,7 @@ static void times_are_listed(void **state) {
     unlink(path_of("times.csv"));
 }
 
+/* Opening a pipe without a writer would block: it is refused. */
 static void pipes_are_refused(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
@@ -554,7 +554,7 @@ static void pipes_are_refused(void **state) {
     unlink(path_of("star.csv"));
 }
 
-/* A scene file is named in messages as it was given, and its files are found beside it. */
+/* Messages name a scene file as it was given, and its files are found relative to its folder. */
 static void files_are_found_beside_the_scene(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
@@ -581,17 +581,17 @@ int main(void) {
         cmocka_unit_test(impossible_values),
         cmocka_unit_test(unknown_keys),
         cmocka_unit_test(zernikes_have_an_index),
-        cmocka_unit_test(not_built_yet),
+        cmocka_unit_test(unsupported_features),
         cmocka_unit_test(impossible_orbits),
         cmocka_unit_test(impossible_planets),
-        cmocka_unit_test(text_that_is_no_json),
-        cmocka_unit_test(names_are_no_paths),
-        cmocka_unit_test(sizes_far_below_use),
+        cmocka_unit_test(text_that_is_not_json),
+        cmocka_unit_test(names_are_not_paths),
+        cmocka_unit_test(extremely_small_numbers),
         cmocka_unit_test(masks_are_read),
         cmocka_unit_test(masks_are_refused),
         cmocka_unit_test(amplitudes_and_surfaces_are_refused),
         cmocka_unit_test(tables_are_read_and_refused),
-        cmocka_unit_test(the_band_ends_where_it_says),
+        cmocka_unit_test(the_band_ends_at_its_limit),
         cmocka_unit_test(times_are_listed),
         cmocka_unit_test(pipes_are_refused),
         cmocka_unit_test(files_are_found_beside_the_scene),

@@ -1,4 +1,4 @@
-/* Groups of a scene that have variants: what is said of a key that stands in the wrong one. */
+/* Tests groups of a scene that have variants: the message for a key that belongs to another variant. */
 #include <stdbool.h>
 
 #include "scene_text.h"
@@ -63,7 +63,7 @@ static void values_of_other_kinds(void **state) {
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
 }
 
-static void sizes_out_of_reach(void **state) {
+static void other_impossible_values(void **state) {
     (void)state;
     const refusal cases[] = {
         {"[64, 64]", "[64, 64.5]", "detector.shape = [64, 64.5]: must be whole numbers"},
@@ -78,7 +78,7 @@ static void sizes_out_of_reach(void **state) {
     check_refusals(kSingleScene, faint, 1);
 }
 
-/* UTF-8 as Unicode defines it, by decoding and encoding again: what is not comes before what is no name. */
+/* UTF-8 as Unicode defines it, by decoding and encoding again. Invalid UTF-8 is reported before an invalid name. */
 static bool is_utf8(const unsigned char *bytes, size_t count) {
     const size_t length = bytes[0] < 0xc0 ? 0 : bytes[0] < 0xe0 ? 2 : bytes[0] < 0xf0 ? 3 : bytes[0] < 0xf8 ? 4 : 0;
     if (length != count)
@@ -109,7 +109,7 @@ static void texts_are_utf8(void **state) {
                 const int size = snprintf(text, sizeof text, "%s%.*s%s", head, (int)count, (char *)bytes, tail);
                 toliman_sim *sim = NULL;
                 const toliman_status status = toliman_sim_create_json(text, (size_t)size, NULL, NULL, &sim);
-                if (bytes[count - 1] == 0x7f) /* may end a character before it */
+                if (bytes[count - 1] == 0x7f) /* may truncate the last character */
                     continue;
                 assert_int_equal(status, is_utf8(bytes, count) ? TOLIMAN_E_SCENE : TOLIMAN_E_FORMAT);
             }
@@ -118,7 +118,7 @@ static void texts_are_utf8(void **state) {
     assert_fails(toliman_sim_create_json("{\"\xf0\x9f\x98", 5, NULL, NULL, &sim), TOLIMAN_E_FORMAT, "not UTF-8");
 }
 
-static void a_single_star_has_no_other(void **state) {
+static void a_single_star_has_no_second_star(void **state) {
     (void)state;
     const refusal cases[] = {
         {"\"cadence\"", "\"preprocess\": {\"project\": [\"flux_b\"]}, \"cadence\"",
@@ -133,7 +133,7 @@ static void a_single_star_has_no_other(void **state) {
     check_refusals(kSingleScene, cases, sizeof cases / sizeof *cases);
 }
 
-static void lines_shine_and_need_no_band(void **state) {
+static void emission_lines_need_no_band(void **state) {
     (void)state;
     const char *const kelvin = "\"kind\": \"blackbody\", \"temperature_k\": 5790";
     const refusal cases[] = {
@@ -148,7 +148,7 @@ static void lines_shine_and_need_no_band(void **state) {
 }
 
 /* An orbit so small that it is a point. */
-static void stars_in_one_place(void **state) {
+static void coincident_stars(void **state) {
     (void)state;
     const refusal cases[] = {
         {"\"separation_arcsec\": 4, \"position_angle_deg\": 30",
@@ -159,7 +159,7 @@ static void stars_in_one_place(void **state) {
     check_refusals(kBinaryScene, cases, 1);
 }
 
-/* The same scene by two ways of saying it: the same bytes. */
+/* Two equivalent descriptions of a scene give the same bytes. */
 static void assert_same_images(const char *json, const char *from, const char *to) {
     toliman_sim *const one = sim_of(json), *const other = sim_with(json, from, to);
     const toliman_sim_info info = sim_info_of(one);
@@ -175,11 +175,11 @@ static void assert_same_images(const char *json, const char *from, const char *t
     toliman_sim_destroy(other);
 }
 
-static void two_ways_of_saying_it(void **state) {
+static void equivalent_scenes_give_equal_bytes(void **state) {
     (void)state;
     assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 125E-1");
     assert_same_images(kBinaryScene, "\"step_nm\": 12.5", "\"step_nm\": 0.125e+2");
-    assert_same_images(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_uas\": 200"); /* at 0.2 arcsec a pixel */
+    assert_same_images(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_uas\": 200"); /* at 0.2 arcsec per pixel */
     assert_same_images(kSingleScene, "\"aperture_m\"", "\"mask\": {\"kind\": \"clear\"}, \"aperture_m\"");
     const refusal cases[] = {
         {"\"aperture_m\"", "\"mask\": {\"kind\": \"clear\", \"opd_nm\": 1}, \"aperture_m\"",
@@ -192,10 +192,14 @@ static void two_ways_of_saying_it(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keys_of_other_variants),     cmocka_unit_test(values_of_other_kinds),
-        cmocka_unit_test(a_single_star_has_no_other), cmocka_unit_test(lines_shine_and_need_no_band),
-        cmocka_unit_test(stars_in_one_place),         cmocka_unit_test(two_ways_of_saying_it),
-        cmocka_unit_test(sizes_out_of_reach),         cmocka_unit_test(texts_are_utf8),
+        cmocka_unit_test(keys_of_other_variants),
+        cmocka_unit_test(values_of_other_kinds),
+        cmocka_unit_test(a_single_star_has_no_second_star),
+        cmocka_unit_test(emission_lines_need_no_band),
+        cmocka_unit_test(coincident_stars),
+        cmocka_unit_test(equivalent_scenes_give_equal_bytes),
+        cmocka_unit_test(other_impossible_values),
+        cmocka_unit_test(texts_are_utf8),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

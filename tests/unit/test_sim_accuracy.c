@@ -1,4 +1,4 @@
-/* Propagation against sums in long double. */
+/* Tests propagation against sums in long double. */
 #include <stdio.h>
 
 #include "long_double_sim.h"
@@ -25,7 +25,7 @@ static double error_to_peak(const toliman_sim *sim, long double aperture_m, long
     return (double)(worst / info.peak_photons);
 }
 
-/* A scene file with accuracy 1e-15: every wavelength by itself. */
+/* A scene file with accuracy 1e-15: every wavelength is propagated. */
 static char *exact_scene(const char *path) {
     char text[8192];
     FILE *const file = fopen(path, "r");
@@ -43,7 +43,7 @@ static void chapter_against_long_double(void **state) {
     double offset[4];
     get_offsets(sim, offset);
     int columns[14], rows[14];
-    for (int i = 0; i < 3; i++) { /* both cores, then the frame at large with its corners */
+    for (int i = 0; i < 3; i++) { /* both cores, then the whole frame with its corners */
         columns[i] = (int)(127.5 + offset[0]) + i;
         rows[i] = (int)(127.5 + offset[1]) + i;
         columns[3 + i] = (int)(127.5 + offset[2]) + i;
@@ -57,7 +57,7 @@ static void chapter_against_long_double(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Odd and even sides, more rows than columns, pupil with a middle sample. */
+/* Odd and even numbers of rows and columns, more rows than columns, a pupil with a central sample. */
 static void odd_sizes_against_long_double(void **state) {
     (void)state;
     char *text = replaced(kBinaryScene, "\"pupil_samples\": 96", "\"pupil_samples\": 65");
@@ -81,8 +81,8 @@ static long double product(const double *a, const double *b, size_t n) {
     return sum;
 }
 
-/* A displacement is recovered from two images by least squares on the derivative images. The star that moves stands far
- * from the axis, where its place in double is good to 2e-15 px only. */
+/* Recovers a displacement from two images by least squares on the derivative images. The moving star is far from the
+ * axis, where its position in double has an error of 2e-15 px. */
 static void shifts_are_recovered(void **state) {
     (void)state;
     toliman_sim *const sim = sim_with(kBinaryScene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30",
@@ -107,7 +107,7 @@ static void shifts_are_recovered(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Largest difference of the series from exact propagation, relative to the largest pixel of the signal d I1. */
+/* Largest error of the Taylor expansion against exact propagation, relative to the largest pixel of the signal d I1. */
 static double series_error(const toliman_sim *sim, const double *derivative, double d, size_t side) {
     double *const exact = doubles(side * side), *const series = doubles(side * side);
     assert_ok(toliman_sim_propagate(sim, d, exact, side));
@@ -122,8 +122,9 @@ static double series_error(const toliman_sim *sim, const double *derivative, dou
     return error / signal;
 }
 
-/* The scene's accuracy decides the order: the error is what the info says, and below what was asked for. */
-static void series_is_as_good_as_predicted(void **state) {
+/* The scene's accuracy determines the expansion order: the error is as the info reports, and below the requested
+ * accuracy. */
+static void expansion_error_is_as_predicted(void **state) {
     (void)state;
     const double displacements[] = {1e-1, 1e-2, 1e-4, 1e-6}, accuracies[] = {1e-2, 1e-4, 1e-6, 1e-9};
     for (size_t i = 0; i < 16; i++) {
@@ -143,7 +144,7 @@ static void series_is_as_good_as_predicted(void **state) {
         assert_at_most(plan.series_error, accuracy + rounding);
         assert_at_most(error, plan.series_error);
         assert_at_most(plan.series_error, 20 * error);
-        if (error > 10 * rounding) /* below, rounding is larger than what the series leaves out */
+        if (error > 10 * rounding) /* below this, rounding exceeds the truncation error */
             assert_close(sim_info_of(sim).truncation, error, 0.2, 0);
         free(derivative);
         toliman_sim_destroy(sim);
@@ -151,7 +152,7 @@ static void series_is_as_good_as_predicted(void **state) {
     }
 }
 
-/* All derivative images against differences of propagated ones: along the separation, and of the whole frame. */
+/* All derivative images against differences of propagated images: along the separation, and common shifts. */
 static void derivatives_are_exact(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
@@ -163,7 +164,7 @@ static void derivatives_are_exact(void **state) {
     for (int i = 0; i < 5; i++)
         assert_ok(toliman_sim_propagate(sim, (i - 2) * h, at[i], 64));
     double error_first = 0, error_second = 0, largest_first = 0, largest_second = 0;
-    for (size_t i = 0; i < n; i++) { /* five-point differences, error h^4 */
+    for (size_t i = 0; i < n; i++) { /* five-point differences, error O(h^4) */
         const double d1 = (at[0][i] - 8 * at[1][i] + 8 * at[3][i] - at[4][i]) / (12 * h);
         const double d2 = (-at[0][i] + 16 * at[1][i] - 30 * at[2][i] + 16 * at[3][i] - at[4][i]) / (12 * h * h);
         error_first = fmax(error_first, fabs(first[i] - d1));
@@ -180,7 +181,7 @@ static void derivatives_are_exact(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Common shift images against scenes whose stars stand a little elsewhere. */
+/* Common shift images against scenes with slightly shifted stars. */
 static void shift_images_are_exact(void **state) {
     (void)state;
     const char *const place = "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}";
@@ -216,7 +217,7 @@ static void shift_images_are_exact(void **state) {
     free(base);
 }
 
-/* Light of the frame when one quantity is off by h: the binary scene with fixed photons and places. */
+/* Light of the frame with one quantity changed by h: the binary scene with fixed photons and positions. */
 static double *frame_off_by(int32_t kind, double h) {
     const double x[2] = {3.2, -6.5}, y[2] = {-4.1, 8.3};
     const double turn = kind == TOLIMAN_SIM_IMAGE_ROLL ? h : 0, stretch = kind == TOLIMAN_SIM_IMAGE_SCALE ? 1 + h : 1;
@@ -244,7 +245,7 @@ static double *frame_off_by(int32_t kind, double h) {
     return image;
 }
 
-/* Roll, scale and focus against five-point differences of scenes that are turned, stretched and defocused. */
+/* Roll, scale and focus against five-point differences of rotated, scaled and defocused scenes. */
 static void nuisance_images_are_exact(void **state) {
     (void)state;
     const struct {
@@ -271,7 +272,7 @@ static void nuisance_images_are_exact(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(chapter_against_long_double), cmocka_unit_test(odd_sizes_against_long_double),
-        cmocka_unit_test(shifts_are_recovered),        cmocka_unit_test(series_is_as_good_as_predicted),
+        cmocka_unit_test(shifts_are_recovered),        cmocka_unit_test(expansion_error_is_as_predicted),
         cmocka_unit_test(derivatives_are_exact),       cmocka_unit_test(shift_images_are_exact),
         cmocka_unit_test(nuisance_images_are_exact),
     };

@@ -1,4 +1,4 @@
-/* What sim.h promises about signs, centre, angles, photons and the Airy pattern. */
+/* Tests the conventions of sim.h: signs, centre, angles, photons and the Airy pattern. */
 #include <stdio.h>
 
 #include "offsets.h"
@@ -6,8 +6,8 @@
 
 static const double kPi = 3.14159265358979323846;
 
-/* Fraction of the light of a clear round aperture that falls in a pixel r px from the star, per steradian times pixel
- * area: pi D^2/(4 lambda^2) (2 J1(v)/v)^2, v = pi D r/lambda. */
+/* Fraction of the light of a clear round aperture in a pixel r px from the star, per steradian times the pixel area: pi
+ * D^2/(4 lambda^2) (2 J1(v)/v)^2, v = pi D r/lambda. */
 static double airy(double aperture_m, double pixel_rad, double wavelength_m, double r) {
     const double v = kPi * aperture_m * r * pixel_rad / wavelength_m;
     const double pattern = v > 0 ? 2 * j1(v) / v : 1;
@@ -59,7 +59,7 @@ static void brightest(const double *image, int n, int *row, int *col) {
     *col = best % n;
 }
 
-/* A star at (+x, +y) stands at higher column and row; the axis is the corner of the four middle pixels. */
+/* A star at (+x, +y) is at higher column and row; the axis is the corner between the four central pixels. */
 static void offsets_have_signs(void **state) {
     (void)state;
     const struct {
@@ -76,7 +76,7 @@ static void offsets_have_signs(void **state) {
         free(image);
         toliman_sim_destroy(sim);
     }
-    toliman_sim *const sim = sim_of(kSingleScene); /* on the axis: symmetric under half a turn */
+    toliman_sim *const sim = sim_of(kSingleScene); /* on the axis: symmetric under rotation by 180 degrees */
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
     for (int i = 0; i < 512; i++)
         assert_close(image[i], image[1023 - i], 0, 1e-9 * 1e6);
@@ -97,7 +97,7 @@ static void offsets_with(const char *place, const char *extra_detector, double o
     free(text);
 }
 
-/* Position angle 0 is +y, 90 is -x; the barycentre of the light stands on the axis unless a star does. */
+/* Position angle 0 is +y, 90 is -x; the barycentre of the light is on the axis unless a star is. */
 static void angles_have_signs(void **state) {
     (void)state;
     double o[4];
@@ -113,12 +113,12 @@ static void angles_have_signs(void **state) {
     assert_close(o[2], -20, 1e-14, 0);
     offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90, \"centre\": \"B\"}", "[64, 64]", o);
     assert_close(o[0], 20, 1e-14, 0);
-    /* With the rows' +y axis at position angle 90, a star there stands at +y. */
+    /* With the rows' +y axis at position angle 90, a star at that angle is at +y. */
     offsets_with("{\"separation_arcsec\": 4, \"position_angle_deg\": 90}", "[64, 64], \"rotation_deg\": 90", o);
     assert_close(o[3] - o[1], 20, 1e-14, 0);
 }
 
-/* Positive displacement moves star A away from B, or B away from A: by whole pixels, to see it in the image. */
+/* A positive displacement moves star A away from B, or B away from A: by whole pixels, so that the image shows it. */
 static void displacement_lengthens_the_separation(void **state) {
     (void)state;
     const char *const place = "{\"offsets_px\": {\"A\": [-8.5, 0.5], \"B\": [11.5, 0.5]}}";
@@ -141,7 +141,7 @@ static void displacement_lengthens_the_separation(void **state) {
     }
 }
 
-/* Nearly all light of a star falls in a large frame, whatever the mask: the sum tends to the photons of the star. */
+/* Nearly all light of a star falls in a large frame, with any mask: the sum approaches the star's photons. */
 static void energy_is_conserved(void **state) {
     (void)state;
     char *text = replaced(kSingleScene, "[32, 32]", "[256, 256]");
@@ -152,7 +152,7 @@ static void energy_is_conserved(void **state) {
     assert_ok(toliman_sim_get_spectrum(sim, 1, &wavelength, &photons, &none));
     assert_close(wavelength, 550e-9, 1e-15, 0);
     assert_close(none, 0, 0, 0);
-    /* Airy: 1 - J0^2 - J1^2 of the light within a radius; 51 arcsec here. */
+    /* Airy: 1 - J0^2 - J1^2 of the light within a radius, here 51 arcsec. */
     const double v = kPi * 0.125 * 128 * 0.4 * kPi / 648000 / 550e-9;
     assert_close(sim_info_of(sim).total_photons / photons, 1 - j0(v) * j0(v) - j1(v) * j1(v), 2e-3, 0);
     assert_true(sim_info_of(sim).total_photons < photons);
@@ -160,7 +160,7 @@ static void energy_is_conserved(void **state) {
     free(text);
 }
 
-/* Photons are counted before the frame is cut out: a smaller frame holds the same pixels and less light. */
+/* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
 static void cropping_loses_light(void **state) {
     (void)state;
     char *whole = replaced(kBinaryScene, "\"relative_flux\": 3", "\"photons_per_s\": 3e4");
@@ -203,7 +203,7 @@ static void spectrum_is_a_trapezium(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Lines are sampled exactly; with a band beside them the samples are those of both. */
+/* Lines are sampled exactly; together with a band, the samples are those of both. */
 static void lines_are_exact(void **state) {
     (void)state;
     char *text = replaced(kBinaryScene, "{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
@@ -222,8 +222,9 @@ static void lines_are_exact(void **state) {
     free(text);
 }
 
-/* Grey edges: the amplitudes' sum is the open area. The first strut lies towards +x, opposite it the pupil is open. */
-static void pupil_is_what_the_scene_says(void **state) {
+/* Grey edges: the sum of the amplitudes is the open area. The first strut points to +x; the opposite side of the pupil
+ * is open. */
+static void pupil_matches_the_scene(void **state) {
     (void)state;
     enum { N = 96 };
     static double amplitude[N * N], opd[N * N];
@@ -237,7 +238,7 @@ static void pupil_is_what_the_scene_says(void **state) {
         assert_true(amplitude[i] >= 0 && amplitude[i] <= 1);
         sum += amplitude[i];
     }
-    for (int i = 0; i < 1000; i++) { /* length of a strut, over its width */
+    for (int i = 0; i < 1000; i++) { /* length of a strut over its width */
         const double t = 0.001 * ((i + 0.5) / 500 - 1);
         struts += 3 * 2e-6 * (sqrt(outer * outer - t * t) - sqrt(inner * inner - t * t));
     }
@@ -256,7 +257,7 @@ static void pupil_is_what_the_scene_says(void **state) {
     toliman_sim_destroy(sim);
 }
 
-static void series_of_times(void **state) {
+static void times_and_displacements(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     double times[3], displacements[3];
@@ -274,11 +275,16 @@ static void series_of_times(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(airy_pattern),        cmocka_unit_test(offsets_have_signs),
-        cmocka_unit_test(angles_have_signs),   cmocka_unit_test(displacement_lengthens_the_separation),
-        cmocka_unit_test(energy_is_conserved), cmocka_unit_test(spectrum_is_a_trapezium),
-        cmocka_unit_test(lines_are_exact),     cmocka_unit_test(pupil_is_what_the_scene_says),
-        cmocka_unit_test(series_of_times),     cmocka_unit_test(cropping_loses_light),
+        cmocka_unit_test(airy_pattern),
+        cmocka_unit_test(offsets_have_signs),
+        cmocka_unit_test(angles_have_signs),
+        cmocka_unit_test(displacement_lengthens_the_separation),
+        cmocka_unit_test(energy_is_conserved),
+        cmocka_unit_test(spectrum_is_a_trapezium),
+        cmocka_unit_test(lines_are_exact),
+        cmocka_unit_test(pupil_matches_the_scene),
+        cmocka_unit_test(times_and_displacements),
+        cmocka_unit_test(cropping_loses_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* Stages of the detector: each alone against its mean, its variance and its arithmetic, and all of them together. */
+/* Tests the stages of the detector: each stage alone against its mean, variance and arithmetic, and all stages
+ * together. */
 #include <stdio.h>
 
 #include <toliman/cae.h>
@@ -8,7 +9,7 @@
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
-/* The two stars seen for 10 s; stages goes into the detector, noise into the noise. */
+/* The two stars observed for 10 s; `stages` is added to the detector, `noise` to the noise. */
 static char *text_with(const char *stages, const char *noise) {
     char text[400];
     char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
@@ -44,7 +45,7 @@ static toliman_sim *make(const char *stages, const char *noise) {
 static const char *const kNoise = "\"photon\": true, \"read_e\": 2.5, \"seed\": 7", *const kPhotons =
                                                                                         "\"photon\": true";
 
-/* A frame, owned by the caller. */
+/* A frame; the caller frees it. */
 static double *frame(const char *stages, const char *noise) {
     toliman_sim *const sim = make(stages, noise);
     double *const image = malloc(PIXELS * sizeof *image);
@@ -61,8 +62,8 @@ static double *image_with(const char *stages, const char *noise, int32_t kind) {
     return image;
 }
 
-/* Frames with the stages have the mean factor * bare + offset in units of `unit`, and the variance that follows from it
- * and `added`. */
+/* Frames with the stages must have the mean factor * bare + offset in units of `unit`, and the variance that follows
+ * from it plus `added`. */
 static void check_stage(const char *stages, const char *noise, double factor, double offset, double added, double unit,
                         int whole) {
     toliman_sim *const sim = make(stages, noise);
@@ -95,13 +96,13 @@ static void stages_have_their_mean_and_variance(void **state) {
     check_stage("\"coadds\": 9", kNoise, 1, 0, 9 * 6.25, 1, 0);
     check_stage("\"gain_e_per_dn\": 1.7", kNoise, 1, 0, 6.25, 1.7, 0);
     check_stage("\"full_well_e\": 1e6, \"coadds\": 2", kPhotons, 1, 0, 0, 1, 1);
-    /* The rounding error of a value that noise spreads over many steps is uniform. */
+    /* The rounding error of a value with noise of many steps is uniformly distributed. */
     check_stage("\"qe\": 0.5, \"dark_e_per_s\": 60, \"gain_e_per_dn\": 8, \"bit_depth\": 20", kNoise, 0.5, 600,
                 6.25 + 64.0 / 12, 8, 1);
 }
 
 /* Photons are counted before the detector, counts after it. */
-static void facts_tell_photons_from_counts(void **state) {
+static void info_distinguishes_photons_from_counts(void **state) {
     (void)state;
     toliman_sim *const bare = make("", kPhotons), *const sim = make("\"qe\": 0.25", kPhotons);
     const toliman_sim_info less = sim_info_of(sim), info = sim_info_of(bare);
@@ -115,7 +116,7 @@ static void facts_tell_photons_from_counts(void **state) {
     toliman_sim *const units = make("\"qe\": 0.25, \"gain_e_per_dn\": 7, \"bias_dn\": 50", kPhotons);
     const toliman_sim_info dn = sim_info_of(units);
     assert_close(dn.peak_counts, less.peak_counts / 7 + 50, 1e-15, 0);
-    assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit tells nothing */
+    assert_close(dn.crb_px, less.crb_px, 1e-12, 0); /* a unit carries no information */
     assert_int_equal(dn.whole_counts, 0);
     assert_int_equal(info.unit, TOLIMAN_SIM_UNIT_PHOTON);
     assert_int_equal(less.unit, TOLIMAN_SIM_UNIT_ELECTRON);
@@ -133,13 +134,13 @@ static void facts_tell_photons_from_counts(void **state) {
     toliman_sim_destroy(units);
 }
 
-/* Gains of the pixels: Gaussian of the rms, from the scene's seed, the same whatever the frame's. */
+/* Gains of the pixels: Gaussian of the given rms, from the scene's seed, independent of the frame's seed. */
 static void flat_is_a_fixed_pattern(void **state) {
     (void)state;
     double *const bare = image_with("", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
     double *const flat = image_with("\"flat_rms\": 0.02", kNoise, TOLIMAN_SIM_IMAGE_BOTH);
     double *const other = image_with("\"flat_rms\": 0.02", "\"seed\": 8", TOLIMAN_SIM_IMAGE_BOTH);
-    double noise[PIXELS]; /* read noise of the scene's seed in frame 0 */
+    double noise[PIXELS]; /* read noise with the scene's seed in frame 0 */
     toliman_sim *const reading = make("", "\"read_e\": 1");
     assert_ok(toliman_sim_frame(reading, 0, 7, 0, noise, SIDE));
     toliman_sim_destroy(reading);
@@ -156,7 +157,7 @@ static void flat_is_a_fixed_pattern(void **state) {
     assert_close(squares / PIXELS, 1, 0, 5 * sqrt(2.0 / PIXELS));
     assert_close(fourth / PIXELS, 3, 0, 5 * sqrt(96.0 / PIXELS));
     assert_close(product / PIXELS, 0, 0, 5 / sqrt(PIXELS));
-    assert_close(read / PIXELS, 0, 0, 5 / sqrt(PIXELS)); /* a stream of its own */
+    assert_close(read / PIXELS, 0, 0, 5 / sqrt(PIXELS)); /* a random stream of its own */
     toliman_sim *const sim = make("\"flat_rms\": 0.02", "\"seed\": 7");
     double first[PIXELS], second[PIXELS];
     assert_ok(toliman_sim_frame(sim, 0, 1, 0, first, SIDE));
@@ -169,7 +170,7 @@ static void flat_is_a_fixed_pattern(void **state) {
     free(other);
 }
 
-/* Frames made stage by stage here, of frames with fewer stages. */
+/* Frames computed here stage by stage, from frames with fewer stages. */
 static void stages_come_in_order(void **state) {
     (void)state;
     const char *const light = "\"qe\": 0.9, \"flat_rms\": 0.05, \"dark_e_per_s\": 3";
@@ -197,7 +198,7 @@ static void stages_come_in_order(void **state) {
     free(digital);
 }
 
-/* Two electrons a DN make every other count a half. */
+/* At two electrons per DN every other count is a half. */
 static void halves_are_rounded_to_even(void **state) {
     (void)state;
     double *const counts = frame("", kPhotons), *const dn = frame("\"gain_e_per_dn\": 2, \"bit_depth\": 20", kPhotons);
@@ -214,7 +215,7 @@ static void halves_are_rounded_to_even(void **state) {
     free(dn);
 }
 
-static void dark_pixels_are_cut_at_zero(void **state) {
+static void negative_counts_are_clipped_to_zero(void **state) {
     (void)state;
     double *const dn = frame("\"bit_depth\": 20, \"qe\": 1e-6", kNoise);
     size_t zeros = 0;
@@ -257,7 +258,7 @@ static void limits_are_reported(void **state) {
     assert_null(strstr(heard, "detector."));
 }
 
-/* Stages that do nothing leave every byte as it is without them. */
+/* Neutral stages leave every byte as without them. */
 static void neutral_stages_change_no_byte(void **state) {
     (void)state;
     double *const bare = frame("", kNoise);
@@ -270,7 +271,7 @@ static void neutral_stages_change_no_byte(void **state) {
     free(neutral);
 }
 
-/* With every stage on, the template reaches the bound in frames of DN: its scatter is known to 1.4 %. */
+/* With every stage on, the template estimator reaches the bound in frames of DN; the error of its scatter is 1.4 %. */
 static void the_template_reaches_the_bound(void **state) {
     (void)state;
     enum { frames = 2500 };
@@ -298,7 +299,7 @@ static void the_template_reaches_the_bound(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Bias and dark current fill the frame evenly, but the network's crop is about the stars. */
+/* Bias and dark current fill the frame uniformly, but the network's crop must be centred on the stars. */
 static void the_crop_is_about_the_light(void **state) {
     (void)state;
     const char *const stages[] = {"", "\"bias_dn\": 1000, \"dark_e_per_s\": 50"};
@@ -344,11 +345,11 @@ static void impossible_detectors(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stages_have_their_mean_and_variance),
-        cmocka_unit_test(facts_tell_photons_from_counts),
+        cmocka_unit_test(info_distinguishes_photons_from_counts),
         cmocka_unit_test(flat_is_a_fixed_pattern),
         cmocka_unit_test(stages_come_in_order),
         cmocka_unit_test(halves_are_rounded_to_even),
-        cmocka_unit_test(dark_pixels_are_cut_at_zero),
+        cmocka_unit_test(negative_counts_are_clipped_to_zero),
         cmocka_unit_test(limits_are_reported),
         cmocka_unit_test(neutral_stages_change_no_byte),
         cmocka_unit_test(the_template_reaches_the_bound),

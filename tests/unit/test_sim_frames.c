@@ -1,5 +1,5 @@
-/* Noisy frames: their statistics, that they depend on nothing but scene, displacement, seed and number, and what the
- * calls refuse. */
+/* Tests noisy frames: their statistics, that they depend only on scene, displacement, seed and number, and refused
+ * calls. */
 #include <dlfcn.h>
 #include <stdio.h>
 
@@ -33,12 +33,12 @@ static void counts_have_the_right_mean_and_variance(void **state) {
     sim = sim_with(kBinaryScene, "\"read_e\": 2.5, ", "");
     check_statistics(sim, 0, 1);
     toliman_sim_destroy(sim);
-    sim = sim_with(kBinaryScene, "1e5", "10"); /* so little light that read noise rules */
+    sim = sim_with(kBinaryScene, "1e5", "10"); /* so few photons that read noise dominates */
     check_statistics(sim, 2.5, 0);
     toliman_sim_destroy(sim);
 }
 
-/* A stage that the scene does not name does not exist. */
+/* A stage that the scene does not name is not computed. */
 static void without_noise_frames_are_expectations(void **state) {
     (void)state;
     toliman_sim *const sim =
@@ -60,7 +60,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
         assert_memory_equal(one, many, 13 * PIXELS * sizeof *one);
         free(many);
     }
-    for (int64_t k = 32; k >= 20; k -= 4) { /* alone, backwards and with a stride */
+    for (int64_t k = 32; k >= 20; k -= 4) { /* one by one, backwards and with a stride */
         double image[SIDE][SIDE + 3], displacement;
         assert_ok(toliman_sim_get_series(sim, k, 1, NULL, &displacement));
         assert_ok(toliman_sim_frame(sim, displacement, 7, k, image[0], SIDE + 3));
@@ -68,7 +68,7 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
             assert_memory_equal(image[row], one + (size_t)(k - 20) * PIXELS + row * SIDE, SIDE * sizeof(double));
     }
     free(one);
-    /* With displacements of its own a frame may have any number, within the cadence or not. */
+    /* With given displacements a frame may have any number, inside the cadence or not. */
     static double image[PIXELS], alone[PIXELS];
     const double displacement = 0.05;
     assert_ok(toliman_sim_frame_many(sim, &displacement, 7, 123456789012, 1, 1, image));
@@ -92,7 +92,7 @@ static void seeds_and_numbers_make_different_frames(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Same image bits with any number of own workers, and of threads that BLAS has. */
+/* The image has the same bits with any number of library workers and of BLAS threads. */
 static void images_do_not_depend_on_threads(void **state) {
     (void)state;
     void (*set_blas_threads)(int);
@@ -120,7 +120,7 @@ static void images_do_not_depend_on_threads(void **state) {
     free(text);
 }
 
-static void info_says_what_a_header_needs(void **state) {
+static void info_holds_what_a_header_needs(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     toliman_sim_info info = sim_info_of(sim);
@@ -201,7 +201,7 @@ static void remember(int32_t level, const char *text, void *user_data) {
     strncat((char *)user_data, text, 400);
 }
 
-/* One star's light upon the other's may be more than the generator of counts takes: said, and the image untouched. */
+/* The sum of both stars' light may exceed the range of the Poisson generator: reported, with the image unchanged. */
 static void too_bright_frames_are_refused(void **state) {
     (void)state;
     char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 20");
@@ -216,7 +216,7 @@ static void too_bright_frames_are_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* A signal too far for a series and a star outside the frame are said. */
+/* A signal too large for the Taylor expansion and a star outside the frame are reported. */
 static void odd_scenes_are_reported(void **state) {
     (void)state;
     char heard[512] = "";
@@ -262,7 +262,7 @@ int main(void) {
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
         cmocka_unit_test(seeds_and_numbers_make_different_frames),
         cmocka_unit_test(images_do_not_depend_on_threads),
-        cmocka_unit_test(info_says_what_a_header_needs),
+        cmocka_unit_test(info_holds_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
         cmocka_unit_test(progress_may_cancel),
         cmocka_unit_test(too_bright_frames_are_refused),

@@ -1,16 +1,17 @@
-/* Cramer-Rao bounds against the inverse Fisher matrix, and what is known of the shipped scenes. */
+/* Tests Cramer-Rao bounds against the inverse Fisher matrix, and the known bounds of the shipped scenes. */
 #include "scene_text.h"
 
 enum { PARAMETERS = 9 };
 
-/* Standard deviation of parameter 0 with all others free: square root of the inverse Fisher matrix's first element. */
+/* Standard deviation of parameter 0 with all others free: square root of the first element of the inverse Fisher
+ * matrix. */
 static double deviation(double *const *images, size_t count, const double *variance, size_t pixels) {
     long double fisher[PARAMETERS][PARAMETERS + 1] = {{0}};
     for (size_t a = 0; a < count; a++)
         for (size_t b = 0; b < count; b++)
             for (size_t i = 0; i < pixels; i++)
                 fisher[a][b] += (long double)images[a][i] * images[b][i] / variance[i];
-    fisher[0][count] = 1; /* solve for the first column of the inverse */
+    fisher[0][count] = 1; /* solves for the first column of the inverse */
     for (size_t k = 0; k < count; k++) {
         for (size_t a = k + 1; a < count; a++) {
             const long double factor = fisher[a][k] / fisher[k][k];
@@ -26,7 +27,7 @@ static double deviation(double *const *images, size_t count, const double *varia
     return (double)sqrtl(fisher[0][count]);
 }
 
-static void bounds_are_those_of_the_fisher_matrix(void **state) {
+static void bounds_match_the_fisher_matrix(void **state) {
     (void)state;
     toliman_sim *const sim =
         sim_with(kBinaryScene, "\"noise\"", "\"preprocess\": {\"project\": [\"shift_y\", \"flux_b\"]}, \"noise\"");
@@ -50,7 +51,7 @@ static void bounds_are_those_of_the_fisher_matrix(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* A single star's place cannot be told from a common shift. */
+/* The position of a single star cannot be distinguished from a common shift. */
 static void a_single_star_has_no_separation(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kSingleScene);
@@ -62,7 +63,7 @@ static void a_single_star_has_no_separation(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Photon noise alone: four times the light halves the bound; read noise raises it. */
+/* Photon noise alone: four times the light halves the bound. Read noise increases it. */
 static void bounds_scale_with_light(void **state) {
     (void)state;
     char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
@@ -82,7 +83,7 @@ static void chapter_scene(void **state) {
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
     assert_string_equal(toliman_sim_get_name(sim), "chapter");
-    assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* measured with another simulator, pupil without grey edges */
+    assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* from another simulator, whose pupil has no grey edges */
     assert_int_equal(info.wavelengths, 51);
     assert_int_equal(info.frames, 1095);
     assert_close(info.peak_photons, 1e9, 1e-15, 0);
@@ -116,7 +117,7 @@ static void mission_scene(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds_are_those_of_the_fisher_matrix),
+        cmocka_unit_test(bounds_match_the_fisher_matrix),
         cmocka_unit_test(a_single_star_has_no_separation),
         cmocka_unit_test(bounds_scale_with_light),
         cmocka_unit_test(chapter_scene),

@@ -1,11 +1,11 @@
-/* Stars that follow their orbit through the cadence: every frame against a scene that stands still at its date. */
+/* Tests stars that follow their orbit during the cadence: every frame against a static scene of its date. */
 #include <stdio.h>
 
 #include "scene_text.h"
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE };
 
-/* An orbit at a date, moving or not; light by exposure, no noise. */
+/* An orbit at a date, moving or static; light by exposure, no noise. */
 static char *orbit_at(const char *orbit, double date, const char *moving, const char *cadence, const char *more) {
     char place[400];
     snprintf(place, sizeof place, "{\"date\": %.17g, \"orbit\": %s%s}", date, orbit, moving);
@@ -28,7 +28,7 @@ static toliman_sim_plan_info plan_of(const toliman_sim *sim) {
     return plan;
 }
 
-/* Largest error of frame k over the peak, against the scene of its date, with the signal of frame k. */
+/* Largest error of frame k over the peak, against the static scene of its date with the signal of frame k. */
 static double error_against(const toliman_sim *sim, int64_t k, const char *text) {
     static double frame[PIXELS], there[PIXELS];
     double displacement, worst = 0;
@@ -82,7 +82,7 @@ static void frames_follow_the_orbit(void **state) {
     }
 }
 
-/* From periastron to apoastron the farther star takes ever more wavelengths: the last frame has enough of them, too. */
+/* From periastron to apoastron the farther star needs ever more wavelengths; the last frame must have enough, too. */
 static void wavelengths_suffice_everywhere(void **state) {
     (void)state;
     const char *const orbit = "{\"period_years\": 80, \"semi_major_arcsec\": 8, \"eccentricity\": 0.8,"
@@ -107,7 +107,8 @@ static void wavelengths_suffice_everywhere(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* An orbit far shorter than the cadence, whose turns must not be stepped over: the anchors are as many as it takes. */
+/* An orbit far shorter than the cadence must not be undersampled: there are as many expansion points (anchors) as
+ * needed. */
 static void short_orbits_are_followed(void **state) {
     (void)state;
     const char *const orbit = "{\"period_years\": 0.04, \"semi_major_arcsec\": 0.1, \"eccentricity\": 0.2,"
@@ -118,7 +119,7 @@ static void short_orbits_are_followed(void **state) {
     free(text);
     const toliman_sim_plan_info plan = plan_of(sim);
     assert_true(plan.anchors > 1);
-    const double speed = 2 * acos(-1) * 0.25 / 14.61 * sqrt(1.2 / 0.8); /* px a day at periastron */
+    const double speed = 2 * acos(-1) * 0.25 / 14.61 * sqrt(1.2 / 0.8); /* px per day at periastron */
     assert_close(plan.orbit_px, speed * 9999.99, 1e-3, 0);
     double worst = 0;
     for (int64_t k = 0; k < 1000000; k += 99731) {
@@ -132,8 +133,8 @@ static void short_orbits_are_followed(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Frames that are propagated have their scale and focus where the stars are then. */
-static void shapes_move_along(void **state) {
+/* Re-propagated frames have scale and focus at the current positions of the stars. */
+static void shapes_follow_the_orbit(void **state) {
     (void)state;
     const char *const cadence = "\"frames\": 5, \"interval_days\": 200";
     const char *const more = "\"systematics\": {\"focus_rms_nm\": 0.01, \"scale_rms\": 1e-6}, \"accuracy\": 1e-9";
@@ -151,7 +152,8 @@ static void shapes_move_along(void **state) {
     assert_ok(toliman_sim_frame(still, displacement, 1, 4, there, SIDE));
     for (int i = 0; i < PIXELS; i++)
         worst = fmax(worst, fabs(frame[i] - there[i]));
-    assert_at_most(worst / sim_info_of(still).peak_photons, 3e-8); /* the turn of the axis under the signal apart */
+    /* The rotation of the axis under the signal remains. */
+    assert_at_most(worst / sim_info_of(still).peak_photons, 3e-8);
     toliman_sim_destroy(sim);
     toliman_sim_destroy(still);
 }
@@ -167,14 +169,14 @@ static double difference_of(const toliman_sim *a, const toliman_sim *b, double d
     return worst / sim_info_of(b).peak_photons;
 }
 
-/* With a signal far below what moves the stars else. */
+/* With a signal far smaller than the motion of the stars. */
 static char *calm_scene(double date, const char *moving, const char *cadence, const char *more) {
     return replaced_again(scene_at(date, moving, cadence, more), "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1e-7");
 }
 
-/* The same from anchors: what stretches and blurs is that of the anchor, not of the very place, which the plan knows.
- * Times listed are times all the same. */
-static void shapes_move_from_anchor_to_anchor(void **state) {
+/* The same from anchors: scale and focus are those at the anchor, not at the exact position; the plan states the error.
+ * Also with listed times. */
+static void shapes_follow_the_anchors(void **state) {
     (void)state;
     enum { FRAMES = 600, K = 517 };
     const char *const kinds[] = {"\"scale_rms\": 1e-7", "\"focus_rms_nm\": 1"};
@@ -217,8 +219,8 @@ static void shapes_move_from_anchor_to_anchor(void **state) {
     }
 }
 
-/* In any order, on any threads: the same bytes. */
-static void anchors_are_made_in_any_order(void **state) {
+/* In any order and with any number of threads: the same bytes. */
+static void anchors_are_computed_in_any_order(void **state) {
     (void)state;
     enum { FRAMES = 12 };
     char *const text = scene_at(2027, ", \"moving\": true", "\"frames\": 12000, \"interval_days\": 0.1",
@@ -234,7 +236,7 @@ static void anchors_are_made_in_any_order(void **state) {
         assert_ok(toliman_sim_frame_many(other, NULL, 3, 999 * i, 1, 1, again));
         assert_memory_equal(again, frames + i * PIXELS, PIXELS * sizeof *again);
     }
-    const int64_t border = (int64_t)(12000 / plan_of(sim).anchors); /* frames about here need two anchors */
+    const int64_t border = (int64_t)(12000 / plan_of(sim).anchors); /* frames near here need two anchors */
     assert_ok(toliman_sim_frame_many(sim, NULL, 3, border - FRAMES / 2, FRAMES, 4, frames));
     for (int64_t i = 0; i < FRAMES; i++) {
         assert_ok(toliman_sim_frame_many(other, NULL, 3, border - FRAMES / 2 + i, 1, 1, again));
@@ -249,9 +251,9 @@ static void anchors_are_made_in_any_order(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_follow_the_orbit),       cmocka_unit_test(wavelengths_suffice_everywhere),
-        cmocka_unit_test(short_orbits_are_followed),     cmocka_unit_test(shapes_move_along),
-        cmocka_unit_test(anchors_are_made_in_any_order), cmocka_unit_test(shapes_move_from_anchor_to_anchor),
+        cmocka_unit_test(frames_follow_the_orbit),           cmocka_unit_test(wavelengths_suffice_everywhere),
+        cmocka_unit_test(short_orbits_are_followed),         cmocka_unit_test(shapes_follow_the_orbit),
+        cmocka_unit_test(anchors_are_computed_in_any_order), cmocka_unit_test(shapes_follow_the_anchors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

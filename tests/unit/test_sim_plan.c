@@ -1,4 +1,4 @@
-/* The plan: what is chosen keeps the accuracy asked for, and the errors that it predicts are the true ones. */
+/* Tests the plan: its choices keep the requested accuracy, and the errors that it predicts are correct. */
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -16,7 +16,7 @@ static double *doubles(size_t count) {
     return values;
 }
 
-/* Largest difference of two simulators' frames over the first one's peak. */
+/* Largest difference between the frames of two simulators over the first one's peak. */
 static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
     double *const a = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH), *const b = image_of(other, TOLIMAN_SIM_IMAGE_BOTH);
     const toliman_sim_info info = sim_info_of(sim);
@@ -28,7 +28,7 @@ static double error_to_peak(const toliman_sim *sim, const toliman_sim *other) {
     return error / info.peak_photons;
 }
 
-/* Light by exposure, so that a changed image is not scaled back to the same peak; the rest may vary. */
+/* Light by exposure, so that a changed image is not rescaled to the same peak; the other settings may vary. */
 typedef struct {
     double accuracy, pixel_arcsec, min_nm, max_nm, step_nm;
     int side, samples;
@@ -72,7 +72,7 @@ static const variation kVariations[] = {
     {1e-5, 0.375, 580, 590, 0.5, 64, 128, true, true}, {1e-9, 0.05, 530, 640, 1, 65, 49, false, true},
 };
 
-/* Against every wavelength by itself and a filter as exact as double allows. */
+/* Against every wavelength and a pixel filter at double precision. */
 static void predictions_hold(void **state) {
     (void)state;
     for (size_t i = 0; i < sizeof kVariations / sizeof *kVariations; i++) {
@@ -95,7 +95,7 @@ static void predictions_hold(void **state) {
     }
 }
 
-/* Against a pupil of four times the samples. */
+/* Against a pupil with four times the samples. */
 static void pupil_errors_hold(void **state) {
     (void)state;
     const size_t chosen[] = {0, 4, 5, 9};
@@ -114,7 +114,7 @@ static void pupil_errors_hold(void **state) {
 }
 
 /* A stage that the scene does not name costs nothing. */
-static void stages_cost_what_they_are(void **state) {
+static void cost_of_stages_is_planned(void **state) {
     (void)state;
     variation v = kVariations[6];
     toliman_sim *const whole = varied(&v, v.samples);
@@ -148,8 +148,8 @@ static void stages_cost_what_they_are(void **state) {
     toliman_sim_destroy(two_lines);
 }
 
-/* Each of up to eight workers holds a complex field of the pupil for each image, at least. */
-static void memory_is_that_of_all_workers(void **state) {
+/* Each of up to eight workers holds at least one complex field of the pupil per image. */
+static void memory_includes_all_workers(void **state) {
     (void)state;
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
@@ -160,12 +160,13 @@ static void memory_is_that_of_all_workers(void **state) {
         plans[i].struct_size = sizeof *plans;
         assert_ok(toliman_sim_plan_file("examples/scenes/chapter.json", &options, &plans[i]));
     }
-    const double field = 16.0 * 256 * 256, images = plans[0].order + 4; /* at least two slopes, focus and itself */
+    /* At least two slopes, focus, and the field itself. */
+    const double field = 16.0 * 256 * 256, images = plans[0].order + 4;
     assert_true(plans[1].bytes > plans[0].bytes + 7 * images * field);
     assert_close(plans[2].bytes, plans[1].bytes, 0, 0); /* there are eight chunks of wavelengths */
 }
 
-/* A pixel's light is the mean over its square: Gauss-Legendre over images whose star stands elsewhere in it. */
+/* A pixel's light is the mean over its area: Gauss-Legendre quadrature over images with shifted stars. */
 static void pixels_integrate(void **state) {
     (void)state;
     static const double nodes[6] = {-0.93246951420315202781, -0.66120938646626451366, -0.23861918608319690863,
@@ -194,7 +195,7 @@ static void pixels_integrate(void **state) {
     for (int k = 0; k < 32 * 32; k++)
         error = fmax(error, fabs(image[k] - sum[k]) / peak);
     print_message("pixels of 0.45 arcsec: error/peak %.2g\n", error);
-    assert_at_most(error, 2e-10); /* the rule's own error over 1 px of up to 0.5 cycles */
+    assert_at_most(error, 2e-10); /* the quadrature's own error over 1 px of up to 0.5 cycles */
     free(image);
     free(sum);
     free(base);
@@ -211,7 +212,7 @@ static toliman_sim *padded(const char *json) {
     return sim;
 }
 
-/* Where N_E = N_out p D / lambda is whole and the pupil's own number, both engines are one; odd and even sides. */
+/* Where N_E = N_out p D / lambda is an integer and equals the pupil samples, both engines agree; odd and even sizes. */
 static void engines_agree(void **state) {
     (void)state;
     const char *const shapes[] = {"[32, 32]", "[31, 29]"};
@@ -232,7 +233,7 @@ static void engines_agree(void **state) {
                 error = fmax(error, fabs(a[k] - b[k]));
                 largest = fmax(largest, fabs(a[k]));
             }
-            assert_at_most(error, 1e-10 * largest + 1e-9); /* a clear pupil has no slope in focus */
+            assert_at_most(error, 1e-10 * largest + 1e-9); /* a clear pupil has no first-order change with focus */
             free(a);
             free(b);
         }
@@ -242,8 +243,8 @@ static void engines_agree(void **state) {
     }
 }
 
-/* Elsewhere the plate scale is off by what the plan says: the light's centre stands there. */
-static void padded_fft_is_off_as_planned(void **state) {
+/* Otherwise the plate scale is off as the plan predicts; tested by the centroid of the light. */
+static void padded_fft_errors_are_as_planned(void **state) {
     (void)state;
     char *text = replaced(kSingleScene, "\"A\": [0, 0]", "\"A\": [9, 0]");
     text = replaced_again(text, "\"wavelength_nm\": 550", "\"wavelength_nm\": 565");
@@ -267,7 +268,7 @@ static void padded_fft_is_off_as_planned(void **state) {
     toliman_sim_destroy(fft);
 }
 
-/* Each wavelength has its own: N_E = N_out p D / lambda, rounded. */
+/* Each wavelength has its own rounding: N_E = N_out p D / lambda. */
 static void plate_scales_by_wavelength(void **state) {
     (void)state;
     toliman_sim *const exact = sim_of(kBinaryScene), *const fft = padded(kBinaryScene);
@@ -286,7 +287,7 @@ static void plate_scales_by_wavelength(void **state) {
     toliman_sim_destroy(fft);
 }
 
-/* So does a signal take them: 90 px to either side of a star in the middle. */
+/* The same for the wavelengths that a signal needs: 90 px to either side of a star at the centre. */
 static void wavelengths_suffice_for_far_signals(void **state) {
     (void)state;
     variation v = kVariations[0];
@@ -314,7 +315,7 @@ static void wavelengths_suffice_for_far_signals(void **state) {
     toliman_sim_destroy(all);
 }
 
-/* A signal of a pixel and more: every frame is propagated. */
+/* A signal of a pixel or more: every frame is propagated. */
 static void far_signals_are_exact(void **state) {
     (void)state;
     char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1.5");
@@ -337,7 +338,7 @@ static void far_signals_are_exact(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* The text of a file is planned as the file is. */
+/* The text of a file is planned like the file. */
 static void plan_of_a_text(void **state) {
     (void)state;
     const char *const mission = "examples/scenes/mission.json";
@@ -374,7 +375,7 @@ static void bad_plans_are_refused(void **state) {
                  "engine = 333: must be one of TOLIMAN_SIM_ENGINE_..., 331 to 332");
     options.engine = TOLIMAN_SIM_ENGINE_PADDED_FFT;
     assert_ok(toliman_sim_plan_file(chapter, &options, &plan));
-    assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the chapter's rounding: up to 0.26 % */
+    assert_close(plan.plate_scale_error, 2.3e-3, 0.05, 0); /* the rounding of the chapter's scene: up to 0.26 % */
     assert_fails(toliman_sim_plan_file("none.json", NULL, &plan), TOLIMAN_E_NOT_FOUND, "none.json");
     assert_fails(toliman_sim_plan_file(chapter, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     plan.struct_size = 4;
@@ -386,7 +387,7 @@ static void bad_plans_are_refused(void **state) {
     free(text);
 }
 
-/* One pixel, and pixels wider than the fft engine can sample. */
+/* A single pixel, and pixels too large for the fft engine to sample. */
 static void odd_detectors_are_planned(void **state) {
     (void)state;
     variation v = kVariations[0];
@@ -408,7 +409,7 @@ static void odd_detectors_are_planned(void **state) {
     assert_fails(toliman_sim_create_json(coarse, strlen(coarse), NULL, &options, &none), TOLIMAN_E_SCENE,
                  "pixel_scale_arcsec = 1.5: must be smaller: the fft engine");
     free(coarse);
-    char *const far = replaced(kSingleScene, "[0, 0]", "[110, 0]"); /* its next image stands at -18 px */
+    char *const far = replaced(kSingleScene, "[0, 0]", "[110, 0]"); /* its next alias is at -18 px */
     assert_fails(toliman_sim_create_json(far, strlen(far), NULL, &options, &none), TOLIMAN_E_SCENE,
                  "binary: star A is outside the frame of 32 x 32 by 94 px: must be at most 32 px, or ");
     free(far);
@@ -425,7 +426,7 @@ static void tiny_pixels_need_no_filter(void **state) {
         snprintf(pixel, sizeof pixel, "%s, \"pixel\": \"integrated\"}}", scales[i]);
         char *const whole = replaced(kSingleScene, "0.2}}", pixel);
         toliman_sim *const a = sim_of(point), *const b = sim_of(whole);
-        assert_at_most(error_to_peak(a, b), 1e-5 / pow(100, i)); /* what a pixel's width blurs */
+        assert_at_most(error_to_peak(a, b), 1e-5 / pow(100, i)); /* the blur by a pixel's width */
         assert_at_most(plan_of(b).pixel_error, 1e-9);
         toliman_sim_destroy(a);
         toliman_sim_destroy(b);
@@ -438,14 +439,14 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(predictions_hold),
         cmocka_unit_test(pupil_errors_hold),
-        cmocka_unit_test(stages_cost_what_they_are),
-        cmocka_unit_test(memory_is_that_of_all_workers),
+        cmocka_unit_test(cost_of_stages_is_planned),
+        cmocka_unit_test(memory_includes_all_workers),
         cmocka_unit_test(pixels_integrate),
         cmocka_unit_test(plate_scales_by_wavelength),
         cmocka_unit_test(odd_detectors_are_planned),
         cmocka_unit_test(tiny_pixels_need_no_filter),
         cmocka_unit_test(engines_agree),
-        cmocka_unit_test(padded_fft_is_off_as_planned),
+        cmocka_unit_test(padded_fft_errors_are_as_planned),
         cmocka_unit_test(far_signals_are_exact),
         cmocka_unit_test(wavelengths_suffice_for_far_signals),
         cmocka_unit_test(plan_of_a_text),

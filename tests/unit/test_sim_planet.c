@@ -1,4 +1,5 @@
-/* A planet as the signal: its star's reflex, the sinusoid it becomes on a circular orbit, and no signal at all. */
+/* Tests a planet as the signal: the reflex motion of its star, the equivalent sinusoid of a circular orbit, and no
+ * signal at all. */
 #include <stdio.h>
 
 #include "scene_text.h"
@@ -19,8 +20,8 @@ static toliman_sim *sim_with_signal(const char *signal) {
     return sim;
 }
 
-/* An Earth in the habitable zone of either star. The axes are rounded to 0.01 au, 0.4 % and 0.7 %, and so are the
- * figures known of them; 0.705 au gives B's. */
+/* An Earth in the habitable zone of either star. The published axes are rounded to 0.01 au (0.4 % and 0.7 %), and so
+ * are the amplitudes; 0.705 au reproduces B's. */
 static void earths_of_alpha_centauri(void **state) {
     (void)state;
     const struct {
@@ -38,7 +39,7 @@ static void earths_of_alpha_centauri(void **state) {
         assert_close(info.amplitude_uas, cases[i].uas, 0, 0.005);
         assert_close(info.amplitude_px, cases[i].px, 0, 0.01e-6);
         assert_close(info.amplitude_px, info.amplitude_uas / 0.375e6, 1e-14, 0);
-        /* Solar units: a year and an au for a Sun; the Earth is 3.00349e-6 of it. */
+        /* Solar units: a year and an au for a Sun; the Earth has 3.00349e-6 of its mass. */
         const double mass = i == 0 ? 1.0788 : 0.9092, earth = 3.00349e-6, axis = atof(cases[i].axis);
         assert_close(info.period_days, 365.25690 * sqrt(axis * axis * axis / (mass + earth)), 1e-8, 0);
         assert_close(info.amplitude_uas, 1e6 * earth / (mass + earth) * axis / 1.33, 1e-6, 0);
@@ -46,7 +47,7 @@ static void earths_of_alpha_centauri(void **state) {
     }
 }
 
-/* On a circular orbit phase and argument add up to the sinusoid's phase, and nothing else is different. */
+/* On a circular orbit phase and argument of periastron add up to the sinusoid's phase; everything else is equal. */
 static void a_circular_orbit_is_a_sinusoid(void **state) {
     (void)state;
     char sinusoid[300];
@@ -77,7 +78,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
     toliman_sim_destroy(same);
 }
 
-/* The smallest eccentricities go over into the circle. */
+/* For small eccentricities the orbit converges to the circle. */
 static void eccentricity_is_continuous(void **state) {
     (void)state;
     const char *const form = "{\"kind\": \"planet\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"eccentricity\": %s,"
@@ -119,7 +120,7 @@ static void a_single_star_has_a_planet(void **state) {
     free(text);
 }
 
-/* A caller who knows the struct as it was before amplitude_uas. */
+/* A caller whose struct ends before amplitude_uas. */
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(earths_of_alpha_centauri),   cmocka_unit_test(a_circular_orbit_is_a_sinusoid),

@@ -1,5 +1,5 @@
-/* Systematics: disturbed frames against scenes that are made that way, what is drawn against its law, and estimators
- * that are blind to it. */
+/* Tests systematic effects: disturbed frames against scenes with these parameters, the random draws against their
+ * distribution, and estimators that project the effects out. */
 #include <stdio.h>
 
 #include <toliman/linear.h>
@@ -11,11 +11,11 @@ enum { SIDE = 64, PIXELS = SIDE * SIDE };
 static const double kStars[4] = {-4.5, -8.2, 5.1, 9.3};
 static const char *const kProject = "\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"";
 
-/* Both stars at places (px), without noise, seen for 10 s; extra is added to the scene. */
+/* Both stars at given positions (px), without noise, observed for 10 s; `extra` is added to the scene. */
 static char *text_with(const double places[4], const char *extra) {
     char binary[200], end[600];
     char *scene = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
-    scene = replaced_again(scene, "\"m\": 5", "\"m\": 6"); /* with odd waves alone, defocus has no first order */
+    scene = replaced_again(scene, "\"m\": 5", "\"m\": 6"); /* with odd waves alone, defocus has no first-order effect */
     scene = replaced_again(scene, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
     scene = replaced_again(scene, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
     snprintf(binary, sizeof binary, "\"offsets_px\": {\"A\": [%.17g, %.17g], \"B\": [%.17g, %.17g]}", places[0],
@@ -62,8 +62,8 @@ static double difference(const double *a, const double *b) {
     return most / peak;
 }
 
-/* Frame k, and what the signal changes in it, against a scene with the stars at `places`; the frames' signal is good to
- * 1e-9 of itself and the rounding of images, 1e-14 of the peak. */
+/* Frame k, and its change by the signal, against a scene with the stars at `places`. The signal must agree to 1e-9 of
+ * itself plus the rounding of images, 1e-14 of the peak. */
 static void check_places(const char *systematics, int64_t k, const double places[4]) {
     const double displacement = 1e-3;
     double image[PIXELS], still[PIXELS], expected[PIXELS], expected_still[PIXELS], ratio = 0;
@@ -81,12 +81,12 @@ static void check_places(const char *systematics, int64_t k, const double places
     }
     assert_true(ratio > 0);
     assert_at_most(difference(image, expected), 1e-9 + 1e-11);
-    assert_at_most(1e-3, difference(still, image)); /* the disturbance is seen */
+    assert_at_most(1e-3, difference(still, image)); /* the disturbance is visible */
     toliman_sim_destroy(sim);
     toliman_sim_destroy(other);
 }
 
-/* What the plan says of a scene with these systematics. */
+/* What the plan reports for a scene with these systematic effects. */
 static toliman_sim_plan_info plan_of(const char *systematics) {
     toliman_sim *const sim = make(kStars, systematics);
     toliman_sim_plan_info plan = {.struct_size = sizeof plan};
@@ -95,8 +95,8 @@ static toliman_sim_plan_info plan_of(const char *systematics) {
     return plan;
 }
 
-/* The order of the series follows from the reach of what is disturbed; without systematics there is none. */
-static void the_plan_knows_the_places(void **state) {
+/* The expansion order follows from the range of the disturbed positions; without systematic effects there is none. */
+static void the_plan_reports_the_positions(void **state) {
     (void)state;
     const toliman_sim_plan_info none = plan_of(""), little = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5}");
     const toliman_sim_plan_info more = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-2, \"focus_rms_nm\": 1}");
@@ -119,7 +119,7 @@ static void check_shift(double drift, int64_t k) {
     check_places(extra, k, places);
 }
 
-/* One star, in more wavelengths than are computed, against itself at the other place in each wavelength. */
+/* One star, in more wavelengths than are computed, against itself at the other position in each wavelength. */
 static void pointing_moves_a_single_star(void **state) {
     (void)state;
     static double moved[32 * 32], there[32 * 32];
@@ -153,9 +153,9 @@ static void pointing_moves_a_single_star(void **state) {
 
 static void pointing_moves_both_stars(void **state) {
     (void)state;
-    check_shift(1e-4, 99); /* by the series */
+    check_shift(1e-4, 99); /* by the Taylor expansion */
     check_shift(1e-4, 1);
-    check_shift(-0.02, 70); /* too far for it: anew */
+    check_shift(-0.02, 70); /* too far for the expansion: re-propagated */
 }
 
 static void check_roll(double drift_deg, int64_t k) {
@@ -174,7 +174,7 @@ static void roll_turns_the_stars_not_their_patterns(void **state) {
     check_roll(0.04, 90);
 }
 
-/* A star that wanders must not bring its alias onto the frame. */
+/* The alias of a moving star must not enter the frame. */
 static void aliases_are_refused(void **state) {
     (void)state;
     toliman_sim *sim = NULL;
@@ -193,7 +193,7 @@ static void aliases_are_refused(void **state) {
     }
 }
 
-/* The signal's own star also where the frames are not those of the cadence. */
+/* Also the star of the signal, for frames outside the cadence. */
 static void fluxes_multiply(void **state) {
     (void)state;
     toliman_sim *const sim = make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}");
@@ -206,7 +206,7 @@ static void fluxes_multiply(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Error of frame 99 against a scene with focus or scale of that frame, and the error that the log says. */
+/* Error of frame 99 against a scene with the focus or scale of that frame, and the error stated in the log. */
 static void check_against_said(const char *systematics, char *disturbed, double least_effect) {
     double image[PIXELS], bare[PIXELS], said = 0;
     toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
@@ -223,13 +223,13 @@ static void check_against_said(const char *systematics, char *disturbed, double 
     assert_true(effect > least_effect);
     assert_at_most(error, 0.02 * effect);
     assert_at_most(error, said);
-    assert_at_most(said, 300 * error); /* a bound, but not a wild one */
+    assert_at_most(said, 300 * error); /* an upper bound, but not an excessive one */
     free(expected);
     toliman_sim_destroy(sim);
     toliman_sim_destroy(other);
 }
 
-static void focus_and_scale_are_good_to_what_the_log_says(void **state) {
+static void focus_and_scale_errors_are_as_logged(void **state) {
     (void)state;
     char *focused = text_with(kStars, "");
     focused = replaced_again(focused, "\"aperture_m\"",
@@ -244,7 +244,7 @@ static void focus_and_scale_are_good_to_what_the_log_says(void **state) {
     check_against_said("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
 }
 
-/* Solves a x = b for several x at once, largest pivot first; the solutions replace b[count][n]. */
+/* Solves a x = b for several right-hand sides, largest pivot first; the solutions replace b[count][n]. */
 static void solve(size_t n, double *a, size_t count, double *b) {
     for (size_t i = 0; i < n; i++) {
         size_t p = i;
@@ -274,9 +274,9 @@ static void solve(size_t n, double *a, size_t count, double *b) {
             b[k * n + i] /= a[i * n + i];
 }
 
-/* What is drawn, read back from frames without noise by least squares on the effect of each disturbance: seven
- * independent sequences of mean 0 and the rms asked for. Common drifts, which give the effects, are tested above. */
-static void draws_follow_their_law(void **state) {
+/* Recovers the random draws from frames without noise by least squares on the effect of each disturbance: seven
+ * independent sequences of mean 0 and the requested rms. Common drifts, which provide the effects, are tested above. */
+static void draws_follow_their_distribution(void **state) {
     (void)state;
     enum { kinds = 7, frames = 400 };
     static const char *const names[] = {"roll_rms_deg", "scale_rms", "focus_rms_nm"};
@@ -332,7 +332,7 @@ static void draws_follow_their_law(void **state) {
     }
 }
 
-/* A blur is the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 of them, good to 1e-9 here. */
+/* A blur equals the mean of shifted scenes: Gauss-Hermite quadrature with 5 x 5 shifts, accurate to 1e-9 here. */
 static void jitter_blurs(void **state) {
     (void)state;
     const double sigma = 0.2,
@@ -397,8 +397,8 @@ static void frames_do_not_depend_on_threads_or_order(void **state) {
     toliman_sim_destroy(sim);
 }
 
-/* Noise apart, what is drawn depends on seed and number; after the cadence drifts begin anew. */
-static void draws_belong_to_seed_and_number(void **state) {
+/* Apart from noise, the draws depend on seed and frame number; after the cadence, drifts restart. */
+static void draws_depend_on_seed_and_number(void **state) {
     (void)state;
     double a[PIXELS], b[PIXELS];
     toliman_sim *const random = make(kStars, "\"systematics\": {\"pointing_rms_px\": 1e-3}");
@@ -416,7 +416,7 @@ static void draws_belong_to_seed_and_number(void **state) {
     toliman_sim_destroy(drift);
 }
 
-static void systematics_of_nothing_change_no_byte(void **state) {
+static void zero_systematics_change_no_byte(void **state) {
     (void)state;
     const char *const nothing[] = {"", "\"systematics\": {}",
                                    "\"systematics\": {\"pointing_rms_px\": 0, \"jitter_sigma_px\": 0, \"flux_rms\":"
@@ -431,7 +431,7 @@ static void systematics_of_nothing_change_no_byte(void **state) {
     }
 }
 
-/* Rms of the template's values over frames that have pointing of 1e-3 px and fluxes of 1e-4 but no noise. */
+/* Rms of the template's values over frames with pointing errors of 1e-3 px and flux errors of 1e-4, without noise. */
 static double rms_bias(const char *project) {
     enum { frames = 50 };
     char extra[200];
@@ -476,7 +476,7 @@ static void impossible_systematics(void **state) {
         {"\"pointing\": 1", "systematics.pointing: unknown key"},
     };
     check_additions(kBinaryScene, "\"noise\"", "\"systematics\": {%s}, \"noise\"", cases, sizeof cases / sizeof *cases);
-    /* Twice the light must still be counted exactly. */
+    /* Twice the light must still be within the range of the Poisson generator. */
     char *const bright = replaced(kBinaryScene, "1e5", "6e11");
     toliman_sim_destroy(sim_of(bright));
     const char *const flux[][2] = {{"\"flux_rms\": 0.01", "must be at most 5e+11"}};
@@ -486,18 +486,18 @@ static void impossible_systematics(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_plan_knows_the_places),
+        cmocka_unit_test(the_plan_reports_the_positions),
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(pointing_moves_a_single_star),
         cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
         cmocka_unit_test(aliases_are_refused),
         cmocka_unit_test(fluxes_multiply),
-        cmocka_unit_test(focus_and_scale_are_good_to_what_the_log_says),
-        cmocka_unit_test(draws_follow_their_law),
+        cmocka_unit_test(focus_and_scale_errors_are_as_logged),
+        cmocka_unit_test(draws_follow_their_distribution),
         cmocka_unit_test(jitter_blurs),
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
-        cmocka_unit_test(draws_belong_to_seed_and_number),
-        cmocka_unit_test(systematics_of_nothing_change_no_byte),
+        cmocka_unit_test(draws_depend_on_seed_and_number),
+        cmocka_unit_test(zero_systematics_change_no_byte),
         cmocka_unit_test(projection_makes_estimators_blind),
         cmocka_unit_test(impossible_systematics),
     };

@@ -1,4 +1,4 @@
-/* What the system refuses: names that are taken, folders that cannot be opened, threads that cannot be had. */
+/* Tests failures of the system: existing names, folders that cannot be opened, threads that cannot be created. */
 #include <stdio.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -11,7 +11,7 @@
 
 static char folder[] = P_tmpdir "/toliman-system-XXXXXX";
 static char path[100];
-static toliman_period *first, *second; /* two objects that save different bytes */
+static toliman_period *first, *second; /* two objects with different states */
 
 static int set_up(void **state) {
     (void)state;
@@ -44,7 +44,7 @@ static void write_file(const char *name, const char *text) {
     assert_int_equal(fclose(file), 0);
 }
 
-/* The file holds what this object saves. */
+/* The file must hold this object's state. */
 static void assert_holds(const toliman_period *period) {
     static unsigned char expected[10000], found[10000];
     size_t size;
@@ -56,9 +56,9 @@ static void assert_holds(const toliman_period *period) {
     assert_memory_equal(found, expected, size);
 }
 
-static void names_that_are_taken(void **state) {
+static void existing_names(void **state) {
     (void)state;
-    const int self = (int)gettid(); /* numbers of threads come again, always the same ones in containers */
+    const int self = (int)gettid(); /* thread ids are reused; in containers they are always the same */
     write_file(temporary(self), "");
     for (int number = 0; number < 3; number++)
         write_file(temporary(number), "left by a writer that died");
@@ -86,7 +86,7 @@ static void permissions(void **state) {
     unlink(path);
     const mode_t mask = umask(027);
     assert_ok(toliman_period_save_file(first, path));
-    assert_int_equal(mode_of(path), 0640); /* a new file: as the process makes files */
+    assert_int_equal(mode_of(path), 0640); /* a new file: permissions by the process's umask */
     const mode_t modes[] = {0600, 0666, 0751};
     for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
         assert_int_equal(chmod(path, modes[i]), 0);
@@ -96,7 +96,7 @@ static void permissions(void **state) {
     umask(mask);
 }
 
-/* Runs body in a child without the rights of root; its result is the child's exit code. */
+/* Runs body in a child process without root's rights; the result is the child's exit code. */
 static int as_nobody(int (*body)(void)) {
     const pid_t child = fork();
     assert_true(child >= 0);
@@ -114,7 +114,8 @@ static int save_where_the_folder_cannot_be_opened(void) {
     return strstr(toliman_last_error(), "its folder cannot be opened: Permission denied") == NULL ? 2 : 0;
 }
 
-/* A folder that takes files but cannot be read cannot be synced: said before the old file is replaced. */
+/* A folder that accepts files but cannot be opened for reading cannot be synced: reported before the old file is
+ * replaced. */
 static void a_folder_that_cannot_be_opened(void **state) {
     (void)state;
     assert_ok(toliman_period_save_file(first, path));
@@ -140,8 +141,8 @@ static int make_frames_without_threads(void) {
     return memcmp(frames, expected, sizeof frames) != 0 ? 2 : 0;
 }
 
-/* With fewer threads than asked for, even with none, the same frames are made. */
-static void threads_that_cannot_be_had(void **state) {
+/* With fewer threads than requested, even with none, the frames are the same. */
+static void threads_that_cannot_be_created(void **state) {
     (void)state;
     sim = sim_with(kSingleScene, "\"peak_photons\": 1e6}", "\"peak_photons\": 1e6}, \"noise\": {\"photon\": true}");
     assert_ok(toliman_sim_frame_many(sim, displacements, 7, 0, kFrames, 1, expected));
@@ -153,10 +154,10 @@ static void threads_that_cannot_be_had(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_that_are_taken),
+        cmocka_unit_test(existing_names),
         cmocka_unit_test(permissions),
         cmocka_unit_test(a_folder_that_cannot_be_opened),
-        cmocka_unit_test(threads_that_cannot_be_had),
+        cmocka_unit_test(threads_that_cannot_be_created),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

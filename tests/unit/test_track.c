@@ -1,4 +1,4 @@
-/* Tracker in memory: verdicts and their reasons, counts, pixels of all kinds, limits, memory, threads. */
+/* Tests the tracker in memory: verdicts and reasons, counts, pixels of all types, limits, memory, threads. */
 #include <malloc.h>
 
 #include "asked_memory.h"
@@ -25,13 +25,13 @@ static void every_verdict_is_counted(void **unused) {
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_VERDICT_OUTLIER);
     assert_int_equal(push_number(track, 7), TOLIMAN_TRACK_VERDICT_DUPLICATE);
-    /* The same id elsewhere is another frame. */
+    /* The same id in another session is another frame. */
     frame.frame.roi = "corner";
     frame.frame.dropped = 3;
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     frame.frame.session = "pass-2";
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
-    /* Another payload denies it, for ever; so does another time. */
+    /* A copy with another payload quarantines the frame permanently; so does another time. */
     frame.pixels[5]++;
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
     frame.pixels[5]--;
@@ -40,7 +40,7 @@ static void every_verdict_is_counted(void **unused) {
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     frame.frame.camera_ns++;
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_QUARANTINED);
-    /* A damaged copy says nothing against a good one. */
+    /* A damaged copy does not affect a valid one. */
     make_frame(&frame, 1);
     frame.pixels[9] = 4096;
     assert_int_equal(reason_of(track, &frame.frame, 1, 1, 4096), TOLIMAN_TRACK_REASON_OVER_RANGE);
@@ -77,7 +77,7 @@ static void every_reason_names_its_pixel(void **unused) {
     frame.frame.rows = 7;
     assert_int_equal(reason_of(track, &frame.frame, 7, 8, 0), TOLIMAN_TRACK_REASON_SHAPE);
     make_frame(&frame, 1);
-    memset(frame.pixels + 11, 0, PIXELS - 2); /* bytes: one pixel less than a hole */
+    memset(frame.pixels + 11, 0, PIXELS - 2); /* bytes: one pixel less than the smallest zero run */
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     make_frame(&frame, 2);
     memset(frame.pixels + 11, 0, PIXELS);
@@ -139,7 +139,7 @@ static void estimators_may_refuse(void **unused) {
     assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
     assert_true(outcome.value == 1);
     toliman_track_destroy(track);
-    /* A value at the limit is within it. */
+    /* A value equal to the limit is within it. */
     for (int beyond = 0; beyond < 2; beyond++) {
         options.value_limit = beyond ? nextafter(1, 0) : 1;
         track = make_track(&options);
@@ -149,7 +149,7 @@ static void estimators_may_refuse(void **unused) {
     }
 }
 
-/* What the estimator was given last. */
+/* The last arguments of the estimator. */
 static double seen_image[128];
 static size_t seen_rows, seen_cols;
 
@@ -162,7 +162,7 @@ static int32_t look(const toliman_estimate_input *input, toliman_estimate *made,
     return 0;
 }
 
-/* The kind of the same numbers in the machine's byte order. */
+/* The pixel type of the same numbers in the machine's byte order. */
 static int32_t native_of(int32_t kind) {
     const int32_t natives[] = {TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U32, TOLIMAN_PIXEL_I16, TOLIMAN_PIXEL_F32};
     return kind < TOLIMAN_PIXEL_U16BE ? kind : natives[kind - TOLIMAN_PIXEL_U16BE];
@@ -180,7 +180,7 @@ static void turn_round(unsigned char *pixel, int width) {
     }
 }
 
-/* A window of frames [10][stride 13] of every kind, cropped and binned, against plain loops. */
+/* A window of frames [10][stride 13] of every pixel type, cropped and binned, against plain loops. */
 static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
     (void)unused;
     enum { ROWS = 10, COLS = 11, STRIDE = 13 };
@@ -253,8 +253,8 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
         }
 }
 
-/* The largest pixel below 2^depth is good, 2^depth is not, whatever holds it. */
-static void bit_depth_ends_where_it_says(void **unused) {
+/* The largest pixel below 2^depth is valid, 2^depth is not, in every pixel type. */
+static void bit_depth_limit_is_exact(void **unused) {
     (void)unused;
     static double doubles[PIXELS];
     static float floats[PIXELS];
@@ -289,7 +289,7 @@ static void bit_depth_ends_where_it_says(void **unused) {
     }
 }
 
-/* A frame of less weight, and that it is part of the frame's content. */
+/* A frame of lower weight; its sigma is part of the frame's content. */
 static void frames_may_have_their_own_sigma(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(NULL);
@@ -311,8 +311,8 @@ static void frames_may_have_their_own_sigma(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* Of the frames that are in, against the periodogram's own fit to their values; the order of arrival changes no bit. */
-static void fit_sees_what_is_in(void **unused) {
+/* The fit must equal that of a periodogram with the accepted values; the order of arrival changes no bit. */
+static void fit_includes_accepted_frames(void **unused) {
     (void)unused;
     enum { N = 300 };
     const toliman_track_options options = small_options(NULL);
@@ -351,8 +351,8 @@ static void fit_sees_what_is_in(void **unused) {
     assert_fails(toliman_track_query_fit(NULL, &expected), TOLIMAN_E_ARGUMENT, "track is NULL");
 }
 
-/* What stands between the rows is no part of a frame. */
-static void gaps_between_rows_do_not_count(void **unused) {
+/* The gaps between rows are not part of a frame. */
+static void gaps_between_rows_are_ignored(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -442,7 +442,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void full_tracker_keeps_what_it_has(void **unused) {
+static void full_tracker_keeps_its_frames(void **unused) {
     (void)unused;
     enum { CAPACITY = 500 };
     toliman_track_options options = small_options(NULL);
@@ -466,7 +466,7 @@ static void full_tracker_keeps_what_it_has(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* A batch is one push after the other, in whatever pieces and by however many threads. */
+/* A batch equals one push after the other, for any split and number of threads. */
 static void threads_and_batches_change_no_bit(void **unused) {
     (void)unused;
     enum { N = 700 };
@@ -474,7 +474,7 @@ static void threads_and_batches_change_no_bit(void **unused) {
     static toliman_frame all[N];
     static toliman_track_outcome outcomes[N], first[N];
     for (int i = 0; i < N; i++) {
-        make_frame(&frames[i], 1 + (i * 37) % 650); /* some twice, within a batch and beyond */
+        make_frame(&frames[i], 1 + (i * 37) % 650); /* some are duplicates, within a batch and beyond */
         if (i % 97 == 5)
             frames[i].pixels[3] = 5000;
         if (i >= 650 && i % 3 == 0)
@@ -509,9 +509,9 @@ static void threads_and_batches_change_no_bit(void **unused) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/* 24 bytes a frame in the index, 64 beside it and 8 of each of 6 columns when all is in memory; a push takes nothing,
- * whatever its verdict. */
-static void memory_is_taken_at_creation(void **unused) {
+/* Memory: 24 bytes per frame in the index; without a folder, 64 more and 8 for each of 6 columns. A push allocates
+ * nothing, whatever its verdict. */
+static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
     static const int64_t clock[2] = {0, 1000};
@@ -535,7 +535,7 @@ static void memory_is_taken_at_creation(void **unused) {
             push_one(track, &frame.frame);
         }
         make_frame(&frame, 5000);
-        frame.frame.camera_ns = INT64_MAX; /* beyond TAI of 64 bits */
+        frame.frame.camera_ns = INT64_MAX; /* beyond 64-bit TAI */
         assert_int_equal(push_one(track, &frame.frame).reason, TOLIMAN_TRACK_REASON_CLOCK);
         assert_int_equal(asked, 0);
         const toliman_track_info info = info_of(track);
@@ -546,7 +546,7 @@ static void memory_is_taken_at_creation(void **unused) {
     remove_folder(folder);
 }
 #else
-static void memory_is_taken_at_creation(void **unused) {
+static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
 }
 #endif
@@ -555,10 +555,10 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_verdict_is_counted),        cmocka_unit_test(every_reason_names_its_pixel),
         cmocka_unit_test(estimators_may_refuse),           cmocka_unit_test(pixels_of_all_kinds_are_cropped_and_binned),
-        cmocka_unit_test(gaps_between_rows_do_not_count),  cmocka_unit_test(impossible_frames_and_options_are_refused),
-        cmocka_unit_test(full_tracker_keeps_what_it_has),  cmocka_unit_test(threads_and_batches_change_no_bit),
-        cmocka_unit_test(memory_is_taken_at_creation),     cmocka_unit_test(bit_depth_ends_where_it_says),
-        cmocka_unit_test(frames_may_have_their_own_sigma), cmocka_unit_test(fit_sees_what_is_in),
+        cmocka_unit_test(gaps_between_rows_are_ignored),   cmocka_unit_test(impossible_frames_and_options_are_refused),
+        cmocka_unit_test(full_tracker_keeps_its_frames),   cmocka_unit_test(threads_and_batches_change_no_bit),
+        cmocka_unit_test(memory_is_allocated_at_creation), cmocka_unit_test(bit_depth_limit_is_exact),
+        cmocka_unit_test(frames_may_have_their_own_sigma), cmocka_unit_test(fit_includes_accepted_frames),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

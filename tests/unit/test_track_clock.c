@@ -1,4 +1,4 @@
-/* Camera time -> TAI against exact integers. */
+/* Tests the conversion of camera time to TAI against exact integers. */
 #include "track_frames.h"
 
 __extension__ typedef __int128 wide;
@@ -28,7 +28,7 @@ static wide size_of_number(wide x) {
     return x < 0 ? -x : x;
 }
 
-/* On the line through two points to half a nanosecond, whatever the lengths: nothing is divided. */
+/* On the line through two points to half a nanosecond, for any length: the test needs no division. */
 static void assert_on_line(const int64_t *from, const int64_t *to, int64_t camera_ns, int64_t tai_ns) {
     const wide camera = (wide)to[0] - from[0], tai = (wide)to[1] - from[1];
     const wide off = ((wide)tai_ns - from[1]) * camera - ((wide)camera_ns - from[0]) * tai;
@@ -97,7 +97,7 @@ static void few_points_and_far_times(void **unused) {
     assert_int_equal(beyond.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
     assert_int_equal(beyond.reason, TOLIMAN_TRACK_REASON_CLOCK);
     toliman_track_destroy(track);
-    /* Twice as fast, so that half the range is beyond. */
+    /* Twice the rate, so that half of the range overflows. */
     const int64_t fast[] = {0, 0, (int64_t)1 << 61, (int64_t)1 << 62};
     track = make_clock(fast, 2);
     assert_int_equal(tell(track, 1, INT64_MIN / 2).tai_ns, INT64_MIN);
@@ -108,8 +108,8 @@ static void few_points_and_far_times(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* What is given comes back, as one that changes nothing none. */
-static void clock_can_be_asked_for(void **unused) {
+/* The clock in use is returned as it was given; no clock is returned as none. */
+static void clock_can_be_queried(void **unused) {
     (void)unused;
     const int64_t given[] = {5, 7, 100, 250, 1000, 1001};
     int64_t back[6] = {0};
@@ -135,7 +135,7 @@ static void clock_can_be_asked_for(void **unused) {
     }
 }
 
-static void tables_must_rise(void **unused) {
+static void tables_must_increase(void **unused) {
     (void)unused;
     static const int64_t bad[][4] = {{0, 0, 0, 1},
                                      {0, 0, 1, 0},
@@ -159,8 +159,8 @@ static void tables_must_rise(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lines_are_exact),          cmocka_unit_test(halves_are_rounded_away_from_the_point),
-        cmocka_unit_test(few_points_and_far_times), cmocka_unit_test(tables_must_rise),
-        cmocka_unit_test(clock_can_be_asked_for),
+        cmocka_unit_test(few_points_and_far_times), cmocka_unit_test(tables_must_increase),
+        cmocka_unit_test(clock_can_be_queried),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

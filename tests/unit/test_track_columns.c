@@ -1,9 +1,9 @@
-/* Columns of the ledger: what frames and estimators tell beyond a line's fixed members, and the options in force. */
+/* Tests the columns of the ledger: additional values of frames and estimators, and the options in force. */
 #include "track_folder.h"
 
 enum { FRAMES = 30, VALUES = 3 };
 
-/* What the estimator was given last. */
+/* The last arguments of the estimator. */
 static toliman_estimate_input seen;
 static double seen_intervals[4];
 
@@ -65,7 +65,7 @@ static double cell(const toliman_track *track, const char *name, int64_t line) {
     return value;
 }
 
-/* Frames 1 ... in lines 0 ... */
+/* Frames 1 ... in records 0 ... */
 static void assert_columns(const toliman_track *track, int64_t frames) {
     for (int64_t id = 1; id <= frames; id++) {
         small_frame frame;
@@ -87,7 +87,7 @@ static void assert_columns(const toliman_track *track, int64_t frames) {
     }
 }
 
-static void columns_have_what_was_told(void **unused) {
+static void columns_hold_the_given_values(void **unused) {
     (void)unused;
     for (int on_disk = 0; on_disk < 2; on_disk++) {
         toliman_track_options options = rich_options(on_disk ? folder : NULL);
@@ -126,7 +126,7 @@ static void columns_have_what_was_told(void **unused) {
         assert_fails(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
         toliman_track_destroy(track);
     }
-    toliman_track_options options; /* left as a crash would leave it, and read by who knows nothing of the values */
+    toliman_track_options options; /* unsaved, as after a crash, and opened with options that do not name the values */
     toliman_track_options_init(&options, sizeof options);
     assert_ok(toliman_track_load_options(folder, &options));
     assert_string_equal(options.values, "dx,flux_2");
@@ -140,8 +140,8 @@ static void columns_have_what_was_told(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* The image's first pixel on the detector is that of the frame behind the crop. */
-static void estimators_get_what_is_known(void **unused) {
+/* The window's origin is that of the cropped frame on the detector. */
+static void estimators_receive_the_known_values(void **unused) {
     (void)unused;
     toliman_track_options options = rich_options(NULL);
     const int64_t clock[] = {0, 500};
@@ -168,7 +168,8 @@ static void estimators_get_what_is_known(void **unused) {
     size_t done;
     assert_ok(toliman_track_get_records(track, 0, 1, &line, &done));
     assert_true(line.sigma == 3 * SIGMA && line.tai_ns == frame.frame.camera_ns + 500);
-    /* Its own sigma comes before the frame's; one that is out of range, or no number, rejects the frame. */
+    /* A sigma given by the estimator replaces the frame's. If it is out of range or not a number, the frame is
+     * rejected. */
     own_sigma = 2 * SIGMA;
     push_exposed(track, 5, 5);
     assert_ok(toliman_track_get_records(track, 1, 1, &line, &done));
@@ -188,7 +189,7 @@ static void estimators_get_what_is_known(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* What an estimator is given must be the same when a frame comes again. */
+/* The estimator's inputs are part of a frame's content: a copy must have the same. */
 static void other_exposures_are_other_contents(void **unused) {
     (void)unused;
     for (int trial = 0; trial < 6; trial++) {
@@ -247,7 +248,7 @@ static void impossible_exposures_are_refused(void **unused) {
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "longer than 175");
 }
 
-/* Numbers of a folder come along when it is merged, and none is lost in silence. */
+/* Columns of a folder are merged by name, and none is dropped silently. */
 static void columns_are_merged(void **unused) {
     (void)unused;
     char shard[300];
@@ -286,12 +287,12 @@ static void columns_are_merged(void **unused) {
     remove_folder(shard);
 }
 
-/* A ledger with a column that this version does not fill keeps it: a later version may have begun it. */
+/* A ledger with a column that this version does not fill keeps it: a later version may have created it. */
 static void unknown_columns_are_left_empty(void **unused) {
     (void)unused;
     enum { MADE = COLUMNS + 2, HEAD = 124 + 64 * MADE };
     toliman_track_options options = small_options(folder);
-    strcpy(options.values, "later"); /* made the library's own: later, and its two covariances */
+    strcpy(options.values, "later"); /* renamed to belong to the library: a later column, and its two covariances */
     toliman_track_destroy(make_track(&options));
     unsigned char header[HEAD + 64];
     const int file = open(ledger, O_RDONLY);
@@ -326,7 +327,7 @@ static void old_ledgers_are_refused(void **unused) {
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "version 3, this library reads 2 only");
 }
 
-/* Headers with right checksums and impossible columns. */
+/* Headers with correct checksums and impossible columns. */
 static void impossible_columns_are_refused(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
@@ -359,7 +360,7 @@ static void impossible_columns_are_refused(void **unused) {
     toliman_track_destroy(make_track(&options));
 }
 
-/* Zeros are the defaults, and what is in force is told. */
+/* Zeros are replaced by defaults, and the options in force are reported. */
 static void options_in_force(void **unused) {
     (void)unused;
     toliman_track_options zeros = TOLIMAN_TRACK_OPTIONS_INIT, made;
@@ -373,13 +374,15 @@ static void options_in_force(void **unused) {
     zeros.nf = 5;
     zeros.f0 = zeros.df = 0.01;
     toliman_track *track = make_track(&zeros);
-    toliman_track_options told = TOLIMAN_TRACK_OPTIONS_INIT;
-    assert_ok(toliman_track_get_options(track, &told));
-    assert_null(told.folder);
-    assert_null(told.clock);
-    assert_true(told.flags == 0 && told.capacity == 1 << 20 && told.zero_run_bytes == 4096 && told.unit_ns == DAY_NS);
-    assert_true(told.threads == 1 && told.group == 64 && told.sync == TOLIMAN_TRACK_SYNC_GROUP && told.bin == 1);
-    assert_true(told.value_limit == 1e4 * SIGMA && told.image_rows == SIDE && told.estimate == NULL);
+    toliman_track_options reported = TOLIMAN_TRACK_OPTIONS_INIT;
+    assert_ok(toliman_track_get_options(track, &reported));
+    assert_null(reported.folder);
+    assert_null(reported.clock);
+    assert_true(reported.flags == 0 && reported.capacity == 1 << 20 && reported.zero_run_bytes == 4096 &&
+                reported.unit_ns == DAY_NS);
+    assert_true(reported.threads == 1 && reported.group == 64 && reported.sync == TOLIMAN_TRACK_SYNC_GROUP &&
+                reported.bin == 1);
+    assert_true(reported.value_limit == 1e4 * SIGMA && reported.image_rows == SIDE && reported.estimate == NULL);
     toliman_track_destroy(track);
 
     toliman_track_options rich = small;
@@ -396,25 +399,27 @@ static void options_in_force(void **unused) {
     rich.folder = path;
     track = make_track(&rich);
     memset(path, 0, sizeof path); /* the caller's */
-    assert_ok(toliman_track_get_options(track, &told));
-    assert_string_equal(told.folder, folder);
-    assert_int_equal(told.clock_points, 2);
-    assert_memory_equal(told.clock, clock, sizeof clock);
-    assert_string_equal(told.values, "dx,flux_2");
-    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && told.zero_run_bytes == 0 && told.group == 7);
-    assert_true(told.sync == TOLIMAN_TRACK_SYNC_NONE && told.capacity == rich.capacity && told.nf == FREQUENCIES);
-    assert_true(told.f0 == rich.f0 && told.df == rich.df && told.time_offset_ns == 5 && told.estimator_id == 77);
-    assert_true(told.period_flags == TOLIMAN_PERIOD_FIXED_MEAN && told.bit_depth == 12);
+    assert_ok(toliman_track_get_options(track, &reported));
+    assert_string_equal(reported.folder, folder);
+    assert_int_equal(reported.clock_points, 2);
+    assert_memory_equal(reported.clock, clock, sizeof clock);
+    assert_string_equal(reported.values, "dx,flux_2");
+    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.zero_run_bytes == 0 && reported.group == 7);
+    assert_true(reported.sync == TOLIMAN_TRACK_SYNC_NONE && reported.capacity == rich.capacity &&
+                reported.nf == FREQUENCIES);
+    assert_true(reported.f0 == rich.f0 && reported.df == rich.df && reported.time_offset_ns == 5 &&
+                reported.estimator_id == 77);
+    assert_true(reported.period_flags == TOLIMAN_PERIOD_FIXED_MEAN && reported.bit_depth == 12);
     toliman_track_destroy(track);
-    assert_ok(toliman_track_load_options(folder, &told)); /* and it can be made again of that */
-    assert_true(told.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && told.zero_run_bytes == 0);
-    toliman_track_destroy(make_track(&told));
+    assert_ok(toliman_track_load_options(folder, &reported)); /* and these options create it again */
+    assert_true(reported.flags == TOLIMAN_TRACK_ALLOW_ZERO_RUNS && reported.zero_run_bytes == 0);
+    toliman_track_destroy(make_track(&reported));
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(columns_have_what_was_told, set_up, tear_down),
-        cmocka_unit_test(estimators_get_what_is_known),
+        cmocka_unit_test_setup_teardown(columns_hold_the_given_values, set_up, tear_down),
+        cmocka_unit_test(estimators_receive_the_known_values),
         cmocka_unit_test(other_exposures_are_other_contents),
         cmocka_unit_test(impossible_exposures_are_refused),
         cmocka_unit_test_setup_teardown(columns_are_merged, set_up, tear_down),

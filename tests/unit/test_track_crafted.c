@@ -1,5 +1,5 @@
-/* A tracker's files with right checksums and impossible content, options that a folder was not made with, and what
- * asks for nothing. Offsets of tools/docs/formats.md. */
+/* Tests a tracker's files with correct checksums and impossible content, options that contradict the folder's, and
+ * empty requests. Offsets as in tools/docs/formats.md. */
 #include "track_folder.h"
 
 static void seal(const char *path, off_t at) {
@@ -17,7 +17,7 @@ static void assert_not_made(const toliman_track_options *options, toliman_status
     assert_null(none);
 }
 
-/* Frames of 16x16, of which 8x8 from row 4, column 4 are taken. */
+/* Frames of 16x16, cropped to 8x8 from row 4, column 4. */
 static toliman_track_options cropped_options(void) {
     toliman_track_options options = small_options(folder);
     options.rows = options.cols = 16;
@@ -26,7 +26,7 @@ static toliman_track_options cropped_options(void) {
     return options;
 }
 
-static void other_options_are_told(void **unused) {
+static void other_options_are_reported(void **unused) {
     (void)unused;
     const toliman_track_options options = cropped_options();
     toliman_track_destroy(make_track(&options));
@@ -90,7 +90,7 @@ static void impossible_terms_are_refused(void **unused) {
     toliman_track_destroy(make_track(&options));
 }
 
-/* The line as the next of the ledger, which ends with this checksum. */
+/* Appends a record to the ledger, whose last checksum is `chain`; returns the new one. */
 static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
     chain = crc32(chain, line, LINE - 4);
     memcpy(line + LINE - 4, &chain, 4);
@@ -98,7 +98,7 @@ static uint32_t add_line(unsigned char *line, off_t number, uint32_t chain) {
     return chain;
 }
 
-static void lines_that_contradict_are_refused(void **unused) {
+static void contradictory_records_are_refused(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -117,12 +117,12 @@ static void lines_that_contradict_are_refused(void **unused) {
     assert_not_made(&options, TOLIMAN_E_FORMAT, "ledger.tlml: line 1 holds a frame that is there already");
     line[52] = 3;
     chain = add_line(line, 1, chain);
-    toliman_track_destroy(make_track(&options)); /* denied once: so be it */
+    toliman_track_destroy(make_track(&options)); /* a single quarantine record is valid */
     unlink(checkpoint);
     add_line(line, 2, chain);
     assert_not_made(&options, TOLIMAN_E_FORMAT, "line 2 denies a frame that is not there");
 
-    /* Marks of a merge that count backwards, or beyond what can be. */
+    /* Marks of a merge whose counts are negative or too large. */
     const int64_t counts[][2] = {{-1, 0}, {0, -1}, {0, ((int64_t)1 << 60) + 1}};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         const double sigma = SIGMA;
@@ -136,11 +136,11 @@ static void lines_that_contradict_are_refused(void **unused) {
         assert_not_made(&options, TOLIMAN_E_FORMAT, "line 1 says what cannot be");
     }
     const off_t most = HEADER + (((off_t)1 << 30) + 1) * LINE;
-    if (truncate(ledger, most) == 0) /* with a hole */
+    if (truncate(ledger, most) == 0) /* as a sparse file */
         assert_not_made(&options, TOLIMAN_E_FORMAT, "more than 2^30 lines");
 }
 
-/* Lines that the disk lost under an open tracker are refused, and the others are there. */
+/* Records damaged on disk while the tracker is open are refused; the others can be read. */
 static void damage_while_open(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
@@ -161,7 +161,7 @@ static void damage_while_open(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* Checkpoint and setup that cannot be are as good as none. */
+/* An impossible checkpoint or setup is ignored. */
 static void impossible_checkpoints_and_setups(void **unused) {
     (void)unused;
     enum { POINTS = 8, REPEATS = 24 };
@@ -192,12 +192,12 @@ static void impossible_checkpoints_and_setups(void **unused) {
         assert_not_made(&options, TOLIMAN_E_ARGUMENT, "setup.tlms, which had the clock, is missing or damaged");
         options.clock = camera;
         options.clock_points = 1;
-        toliman_track_destroy(make_track(&options)); /* written anew */
+        toliman_track_destroy(make_track(&options)); /* rewritten */
     }
 }
 
-/* Lines of names that are torn, made up, of a wrong digest or of no frame: left out. */
-static void names_that_are_none(void **unused) {
+/* Lines of names that are truncated, invalid, with a wrong digest or of no frame are ignored. */
+static void invalid_names(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -228,7 +228,7 @@ static void names_that_are_none(void **unused) {
     assert_int_equal(count, 1);
     assert_true(streams[0].stream == digest);
     assert_string_equal(streams[0].session, "");
-    push_number(track, 2); /* names it anew, behind the torn line */
+    push_number(track, 2); /* writes the name again, after the truncated line */
     assert_ok(toliman_track_get_streams(track, streams, 2, &count));
     assert_int_equal(count, 1);
     assert_string_equal(streams[0].session, "pass-1");
@@ -236,8 +236,8 @@ static void names_that_are_none(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* The table of sessions and regions has 65536 places, whatever the frames. */
-static void sessions_have_an_end(void **unused) {
+/* The table of sessions and regions holds 65536 entries, regardless of the number of frames. */
+static void number_of_sessions_is_limited(void **unused) {
     (void)unused;
     enum { SESSIONS = 65536 };
     toliman_track_options options = small_options(NULL);
@@ -262,7 +262,7 @@ static void sessions_have_an_end(void **unused) {
     toliman_track_destroy(track);
 }
 
-static void nothing_is_asked_for(void **unused) {
+static void empty_requests(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -290,14 +290,14 @@ static void nothing_is_asked_for(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(other_options_are_told, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(other_options_are_reported, set_up, tear_down),
         cmocka_unit_test_setup_teardown(impossible_terms_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lines_that_contradict_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(contradictory_records_are_refused, set_up, tear_down),
         cmocka_unit_test_setup_teardown(damage_while_open, set_up, tear_down),
         cmocka_unit_test_setup_teardown(impossible_checkpoints_and_setups, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(names_that_are_none, set_up, tear_down),
-        cmocka_unit_test(sessions_have_an_end),
-        cmocka_unit_test(nothing_is_asked_for),
+        cmocka_unit_test_setup_teardown(invalid_names, set_up, tear_down),
+        cmocka_unit_test(number_of_sessions_is_limited),
+        cmocka_unit_test(empty_requests),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

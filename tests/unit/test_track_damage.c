@@ -1,11 +1,12 @@
-/* Tracker whose folder is damaged: each file flipped, cut or gone, lines that cannot be, a full disk. */
+/* Tests trackers whose folder is damaged: files with flipped bytes, truncated or missing; impossible records; a full
+ * disk. */
 #include <signal.h>
 #include <sys/resource.h>
 
 #include "track_folder.h"
 
-/* Every byte of the checkpoint flipped, cut short or gone: the same sums from the ledger. */
-static void checkpoint_costs_nothing_but_time(void **unused) {
+/* With each byte of the checkpoint flipped, the file truncated or missing, the sums are recomputed from the ledger. */
+static void lost_checkpoint_costs_only_time(void **unused) {
     (void)unused;
     toliman_track_options options = filled_folder();
     const off_t size = size_of(checkpoint);
@@ -27,13 +28,14 @@ static void checkpoint_costs_nothing_but_time(void **unused) {
     toliman_track *track = make_track(&options);
     options.nf = FREQUENCIES;
     assert_filled(track, &options);
-    assert_int_equal(info_of(track).committed, 42); /* lines after the checkpoint of so many say that they were there */
+    assert_int_equal(info_of(track).committed, 42); /* the records after the checkpoint carry the earlier counts */
     toliman_track_destroy(track);
     assert_int_equal(access(checkpoint, F_OK), -1);
 }
 
-/* Every byte of the file of grid and clock flipped, cut short or gone: neither is guessed, both can be given again. */
-static void lost_setup_is_asked_for(void **unused) {
+/* With each byte of the setup (grid and clock) flipped, the file truncated or missing: neither is guessed, both can be
+ * given again. */
+static void lost_setup_must_be_given_again(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     const int64_t camera[2] = {0, 0};
@@ -57,13 +59,13 @@ static void lost_setup_is_asked_for(void **unused) {
         toliman_track *track = make_track(&given);
         assert_filled(track, &options); /* nor is the checkpoint lost */
         toliman_track_destroy(track);
-        track = make_track(&options); /* written anew */
+        track = make_track(&options); /* rewritten */
         toliman_track_destroy(track);
     }
 }
 
-/* Each byte of lines that the disk had: never taken for a crash. Of the tail: cut away. */
-static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
+/* Damage to a synced record is never mistaken for a crash; a torn tail is truncated. */
+static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
     options.group = 8;
@@ -85,7 +87,7 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
     flip_byte(ledger, HEADER + 3 * LINE);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "line 3 is damaged");
     flip_byte(ledger, HEADER + 3 * LINE);
-    /* The last group may be torn: line 20 lost, 23 too, a part of a line behind. */
+    /* The last group may be torn: record 20 damaged, and a partial record at the end. */
     flip_byte(ledger, HEADER + 20 * LINE + 7);
     write_at(ledger, HEADER + 24 * LINE, "half a line", 11);
     options.flags = TOLIMAN_TRACK_READ_ONLY;
@@ -101,20 +103,20 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
 
-    /* Damage in the last group, which the checkpoint holds: refused, and nothing is cut. */
+    /* Damage in the last group, which the checkpoint covers: refused, and nothing is truncated. */
     flip_byte(ledger, HEADER + 29 * LINE + 7);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "29 lines are whole");
     assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
     flip_byte(ledger, HEADER + 29 * LINE + 7);
 
-    /* Lines that the checkpoint counts and the ledger has not. */
+    /* Records that the checkpoint counts but the ledger lacks. */
     assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST,
                  "29 lines are whole, the checkpoint was made of 30");
-    options.flags = TOLIMAN_TRACK_REBUILD; /* hides nothing */
+    options.flags = TOLIMAN_TRACK_REBUILD; /* rebuilding must not hide the loss */
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "lines were lost; merge with salvage");
     options.flags = 0;
-    /* Nor another ledger of as many lines. */
+    /* A different ledger of the same length is detected, too. */
     flip_byte(checkpoint, 33);
     toliman_track *track_after = make_track(&options);
     toliman_track_destroy(track_after);
@@ -127,15 +129,16 @@ static void damaged_ledger_is_told_from_a_torn_one(void **unused) {
     assert_null(none);
 }
 
-/* Frames whose times a grid or a clock cannot take stay known, and come in with one that can. */
-static void times_without_place_cost_no_frame(void **unused) {
+/* Frames whose times the grid or clock cannot represent stay in the ledger, and enter the sums with another grid or
+ * clock. */
+static void times_out_of_range_lose_no_frame(void **unused) {
     (void)unused;
     toliman_track_options options = filled_folder(), other = options;
     const int64_t late[2] = {0, INT64_MAX - 30 * DAY_NS}, camera[2] = {0, 0};
     other.flags = TOLIMAN_TRACK_REBUILD;
     other.clock_points = 1;
     for (int trial = 0; trial < 2; trial++) {
-        other.clock = trial ? camera : late; /* frames after day 30 are beyond 64 bits; or all beyond 2^50 cycles */
+        other.clock = trial ? camera : late; /* frames after day 30 exceed 64 bits; or all exceed 2^50 cycles */
         other.df = trial ? 1e16 : options.df;
         toliman_track *track = make_track(&other), *merged;
         const toliman_track_info info = info_of(track);
@@ -143,7 +146,7 @@ static void times_without_place_cost_no_frame(void **unused) {
         assert_int_equal(info.accepted + info.outlier, 57);
         assert_true(trial ? info.accepted == 0 : info.accepted > 20 && info.accepted < 30);
         assert_int_equal(toliman_period_count(period_of(track)), info.accepted);
-        small_frame frame; /* one that is out of the sums is denied without being taken out of them */
+        small_frame frame; /* a frame outside the sums is not retracted from them */
         make_frame(&frame, 45);
         assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
         toliman_track_options elsewhere = other;
@@ -166,7 +169,7 @@ static void times_without_place_cost_no_frame(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* What is whole in a damaged ledger goes to a new folder, the rest is counted. */
+/* Undamaged records of a damaged ledger are merged to a new folder; the lost ones are counted. */
 static void damaged_ledger_is_salvaged(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
@@ -180,9 +183,9 @@ static void damaged_ledger_is_salvaged(void **unused) {
     }
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
-    flip_byte(ledger, HEADER + 3 * LINE + 20);                      /* frame 4, and what denies it */
-    flip_byte(ledger, HEADER + 18 * LINE - 2);                      /* the checksum that the next line goes on from */
-    assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* what denies frame 36 */
+    flip_byte(ledger, HEADER + 3 * LINE + 20);                      /* frame 4; its quarantine record is intact */
+    flip_byte(ledger, HEADER + 18 * LINE - 2);                      /* the checksum that the next record continues */
+    assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* the quarantine record of frame 36 */
     track = make_track(&elsewhere);
     int64_t lost = -1;
     assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 lines are whole");
@@ -190,8 +193,8 @@ static void damaged_ledger_is_salvaged(void **unused) {
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
         assert_int_equal(info_of(track).accepted + info_of(track).outlier, 37);
-        assert_int_equal(info_of(track).quarantined, 1); /* what denies frame 4 is there */
-        assert_int_equal(lost, 4);                       /* lines 3, 17, 18 and 41 */
+        assert_int_equal(info_of(track).quarantined, 1); /* frame 4, by its quarantine record */
+        assert_int_equal(lost, 4);                       /* records 3, 17, 18 and 41 */
     }
     toliman_period *clean = clean_period(&options);
     for (int64_t id = 1; id <= 40; id++)
@@ -202,8 +205,8 @@ static void damaged_ledger_is_salvaged(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* Right checksums, and lines that cannot be: refused, and never taken for torn ones. */
-static void impossible_lines_are_refused(void **unused) {
+/* Impossible records with correct checksums are refused, and never mistaken for torn ones. */
+static void impossible_records_are_refused(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder), elsewhere = small_options(NULL);
     toliman_track *track = make_track(&options), *none = NULL;
@@ -221,7 +224,7 @@ static void impossible_lines_are_refused(void **unused) {
         if (trial < 3)
             line[52] = (unsigned char)(trial == 0 ? 3 : trial == 1 ? 0 : 6); /* kind */
         else if (trial == 3)
-            line[53] = 7; /* a reason beyond the last */
+            line[53] = 7; /* one more than the last reason */
         else
             memcpy(line + (trial < 6 ? 36 : 44), &wrong[trial - 4], 8);
         const uint32_t crc = crc32(before, line, LINE - 4);
@@ -237,8 +240,9 @@ static void impossible_lines_are_refused(void **unused) {
     }
 }
 
-/* A disk that is full: told, nothing more taken, what is acknowledged is there when there is room again. */
-static void full_disk_is_told(void **unused) {
+/* A full disk: the error is reported, no more frames are accepted, and acknowledged frames are there once space is
+ * available. */
+static void full_disk_is_reported(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
     options.group = 4;
@@ -269,7 +273,7 @@ static void full_disk_is_told(void **unused) {
     toliman_track_destroy(track);
 }
 
-/* Salvaged once, a folder can be merged as before, and what it has later is not passed over. */
+/* After one salvage, a folder can be merged as before, and its later records are not skipped. */
 static void salvage_hides_nothing(void **unused) {
     (void)unused;
     char region_path[300];
@@ -288,9 +292,9 @@ static void salvage_hides_nothing(void **unused) {
     int64_t lost = 0;
     assert_ok(toliman_track_merge(mission, region_path, TOLIMAN_TRACK_SALVAGE, &lost));
     assert_int_equal(lost, 1);
-    assert_ok(toliman_track_merge(mission, folder, 0, NULL)); /* has the line that the region lost */
+    assert_ok(toliman_track_merge(mission, folder, 0, NULL)); /* holds the record that the region lost */
     assert_holds(mission, &options, 1, 40);
-    /* A healthy folder that was salvaged, and grows. */
+    /* An undamaged folder that was salvaged, and grows. */
     assert_ok(toliman_track_merge(mission, folder, TOLIMAN_TRACK_SALVAGE, &lost));
     assert_int_equal(lost, 0);
     push_range(shard, 41, 60);
@@ -298,7 +302,7 @@ static void salvage_hides_nothing(void **unused) {
     toliman_track_destroy(shard);
     assert_ok(toliman_track_merge(mission, folder, 0, NULL));
     assert_holds(mission, &options, 1, 60);
-    /* One that a power cut made shorter, and that went on with other frames. */
+    /* A folder shortened by a power cut, which continued with other frames. */
     assert_int_equal(truncate(ledger, HEADER + 20 * LINE), 0);
     assert_int_equal(unlink(checkpoint), 0);
     shard = make_track(&options);
@@ -311,8 +315,8 @@ static void salvage_hides_nothing(void **unused) {
     remove_folder(region_path);
 }
 
-/* The frame of a lost line stays denied, whether another folder that has it comes before or after. */
-static void salvaged_denials_hold_in_any_order(void **unused) {
+/* The frame of a lost record stays quarantined, whether another folder with that frame is merged before or after. */
+static void salvaged_quarantines_hold_in_any_order(void **unused) {
     (void)unused;
     char other_path[300];
     snprintf(other_path, sizeof other_path, "%s/other", folder);
@@ -327,7 +331,7 @@ static void salvaged_denials_hold_in_any_order(void **unused) {
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
     flip_byte(ledger, HEADER + 3 * LINE);
-    for (int same = 0; same < 2; same++) { /* the other has what was lost, or what denied it */
+    for (int same = 0; same < 2; same++) { /* the other folder holds the lost frame, or the contradicting copy */
         track = make_track(&of_other);
         make_frame(&frame, 4);
         frame.pixels[1] = (uint16_t)(frame.pixels[1] + same);
@@ -346,7 +350,7 @@ static void salvaged_denials_hold_in_any_order(void **unused) {
     }
 }
 
-/* Merged counts that cannot be are refused before anything of them is written. */
+/* Impossible counts of a folder are refused before any of them is merged. */
 static void impossible_marks_do_not_spread(void **unused) {
     (void)unused;
     char crafted_path[300], crafted[320];
@@ -382,15 +386,15 @@ static void impossible_marks_do_not_spread(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(checkpoint_costs_nothing_but_time, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(damaged_ledger_is_told_from_a_torn_one, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(impossible_lines_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(full_disk_is_told, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lost_setup_is_asked_for, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(times_without_place_cost_no_frame, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(lost_checkpoint_costs_only_time, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(damaged_ledger_is_distinguished_from_a_torn_one, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(impossible_records_are_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(full_disk_is_reported, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(lost_setup_must_be_given_again, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(times_out_of_range_lose_no_frame, set_up, tear_down),
         cmocka_unit_test_setup_teardown(damaged_ledger_is_salvaged, set_up, tear_down),
         cmocka_unit_test_setup_teardown(salvage_hides_nothing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(salvaged_denials_hold_in_any_order, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(salvaged_quarantines_hold_in_any_order, set_up, tear_down),
         cmocka_unit_test_setup_teardown(impossible_marks_do_not_spread, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

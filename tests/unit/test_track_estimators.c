@@ -1,5 +1,5 @@
-/* The network and the template behind a tracker: the values that they give by themselves, 0 bytes a frame, and folders
- * that know whose values they hold. */
+/* Tests the network and the template as estimators of a tracker: the same values as called directly, no allocation per
+ * frame, and folders that record which estimator made their values. */
 #include <malloc.h>
 
 #include "asked_memory.h"
@@ -20,7 +20,7 @@ static toliman_track_options options_of(const toliman_cae *cae, const toliman_li
     return options;
 }
 
-/* Frame of the scene in whole counts, inside a larger one: crop (3, 5). */
+/* A frame of the scene in integer counts, inside a larger frame: crop (3, 5). */
 enum { ROWS = kSide + 10, COLS = kSide + 12 };
 
 static uint32_t *framed(const toliman_sim *sim, int64_t number, double *counts) {
@@ -48,7 +48,7 @@ static toliman_frame frame_of(int64_t id, const uint32_t *pixels) {
                            .cols = COLS};
 }
 
-static void values_are_the_estimators_own(void **unused) {
+static void values_match_the_estimators(void **unused) {
     (void)unused;
     toliman_sim *sim = make_sim(kSide, kSide, 0, "\"flux_a\", \"flux_b\"");
     toliman_cae *cae = make_cae(sim, 1, 60, NULL);
@@ -104,7 +104,7 @@ static uint64_t id_of(const toliman_track_options *options) {
     return info.estimator_id;
 }
 
-static void estimators_are_told_apart(void **unused) {
+static void estimators_are_distinguished(void **unused) {
     (void)unused;
     toliman_sim *sim = make_sim(kSide, kSide, 0, ""), *other_sim = make_sim(kSide, kSide, 0, "\"flux_a\"");
     toliman_cae *cae = make_cae(sim, 1, 0, NULL), *again = make_cae(sim, 1, 0, NULL),
@@ -143,7 +143,8 @@ static void estimators_are_told_apart(void **unused) {
     toliman_sim_destroy(other_sim);
 }
 
-/* Counts of which a network makes no number: a rejected frame, not an error. A template's number is only too large. */
+/* Counts for which a network gives no finite value: the frame is rejected, without an error. The template's value is
+ * finite, but too large. */
 static void counts_without_an_estimate(void **unused) {
     (void)unused;
     static double pixels[kPixels];
@@ -175,8 +176,8 @@ static void counts_without_an_estimate(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_are_the_estimators_own),
-        cmocka_unit_test(estimators_are_told_apart),
+        cmocka_unit_test(values_match_the_estimators),
+        cmocka_unit_test(estimators_are_distinguished),
         cmocka_unit_test(counts_without_an_estimate),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,10 +1,10 @@
-/* Tracker with a folder: taking up, one writer and many readers, another grid and clock, formats, kill -9. */
+/* Tests trackers with a folder: resuming, one writer and many readers, changes of grid and clock, formats, kill -9. */
 #include <signal.h>
 #include <sys/wait.h>
 
 #include "track_folder.h"
 
-static void what_is_committed_is_taken_up(void **unused) {
+static void committed_frames_are_resumed(void **unused) {
     (void)unused;
     toliman_track_options options = filled_folder();
     for (int time = 0; time < 2; time++) {
@@ -12,7 +12,7 @@ static void what_is_committed_is_taken_up(void **unused) {
         assert_filled(track, &options);
         toliman_track_destroy(track);
     }
-    /* Known frames are duplicates, new ones come in; what was not committed is gone. */
+    /* Known frames are duplicates, new ones are accepted; uncommitted ones are lost. */
     toliman_track *track = make_track(&options);
     assert_int_equal(push_number(track, 60), TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_int_equal(push_number(track, 10), TOLIMAN_TRACK_VERDICT_QUARANTINED);
@@ -24,7 +24,7 @@ static void what_is_committed_is_taken_up(void **unused) {
     track = make_track(&options);
     assert_filled(track, &options);
     toliman_track_destroy(track);
-    /* A folder of more frames than the capacity. */
+    /* A folder with more frames than the capacity. */
     options.capacity = 59;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_CAPACITY, "59 frames");
 }
@@ -35,7 +35,7 @@ static void one_writer_and_many_readers(void **unused) {
     toliman_track *writer = make_track(&options), *none = NULL;
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "writing to it");
     push_range(writer, 1, 64);
-    push_range(writer, 65, 70); /* wait */
+    push_range(writer, 65, 70); /* not yet committed */
     toliman_track_options_init(&looking, sizeof looking);
     assert_ok(toliman_track_load_options(folder, &looking));
     assert_true(looking.sigma == SIGMA && looking.value_limit == VALUE_LIMIT && looking.estimator_id == 77);
@@ -59,7 +59,7 @@ static void one_writer_and_many_readers(void **unused) {
     push_range(writer, 71, 80);
     assert_ok(toliman_track_save(writer));
     toliman_track_destroy(writer);
-    writer = make_track(&options); /* while readers look */
+    writer = make_track(&options); /* while readers are open */
     assert_holds(writer, &options, 1, 80);
     for (int i = 0; i < 3; i++) {
         assert_holds(readers[i], &options, 1, 64);
@@ -68,7 +68,7 @@ static void one_writer_and_many_readers(void **unused) {
     toliman_track_destroy(writer);
 }
 
-/* The clock changes every time, the grid its frequencies: as if all frames had come then. */
+/* A new clock changes every time, a new grid the frequencies: the result is as if all frames arrived under them. */
 static void another_grid_and_clock_without_frames(void **unused) {
     (void)unused;
     toliman_track_options options = filled_folder();
@@ -99,7 +99,8 @@ static void another_grid_and_clock_without_frames(void **unused) {
     push_range(expected, 61, 62);
     assert_ok(toliman_track_commit(rebuilt));
     toliman_track_destroy(rebuilt);
-    /* Without words the folder's new grid and clock hold, also for a reader and what is behind the checkpoint. */
+    /* Options without grid and clock use the folder's new ones, also for a reader and for records after the
+     * checkpoint. */
     options.nf = 0;
     for (int reading = 0; reading < 2; reading++) {
         options.flags = reading ? TOLIMAN_TRACK_READ_ONLY : 0;
@@ -107,14 +108,14 @@ static void another_grid_and_clock_without_frames(void **unused) {
         assert_same_periods(period_of(track), period_of(expected));
         toliman_track_destroy(track);
     }
-    options.flags = TOLIMAN_TRACK_REBUILD; /* nor does another rebuild forget them */
+    options.flags = TOLIMAN_TRACK_REBUILD; /* another rebuild keeps them, too */
     track = make_track(&options);
     assert_same_periods(period_of(track), period_of(expected));
     toliman_track_destroy(track);
     toliman_track_destroy(expected);
 }
 
-static void lines_can_be_read(void **unused) {
+static void records_can_be_read(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     toliman_track *track = make_track(&options);
@@ -197,8 +198,8 @@ static uint64_t fnv1a(const char *text, size_t size) {
     return hash;
 }
 
-/* Offsets of tools/docs/formats.md; by another clock, too, after merging. */
-static void ledger_is_as_its_format_says(void **unused) {
+/* Offsets as in tools/docs/formats.md; also with another clock, and after a merge. */
+static void ledger_matches_its_format(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -274,8 +275,8 @@ static void ledger_is_as_its_format_says(void **unused) {
     remove_folder(source);
 }
 
-/* Lines wait a second at the most, if frames come. */
-static void lines_wait_a_second(void **unused) {
+/* Records wait for their group at most a second, as long as frames arrive. */
+static void records_wait_at_most_a_second(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options);
@@ -297,7 +298,7 @@ static void lines_wait_a_second(void **unused) {
 
 enum { RUN = 400 };
 
-/* Pushes all frames, saves now and then, and says after each how many lines are committed. */
+/* Pushes all frames, saves occasionally, and prints the number of committed records after each push. */
 static void run_child(const toliman_track_options *options, int pipe_end) {
     toliman_track *track = NULL;
     if (toliman_track_create(options, &track) != TOLIMAN_OK)
@@ -317,7 +318,7 @@ static void run_child(const toliman_track_options *options, int pipe_end) {
     _exit(0);
 }
 
-/* A reader sees some of the writer's first lines, whatever that is doing. */
+/* A reader sees a prefix of the writer's records at any moment. */
 static void look_beside_the_writer(const toliman_track_options *options, int64_t committed) {
     toliman_track_options looking = *options;
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
@@ -331,8 +332,8 @@ static void look_beside_the_writer(const toliman_track_options *options, int64_t
     }
 }
 
-/* Readers beside a writer that is stopped and cuts what was torn, again and again, never see damage. */
-static void readers_bear_recovery(void **unused) {
+/* Readers never see damage while a writer is repeatedly stopped and truncates a torn tail. */
+static void readers_tolerate_recovery(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder), looking = options;
     options.sync = TOLIMAN_TRACK_SYNC_FRAME;
@@ -367,7 +368,7 @@ static void readers_bear_recovery(void **unused) {
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0 && looks > 10);
 }
 
-static void killed_runs_are_taken_up(void **unused) {
+static void killed_runs_are_resumed(void **unused) {
     (void)unused;
     const char *given = getenv("TOLIMAN_KILLS");
     const int kills = given != NULL ? atoi(given) : 30;
@@ -410,7 +411,7 @@ static void killed_runs_are_taken_up(void **unused) {
     }
 }
 
-/* Names, ids and what is missing of each session and region; what is lost of the names costs no frame. */
+/* Names, ids and missing frames of each session and region; a lost name loses no frame. */
 static void sessions_are_named(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
@@ -430,7 +431,7 @@ static void sessions_are_named(void **unused) {
     snprintf(names, sizeof names, "%s/streams.txt", folder);
     const off_t size = size_of(names);
     for (int damage = 0; damage < 3; damage++) {
-        if (damage == 1) /* a letter of a name, and the last line is torn */
+        if (damage == 1) /* a letter of a name, and the last line truncated */
             flip_byte(names, 19), assert_int_equal(truncate(names, size - 4), 0);
         if (damage == 2)
             assert_int_equal(unlink(names), 0);
@@ -485,8 +486,8 @@ static void sessions_are_named(void **unused) {
     remove_folder(copy);
 }
 
-/* A checkpoint counts only for the ledger, grid and clock that it was made of. */
-static void checkpoint_of_others_is_not_taken(void **unused) {
+/* A checkpoint is valid only for the ledger, grid and clock that it was made of. */
+static void foreign_checkpoint_is_ignored(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
     toliman_track *track = make_track(&options), *none = NULL;
@@ -504,7 +505,7 @@ static void checkpoint_of_others_is_not_taken(void **unused) {
     other.clock_points = 1;
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track_destroy(make_track(&other));
-    snprintf(command, sizeof command, "cp %s %s", first, checkpoint); /* of the clock before */
+    snprintf(command, sizeof command, "cp %s %s", first, checkpoint); /* of the previous clock */
     assert_int_equal(system(command), 0);
     other.flags = 0;
     track = make_track(&other);
@@ -520,7 +521,7 @@ static void checkpoint_of_others_is_not_taken(void **unused) {
     toliman_track_destroy(expected);
     toliman_track_destroy(track);
 
-    /* Another ledger under the same salt: the first 20 lines are others. */
+    /* Another ledger with the same salt: the first 20 records differ. */
     assert_int_equal(truncate(ledger, HEADER + 5 * LINE), 0);
     assert_int_equal(unlink(checkpoint), 0);
     track = make_track(&other);
@@ -533,8 +534,8 @@ static void checkpoint_of_others_is_not_taken(void **unused) {
     unlink(first);
 }
 
-/* Setup of a folder with another sigma: its sums would not carry these values. */
-static void setup_of_others_is_not_taken(void **unused) {
+/* The setup of a folder with another sigma, whose sums could not hold these values. */
+static void foreign_setup_is_ignored(void **unused) {
     (void)unused;
     char copy[300], command[700];
     toliman_track_options options = small_options(folder), other = options;
@@ -553,18 +554,18 @@ static void setup_of_others_is_not_taken(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(what_is_committed_is_taken_up, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(committed_frames_are_resumed, set_up, tear_down),
         cmocka_unit_test_setup_teardown(one_writer_and_many_readers, set_up, tear_down),
         cmocka_unit_test_setup_teardown(another_grid_and_clock_without_frames, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(ledger_is_as_its_format_says, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lines_wait_a_second, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(lines_can_be_read, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(ledger_matches_its_format, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(records_wait_at_most_a_second, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(records_can_be_read, set_up, tear_down),
         cmocka_unit_test_setup_teardown(bad_options_leave_no_folder, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(readers_bear_recovery, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(killed_runs_are_taken_up, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(readers_tolerate_recovery, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(killed_runs_are_resumed, set_up, tear_down),
         cmocka_unit_test_setup_teardown(sessions_are_named, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(checkpoint_of_others_is_not_taken, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(setup_of_others_is_not_taken, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(foreign_checkpoint_is_ignored, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(foreign_setup_is_ignored, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
-/* Tracker's ledger: one writer whatever is removed beside it, a file that is removed or changed under its writer, files
- * that are lost one by one, counts that a crash keeps, and what is told of damage. */
+/* Tests the tracker's ledger: one writer even if other files are removed, a ledger that is removed or changed under its
+ * writer, missing files, counts that survive a crash, and warnings about damage. */
 #include <sys/file.h>
 #include <sys/wait.h>
 
@@ -20,7 +20,7 @@ static void note(int32_t level, const char *text, void *user_data) {
     strcat(warnings, "\n");
 }
 
-/* Takes up the folder and returns how many warnings came. */
+/* Opens the folder and returns the number of warnings. */
 static int count_warnings(toliman_track_options options, uint32_t flags) {
     int count = 0;
     warnings[0] = '\0';
@@ -33,7 +33,7 @@ static int count_warnings(toliman_track_options options, uint32_t flags) {
     return count;
 }
 
-/* Told to a reader each time and to a writer once, which mends it. */
+/* A reader is warned each time; a writer is warned once and repairs the damage. */
 static void assert_told(const toliman_track_options *options, const char *text, int mended) {
     assert_int_equal(count_warnings(*options, TOLIMAN_TRACK_READ_ONLY), 1);
     assert_non_null(strstr(warnings, text));
@@ -42,7 +42,7 @@ static void assert_told(const toliman_track_options *options, const char *text, 
     assert_int_equal(count_warnings(*options, 0), !mended);
 }
 
-static void damage_is_told_once(void **unused) {
+static void damage_is_reported_once(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     char copy[300];
@@ -67,7 +67,7 @@ static void damage_is_told_once(void **unused) {
     flip_byte(names, 20);
     assert_told(&options, "streams.txt: is damaged or incomplete: the names of 1 of 1 sessions", 0);
     toliman_track *track = make_track(&options);
-    push_number(track, 61); /* a frame brings its names */
+    push_number(track, 61); /* a frame writes its names again */
     assert_ok(toliman_track_save(track));
     toliman_track_destroy(track);
     assert_int_equal(count_warnings(options, 0), 0);
@@ -77,7 +77,7 @@ static void damage_is_told_once(void **unused) {
     remove_folder(copy);
 }
 
-static void one_writer_whatever_is_removed(void **unused) {
+static void one_writer_even_if_files_are_removed(void **unused) {
     (void)unused;
     char path[330];
     static const char *const beside[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml.tmp"};
@@ -114,7 +114,7 @@ static void harm(int way) {
         write_at(ledger, size_of(ledger), command, LINE);
 }
 
-/* Before anything more is acknowledged, and saved never is what has no name. */
+/* The change is detected before anything more is acknowledged; a removed file is never saved to. */
 static void a_ledger_that_changes_stops_its_writer(void **unused) {
     (void)unused;
     static const char *const words[WAYS] = {"was removed or renamed", "was removed or renamed", "was replaced",
@@ -150,7 +150,7 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
 
 enum { ROUNDS = 25, WRITERS = 4, FRAMES = 6 };
 
-/* Returns how many frames were acknowledged, 0 where another was writing. */
+/* Returns the number of acknowledged frames, 0 if another process is writing. */
 static int write_some(int writer) {
     const toliman_track_options options = small_options(folder);
     toliman_track *track = NULL;
@@ -168,8 +168,8 @@ static int write_some(int writer) {
     return FRAMES;
 }
 
-/* Writers that race to begin a folder: each has it for itself or is refused, and no acknowledged frame is lost. */
-static void a_race_to_begin(void **unused) {
+/* Writers that race to create a folder: each writes alone or is refused, and no acknowledged frame is lost. */
+static void race_to_create_a_folder(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
     for (int round = 0; round < ROUNDS; round++) {
@@ -192,8 +192,8 @@ static void a_race_to_begin(void **unused) {
     }
 }
 
-/* A writer of an earlier version holds the file `lock`. */
-static void an_earlier_version_is_kept_out(void **unused) {
+/* A writer of an earlier version locks the file `lock`. */
+static void writer_of_an_earlier_version_is_excluded(void **unused) {
     (void)unused;
     char path[330];
     snprintf(path, sizeof path, "%s/lock", folder);
@@ -206,8 +206,8 @@ static void an_earlier_version_is_kept_out(void **unused) {
     toliman_track_destroy(make_track(&options));
 }
 
-/* Where anything but the ledger is left the folder was begun before, and nothing begins anew. */
-static void a_lost_ledger_is_no_new_folder(void **unused) {
+/* If files other than the ledger exist, the folder is not new, and no new ledger is created. */
+static void lost_ledger_is_not_a_new_folder(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
     const char *const left[] = {checkpoint, setup, names};
@@ -223,14 +223,14 @@ static void a_lost_ledger_is_no_new_folder(void **unused) {
     toliman_track_destroy(make_track(&options));
 }
 
-/* As a crash leaves it behind the first of its files. */
-static void a_folder_that_was_only_begun_goes_on(void **unused) {
+/* As after a crash that left only the first file. */
+static void partly_created_folder_continues(void **unused) {
     (void)unused;
     toliman_track_options options = small_options(folder);
     for (int left = 0; left < 2; left++) {
         toliman_track_destroy(make_track(&options));
         assert_int_equal(unlink(checkpoint) + unlink(setup) + unlink(names), 0);
-        if (left) { /* or a temporary alone */
+        if (left) { /* or only a temporary file */
             char temporary[330];
             snprintf(temporary, sizeof temporary, "%s.tmp", ledger);
             assert_int_equal(rename(ledger, temporary), 0);
@@ -246,8 +246,8 @@ static void a_folder_that_was_only_begun_goes_on(void **unused) {
     }
 }
 
-/* Arrivals are counted as they were seen, without a save, without the checkpoint, and once. */
-static void repeats_are_kept_by_a_commit(void **unused) {
+/* Arrivals are counted once, without a save and without the checkpoint. */
+static void repeats_are_kept_by_commit(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(folder);
     for (int pass = 1; pass <= 4; pass++) {
@@ -265,14 +265,15 @@ static void repeats_are_kept_by_a_commit(void **unused) {
     const toliman_track_info info = info_of(track);
     assert_int_equal(info.received, 90);
     assert_int_equal(info.records, 10 + 4);
-    push_number(track, 1); /* not committed: lost, as it was never acknowledged */
+    push_number(track, 1); /* not committed: lost, since it was never acknowledged */
     toliman_track_destroy(track);
     track = make_track(&options);
     assert_int_equal(info_of(track).received, 90);
     toliman_track_destroy(track);
 }
 
-/* A checkpoint of an earlier version, which alone counted them: once, also where the ledger counts them by now. */
+/* A checkpoint of an earlier version, which held these counts alone: they count once, also after the ledger has
+ * them. */
 static void repeats_of_an_older_checkpoint_count_once(void **unused) {
     (void)unused;
     enum { REPEATS = 24 };
@@ -305,14 +306,14 @@ static void repeats_of_an_older_checkpoint_count_once(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(damage_is_told_once, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(one_writer_whatever_is_removed, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(damage_is_reported_once, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(one_writer_even_if_files_are_removed, prepare, tear_down),
         cmocka_unit_test_setup_teardown(a_ledger_that_changes_stops_its_writer, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(a_race_to_begin, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(an_earlier_version_is_kept_out, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(a_lost_ledger_is_no_new_folder, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(a_folder_that_was_only_begun_goes_on, prepare, tear_down),
-        cmocka_unit_test_setup_teardown(repeats_are_kept_by_a_commit, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(race_to_create_a_folder, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(writer_of_an_earlier_version_is_excluded, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(lost_ledger_is_not_a_new_folder, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(partly_created_folder_continues, prepare, tear_down),
+        cmocka_unit_test_setup_teardown(repeats_are_kept_by_commit, prepare, tear_down),
         cmocka_unit_test_setup_teardown(repeats_of_an_older_checkpoint_count_once, prepare, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* Whatever the order, with whatever is lost, repeated and damaged on the way, and in whatever shards: the bits of the
- * frames that should be in, and exact counts. Of as many random passes as TOLIMAN_SEEDS says. */
+/* Tests that frames in any order, with losses, duplicates and damage, and in any shards, give the bits of the frames
+ * that should be accepted, and exact counts. TOLIMAN_SEEDS sets the number of random passes. */
 #include "track_frames.h"
 
 enum { FRAMES = 200, MOST_ARRIVALS = 3 * FRAMES };
@@ -8,7 +8,7 @@ struct pass {
     small_frame arrivals[MOST_ARRIVALS];
     int count;
     toliman_track_info expected;
-    int64_t rejected[TOLIMAN_TRACK_REASON_ESTIMATE - TOLIMAN_TRACK_REASON_NONE + 1]; /* for each reason */
+    int64_t rejected[TOLIMAN_TRACK_REASON_ESTIMATE - TOLIMAN_TRACK_REASON_NONE + 1]; /* one per reject reason */
     toliman_period *clean;
 };
 
@@ -18,7 +18,7 @@ static small_frame *arrive(struct pass *pass, int64_t id) {
     return frame;
 }
 
-/* One of the kinds of damage that show. */
+/* One kind of detectable damage. */
 static void arrive_damaged(struct pass *pass, int64_t id, uint64_t *random) {
     small_frame *frame = arrive(pass, id);
     const int64_t at = (int64_t)draw(random, PIXELS / 2);
@@ -45,7 +45,8 @@ static void swap_arrivals(struct pass *pass, uint64_t i, uint64_t k) {
     pass->arrivals[k] = other;
 }
 
-/* 5 % of the frames are lost, 10 % damaged, visibly or in one of two copies, 10 % doubled, 10 % out of order. */
+/* 5 % of the frames are lost, 10 % damaged (detectably, or silently in one of two copies), 10 % duplicated, 10 % out of
+ * order. */
 static void make_pass(struct pass *pass, const toliman_track_options *options, uint64_t seed) {
     uint64_t random = mixed(seed);
     memset(&pass->expected, 0, sizeof pass->expected);
@@ -57,18 +58,18 @@ static void make_pass(struct pass *pass, const toliman_track_options *options, u
     for (int64_t id = 1; id <= FRAMES; id++) {
         if (draw(&random, 20) == 0)
             continue;
-        const uint64_t fate = draw(&random, 20);
-        if (fate == 0) { /* a silent flip in the first or the second of two copies */
+        const uint64_t kind = draw(&random, 20);
+        if (kind == 0) { /* a silent flip in the first or the second of two copies */
             const uint64_t flipped = draw(&random, 2);
             for (uint64_t copy = 0; copy < 2; copy++)
                 arrive(pass, id)->pixels[draw(&random, PIXELS)] ^= (uint16_t)(copy == flipped ? 1 : 0);
             expected->quarantined++;
             expected->repeated++;
         } else {
-            if (fate == 1)
+            if (kind == 1)
                 arrive_damaged(pass, id, &random);
-            if (fate == 1 && draw(&random, 2) == 0)
-                continue; /* and no good copy comes */
+            if (kind == 1 && draw(&random, 2) == 0)
+                continue; /* and no valid copy arrives */
             const small_frame *frame = arrive(pass, id);
             push_clean(pass->clean, id);
             (*(fabs(value_of_frame(frame)) <= VALUE_LIMIT ? &expected->accepted : &expected->outlier))++;
@@ -136,7 +137,7 @@ static void any_order_gives_the_same_bits(void **unused) {
     }
 }
 
-/* A pass that comes again, on the disk and after opening anew: nothing changes but what is counted as repeated. */
+/* A pass that is replayed, before and after reopening: only the count of repeats changes. */
 static void replays_change_nothing(void **unused) {
     (void)unused;
     static struct pass pass;
@@ -162,7 +163,7 @@ static void replays_change_nothing(void **unused) {
     remove_folder(folder);
 }
 
-/* The arrivals of a pass dealt out to folders, and these merged in a random order, one of them twice. */
+/* The arrivals of a pass are distributed over folders, and these merged in a random order, one of them twice. */
 static void merge_shards(const struct pass *pass, int shards) {
     char above[256], path[300];
     static char paths[64][300];
@@ -196,7 +197,8 @@ static void merge_shards(const struct pass *pass, int shards) {
     assert_counts(track, pass);
     assert_same_periods(period_of(track), pass->clean);
     int64_t lost = -1;
-    assert_ok(toliman_track_merge(track, paths[0], 0, &lost)); /* known: nothing is taken or counted twice */
+    assert_ok(
+        toliman_track_merge(track, paths[0], 0, &lost)); /* already merged: nothing is accepted or counted again */
     assert_int_equal(lost, 0);
     assert_same_periods(period_of(track), pass->clean);
     const toliman_track_info again = info_of(track);
@@ -221,8 +223,8 @@ static void shards_merge_in_any_order(void **unused) {
     }
 }
 
-/* A folder that is merged again and again as it grows, by itself and by way of another one: every frame is in once, and
- * counts are those of the folders together, in whatever order they come. */
+/* A growing folder that is merged repeatedly, directly and through another folder: every frame is included once, and
+ * the counts are those of all folders together, in any order of the merges. */
 static void growing_shards_are_merged_once(void **unused) {
     (void)unused;
     char paths[3][256];
@@ -245,9 +247,9 @@ static void growing_shards_are_merged_once(void **unused) {
         assert_ok(toliman_track_save(shard));
         assert_ok(toliman_track_merge(region, paths[0], 0, NULL));
         if (round % 2 == 0)
-            assert_ok(toliman_track_merge(mission, paths[1], 0, NULL)); /* which then knows of the shard */
+            assert_ok(toliman_track_merge(mission, paths[1], 0, NULL)); /* which now includes the shard */
         assert_ok(toliman_track_merge(mission, paths[0], 0, NULL));
-        if (round == 3) { /* also after being closed */
+        if (round == 3) { /* also after it is closed */
             assert_ok(toliman_track_save(mission));
             toliman_track_destroy(mission);
             mission = make_track(&options);
@@ -256,14 +258,14 @@ static void growing_shards_are_merged_once(void **unused) {
             const toliman_track_info info = info_of(i == 0 ? region : mission);
             assert_holds(i == 0 ? region : mission, &options, 1, 10 * round);
             assert_int_equal(info.accepted + info.outlier, 10 * round);
-            const int by_way = i == 0 ? 0 : round - round % 2; /* rounds that came with the region */
+            const int by_way = i == 0 ? 0 : round - round % 2; /* rounds received through the region */
             assert_int_equal(info.received, 12 * (round + by_way));
             assert_int_equal(info.rejected, round + by_way);
             assert_int_equal(info.repeated, info.received - info.rejected - 10 * round);
         }
     }
     assert_fails(toliman_track_merge(region, paths[1], 0, NULL), TOLIMAN_E_ARGUMENT, "the tracker's own");
-    /* A copy that went on apart. */
+    /* A copy that continued separately. */
     char copy[300], command[700];
     snprintf(copy, sizeof copy, "%s-copy", paths[0]);
     snprintf(command, sizeof command, "cp -r %s %s", paths[0], copy);
@@ -286,7 +288,7 @@ static void growing_shards_are_merged_once(void **unused) {
         remove_folder(paths[i]);
 }
 
-static void unlike_shards_are_refused(void **unused) {
+static void incompatible_shards_are_refused(void **unused) {
     (void)unused;
     char folder[256];
     make_folder(folder, sizeof folder);
@@ -323,9 +325,9 @@ static void unlike_shards_are_refused(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_bits), cmocka_unit_test(replays_change_nothing),
-        cmocka_unit_test(shards_merge_in_any_order),     cmocka_unit_test(growing_shards_are_merged_once),
-        cmocka_unit_test(unlike_shards_are_refused),
+        cmocka_unit_test(any_order_gives_the_same_bits),   cmocka_unit_test(replays_change_nothing),
+        cmocka_unit_test(shards_merge_in_any_order),       cmocka_unit_test(growing_shards_are_merged_once),
+        cmocka_unit_test(incompatible_shards_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
