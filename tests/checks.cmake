@@ -1,4 +1,4 @@
-# The house rules as tests, and the proof that each check finds what it is there for.
+# The project's checks as tests, and tests of the checks themselves.
 find_program(PYTHON3 python3 REQUIRED)
 set(check ${PROJECT_SOURCE_DIR}/tools/check)
 
@@ -11,7 +11,7 @@ add_test(NAME check/types COMMAND mypy --python-version 3.9 --cache-dir ${PROJEC
                                   ${PROJECT_SOURCE_DIR}/bindings/python/toliman)
 add_test(NAME check/exports COMMAND ${check}/exports $<TARGET_FILE:toliman>)
 
-# The border once more, with the debug information that abidw reads and libtoliman.so does without; only looked at.
+# The C interface built again with debug information, which abidw needs and libtoliman.so does not have; only analysed.
 file(GLOB api_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/api/*.cpp)
 add_library(toliman_abi SHARED ${api_sources})
 target_link_libraries(toliman_abi PRIVATE toliman_settings)
@@ -48,20 +48,20 @@ set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJE
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 
-# A host with manners, which watches the library; and a bad library, so that the watch is known to see. Sanitizers put
-# functions of their own where the watch has its own.
+# A host program that watches which functions the library calls, and a library that violates the conventions, to test the
+# watch itself. Not with sanitizers, which replace the same functions.
 if(NOT TOLIMAN_SANITIZE)
-  add_library(toliman_bad_manners SHARED abi/bad_manners.c)
-  target_compile_options(toliman_bad_manners PRIVATE -fno-optimize-sibling-calls)
-  target_link_libraries(toliman_bad_manners PRIVATE PkgConfig::TOLIMAN_NEEDS)
-  add_executable(manners abi/manners.c abi/watch.c)
-  set_target_properties(manners PROPERTIES ENABLE_EXPORTS ON)
-  target_link_libraries(manners PRIVATE toliman toliman_bad_manners PkgConfig::TOLIMAN_NEEDS PkgConfig::CMOCKA dl m)
-  add_test(NAME abi/manners COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_manners.py)
-  set_tests_properties(abi/manners PROPERTIES ENVIRONMENT
-                       "TOLIMAN_MANNERS=$<TARGET_FILE:manners>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
+  add_library(toliman_violations SHARED abi/violations.c)
+  target_compile_options(toliman_violations PRIVATE -fno-optimize-sibling-calls)
+  target_link_libraries(toliman_violations PRIVATE PkgConfig::TOLIMAN_NEEDS)
+  add_executable(conventions abi/conventions.c abi/watch.c)
+  set_target_properties(conventions PROPERTIES ENABLE_EXPORTS ON)
+  target_link_libraries(conventions PRIVATE toliman toliman_violations PkgConfig::TOLIMAN_NEEDS PkgConfig::CMOCKA dl m)
+  add_test(NAME abi/conventions COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/abi/test_conventions.py)
+  set_tests_properties(abi/conventions PROPERTIES ENVIRONMENT
+                       "TOLIMAN_CONVENTIONS=$<TARGET_FILE:conventions>;TOLIMAN_LIBRARY=$<TARGET_FILE:toliman>")
 
-  # Every public function while memory or files fail it.
+  # Every public function while memory allocations or file calls fail.
   add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
                  fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_period.c fault/scenarios_track.c)
   set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
@@ -69,7 +69,7 @@ if(NOT TOLIMAN_SANITIZE)
   target_link_libraries(faults PRIVATE toliman PkgConfig::CMOCKA m)
   foreach(what memory files)
     add_test(NAME fault/${what} COMMAND faults ${PROJECT_SOURCE_DIR}/lib/api/toliman.sym ${what})
-    # Blocks that are given back are filled, so that who still reads them sees it.
+    # Freed blocks are overwritten, so that reads after free are detected.
     set_tests_properties(fault/${what} PROPERTIES ENVIRONMENT GLIBC_TUNABLES=glibc.malloc.perturb=165)
   endforeach()
 endif()

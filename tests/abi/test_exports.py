@@ -1,4 +1,4 @@
-"""Feeds libraries that disagree with their headers or symbol list to the check of exports."""
+"""Tests the check of exports with libraries that disagree with their headers or symbol list."""
 import os
 import shutil
 import subprocess
@@ -21,7 +21,7 @@ class Exports(unittest.TestCase):
         return path
 
     def check(self, declared, listed, defined):
-        """Code and output of the check on a library made of three lists of names."""
+        """Exit code and output of the check for a library made of three lists of names."""
         header = "/* TOLIMAN_API int toliman_old(void); */\n"
         header += "".join("TOLIMAN_API TOLIMAN_MUST_CHECK int\n%s(int a);\n" % name for name in declared)
         self.write("include/toliman/a.h", header)

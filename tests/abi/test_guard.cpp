@@ -1,4 +1,4 @@
-// The border's guard: what is thrown inside becomes a code and a message, and nothing gets past it.
+// Tests the guard of the C interface: every exception becomes a status code and a message, and none escapes.
 #include <cfenv>
 #include <cstdio>
 #include <cstdlib>

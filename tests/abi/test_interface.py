@@ -1,4 +1,4 @@
-"""Feeds headers and libraries that break programs built before to tools/check/abi, and those that only add."""
+"""Tests tools/check/abi with headers and libraries that break existing programs, and with compatible additions."""
 import os
 import re
 import shutil
@@ -18,7 +18,7 @@ LAST = "    const char *fftw;        /* FFTW version */\n"
 
 
 class Tree(unittest.TestCase):
-    """A copy of what the check reads."""
+    """A copy of the files that the check reads."""
 
     model = TOP
 
@@ -44,7 +44,7 @@ class Tree(unittest.TestCase):
 
 
 class Headers(Tree):
-    """The text of the headers alone."""
+    """The check of the headers' text alone."""
 
     def compare(self, *changes):
         for change in changes:
@@ -52,7 +52,7 @@ class Headers(Tree):
         return interface.compare(self.read(RECORD), interface.describe(self.top), self.top)
 
     def refuses(self, *changes_and_why):
-        """What is said of the changes, with the line of the record that it is about."""
+        """The check's output for these changes must name the line of the record."""
         *changes, why = changes_and_why
         breaks, _ = self.compare(*changes)
         found = [(line, text) for line, text in breaks if why in text]
@@ -85,7 +85,7 @@ class Headers(Tree):
         self.refuses((BASE, "    int32_t processors;", "    int32_t cores;"), "member toliman_machine.processors is gone")
 
     def test_member_in_padding(self):
-        """A struct as large as before does not tell the library that its caller knows the member."""
+        """If the size of a struct is unchanged, the library cannot know whether its caller knows a new member."""
         self.change(BASE, LAST, LAST + "    int32_t odd;\n")
         self.write(RECORD, interface.describe(self.top))
         self.refuses((BASE, "    int32_t odd;\n", "    int32_t odd, even;\n"), "even at 60: int32_t, within the 64 bytes")
@@ -127,17 +127,17 @@ class Headers(Tree):
                      "type toliman_status: = int32_t -> = int64_t")
 
     def test_growth(self):
-        """Of a result, which the library goes on filling for those who know less of it."""
+        """Also for a result struct: the library must still fill it for callers who know fewer members."""
         self.refuses((BASE, LAST, LAST + "    double new_one;\n"),
                      "lib/api refuses the 56 bytes of programs built before: give it kOldest<toliman_machine> = 56")
         line = "template <> inline constexpr size_t kOldest<toliman_machine> = %s;\n"
         for refused in (line % 64, "// " + line % 56):
             self.write(OLDEST, refused)
             self.refuses("lib/api refuses the 56 bytes")
-        for number, told in (("40", 40), ("offsetof(toliman_machine, new_one)", 56), ("56", 56)):
+        for number, size in (("40", 40), ("offsetof(toliman_machine, new_one)", 56), ("56", 56)):
             self.write(OLDEST, line % number)
             _, additions = self.compare()
-            self.assertIn(f"struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from {told}", additions)
+            self.assertIn(f"struct toliman_machine of 56 bytes, taken from 56 -> of 64 bytes, taken from {size}", additions)
             self.assertIn("member toliman_machine.new_one at 56: double", additions)
         self.write(RECORD, interface.describe(self.top))
         self.write(OLDEST, line % 64)
@@ -156,11 +156,11 @@ class Headers(Tree):
 
 
 class Program(Tree):
-    """tools/check/abi, on a library of base.h alone."""
+    """tools/check/abi, with a library of base.h alone."""
 
     @classmethod
     def setUpClass(cls):
-        """A tree like the first, whose record is of that library."""
+        """A tree like the first, with the record of that library."""
         first = cls()
         first.setUp()
         cls.addClassCleanup(first.doCleanups)
@@ -174,7 +174,7 @@ class Program(Tree):
         self.write("include/toliman/version.h", interface.model.version_header(self.top))
 
     def build(self):
-        """The library as the headers and the list of symbols now are."""
+        """Builds the library from the current headers and symbol list."""
         subprocess.run(["c++", "-std=c++17", "-shared", "-fPIC", "-fvisibility=hidden", "-g", "-I" + self.top + "/include",
                         "-I" + self.top + "/lib", self.top + "/lib/api/base.cpp", "-o", self.top + "/lib/libtoliman.so",
                         "-Wl,--version-script=" + os.path.join(self.top, SYM)], check=True)
@@ -185,7 +185,7 @@ class Program(Tree):
         return run.returncode, run.stdout
 
     def refuses(self, *why):
-        """Also to record it."""
+        """Also to update the record."""
         recorded = self.read(RECORD)
         for arguments in ((), ("--record",)):
             code, output = self.check(*arguments)
@@ -198,7 +198,7 @@ class Program(Tree):
         self.assertEqual(self.check(), (0, ""))
 
     def test_break(self):
-        """Seen in the headers and, by itself, in the library; recorded once the versions say so."""
+        """Found in the headers and, independently, in the library; recorded once the versions are raised."""
         self.change(BASE, "    int32_t processors;\n", "    double new_one;\n    int32_t processors;\n")
         self.build()
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",

@@ -1,4 +1,5 @@
-// Arrays of callers whose header is older: they step by the callers' size, and what those do not know is 0 or left out.
+// Tests arrays of structs from callers with an older header: the stride is the caller's struct size, and members that
+// the caller does not know are 0 or left out.
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -49,8 +50,8 @@ int main() {
         const Now got = given.get(i);
         require(got.number == then[i].number && got.place == then[i].place && got.added == 0, "get of an older caller");
     }
-    const toliman::api::StructArray<Now> told(reinterpret_cast<Now *>(then), "array");
-    told.put(1, {99, 5, 50, 0.5});
+    const toliman::api::StructArray<Now> callers(reinterpret_cast<Now *>(then), "array");
+    callers.put(1, {99, 5, 50, 0.5});
     require(then[1].struct_size == sizeof(Then) && then[1].number == 5 && then[1].place == 50,
             "put to an older caller");
     require(then[0].number == 1 && then[2].number == 3 && then[2].struct_size == 0, "its neighbours are untouched");

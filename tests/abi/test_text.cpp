@@ -1,5 +1,5 @@
-// Messages: by the same formats the same text as printf's, with a decimal point in a locale that has another sign, cut
-// to fit. How a foreign locale comes is abi/test_manners.py's part; here the C locale is held against printf.
+// Tests messages: the same text as printf's for the same formats, with a decimal point in every locale, truncated to
+// fit. Other locales are tested by abi/test_conventions.py; this test compares with printf in the C locale.
 #include "base/text.hpp"
 
 #include <cstdio>

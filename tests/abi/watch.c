@@ -1,5 +1,5 @@
-/* The functions that a library with manners leaves alone, in place of the C library's: they tell who called, and go on.
- * The program exports them, so that every library that it loads is bound to them. */
+/* Replaces the C library functions that a library must not call: each reports its caller, and continues. The program
+ * exports them, so that the dynamic linker binds every library to them. */
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fenv.h>
@@ -15,26 +15,26 @@
 
 #include "watch.h"
 
-static int report = -1;
+static int report_file = -1;
 
 void watch_into(const char *path) {
-    report = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    report_file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
 }
 
-void watch_no_more(void) {
-    close(report);
-    report = -1;
+void stop_watching(void) {
+    close(report_file);
+    report_file = -1;
 }
 
-/* Not by stdio or write, which are watched. */
-static void tell(const char *name, const void *caller) {
+/* Does not use stdio or write, which are watched. */
+static void report_call(const char *name, const void *caller) {
     Dl_info found;
-    if (report < 0)
+    if (report_file < 0)
         return;
     const char *const path = dladdr(caller, &found) != 0 ? found.dli_fname : "?", *const slash = strrchr(path, '/');
     char line[200];
     const int length = snprintf(line, sizeof line, "%s from %s\n", name, slash == NULL ? path : slash + 1);
-    syscall(SYS_write, report, line, (size_t)length);
+    syscall(SYS_write, report_file, line, (size_t)length);
 }
 
 static void *next(const char *name) {
@@ -43,39 +43,39 @@ static void *next(const char *name) {
 
 #define CALLER __builtin_return_address(0)
 
-/* Whoever calls it while the library is at work, itself or one that it has brought along. */
+/* Reports every caller while the watch is on, the library itself or one of its dependencies. */
 #define WATCH(result, name, parameters, arguments)                                                                     \
     result name parameters {                                                                                           \
         result(*real) parameters;                                                                                      \
         *(void **)&real = next(#name);                                                                                 \
-        tell(#name, CALLER);                                                                                           \
+        report_call(#name, CALLER);                                                                                    \
         return real arguments;                                                                                         \
     }
 
-/* The same of what never returns: the program ends here, so that the test sees it. */
+/* The same for functions that never return: the program exits here, and the test sees it. */
 #define WATCH_END(name, parameters, code)                                                                              \
     _Noreturn void name parameters {                                                                                   \
-        tell(#name, CALLER);                                                                                           \
+        report_call(#name, CALLER);                                                                                    \
         for (;;)                                                                                                       \
             syscall(SYS_exit_group, code);                                                                             \
     }
 
-/* Output, where it goes to the program's own stdout or stderr. */
+/* Output functions, reported if they write to the program's stdout or stderr. */
 #define WATCH_STREAM(result, name, parameters, arguments)                                                              \
     result name parameters {                                                                                           \
         result(*real) parameters;                                                                                      \
         *(void **)&real = next(#name);                                                                                 \
         if (stream == stdout || stream == stderr)                                                                      \
-            tell(#name, CALLER);                                                                                       \
+            report_call(#name, CALLER);                                                                                \
         return real arguments;                                                                                         \
     }
 
-/* Those with arguments after a format. */
+/* Functions with variable arguments after a format. */
 #define WATCH_FORMAT(name, parameters, valid, stream)                                                                  \
     int name parameters {                                                                                              \
         va_list arguments;                                                                                             \
         if (valid)                                                                                                     \
-            tell(#name, CALLER);                                                                                       \
+            report_call(#name, CALLER);                                                                                \
         va_start(arguments, format);                                                                                   \
         const int count = vfprintf(stream, format, arguments);                                                         \
         va_end(arguments);                                                                                             \
@@ -105,7 +105,7 @@ WATCH(void, perror, (const char *text), (text))
 
 ssize_t write(int file, const void *data, size_t size) {
     if (file == STDOUT_FILENO || file == STDERR_FILENO)
-        tell("write", CALLER);
+        report_call("write", CALLER);
     return syscall(SYS_write, file, data, size);
 }
 

@@ -1,4 +1,4 @@
-! What the Fortran objects do when something is wrong. Usage: failures scene [stop | assign | leak]
+! Error handling of the Fortran objects. Usage: failures scene [stop | assign | leak]
 program failures
     use, intrinsic :: iso_c_binding
     use toliman
@@ -14,13 +14,13 @@ program failures
     case ('leak')
         call leave_many()
     case default
-        call told(trim(scene))
+        call report_failures(trim(scene))
     end select
 
 contains
 
     ! Prints stat and errmsg of calls that fail.
-    subroutine told(path)
+    subroutine report_failures(path)
         character(len=*), intent(in) :: path
         type(toliman_simulator) :: sim
         type(toliman_periodogram) :: period
@@ -79,7 +79,7 @@ contains
         print '(a)', 'not reached'
     end subroutine
 
-    ! 13 MB each, freed where they go out of scope, are made anew or destroyed.
+    ! Objects of 13 MB each, freed when they go out of scope, are created again or are destroyed.
     subroutine leave_many()
         integer :: k
         do k = 1, 100

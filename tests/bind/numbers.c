@@ -1,4 +1,5 @@
-/* Numbers of every room by the C interface; numbers.f90 and test_numbers.py make the same. Usage: numbers scene */
+/* Results of every header through the C interface; numbers.f90 and test_numbers.py compute the same. Usage: numbers
+ * scene */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-! Numbers of every room by the Fortran objects, as numbers.c has them. Usage: numbers scene
+! Results of every header through the Fortran objects, the same as in numbers.c. Usage: numbers scene
 program numbers
     use, intrinsic :: iso_c_binding
     use toliman

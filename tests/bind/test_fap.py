@@ -1,4 +1,4 @@
-"""False alarm probabilities from Python, against astropy and scipy's own functions."""
+"""Tests false alarm probabilities from Python against astropy's and scipy's own functions."""
 import math
 import pathlib
 import sys
@@ -28,10 +28,11 @@ class Fap(unittest.TestCase):
         return periodogram
 
     def test_against_astropy(self):
-        """Its functions themselves: called by way of LombScargle they round the last frequency to a grid of their own."""
+        """Calls astropy's functions directly: called through LombScargle, they round the last frequency to a grid
+        of their own."""
         for count in (5, 6, 40, DAYS):
             times, sigma, periodogram = t[:count], numpy.ones(count), self.made(count)
-            last = LAST * math.sqrt(count**2 - 1) / (count - 1)  # its time span is a step shorter
+            last = LAST * math.sqrt(count**2 - 1) / (count - 1)  # its time span is one step shorter
             for power in (0.001, 0.01, 0.05, 0.1, 0.3, 0.6):
                 expected = {
                     "baluev": astropy.fap_baluev(power, LAST, times, None, sigma),
@@ -42,7 +43,7 @@ class Fap(unittest.TestCase):
                     found = 10 ** periodogram.log10_fap(math.log10(1 - power), method)
                     self.assertAlmostEqual(found / value, 1, delta=1e-11 + 1e-14 / value, msg=(count, method, power))
 
-    def test_levels_against_astropy(self):
+    def test_thresholds_against_astropy(self):
         for method in ("baluev", "naive", "single"):
             for fap in (0.1, 0.01, 1e-3):
                 last = LAST * math.sqrt(DAYS**2 - 1) / (DAYS - 1) if method == "naive" else LAST
@@ -51,7 +52,8 @@ class Fap(unittest.TestCase):
                 self.assertAlmostEqual(1 - 10**level, float(expected), delta=1e-5, msg=(method, fap))
 
     def test_sequential_formula(self):
-        """The same from scipy's normal distribution: FAP of a look, by independent looks an e-fold, by what is spent."""
+        """The same from scipy's normal distribution: FAP of a query, from independent queries per e-fold and the
+        spent share."""
         for count in (5, 20, 150, DAYS):
             periodogram = self.made(count)
             for power in (0.05, 0.1, 0.2, 0.5, 0.9):
@@ -64,13 +66,14 @@ class Fap(unittest.TestCase):
                 self.assertAlmostEqual(periodogram.log10_fap(residual, "sequential"), min(0, expected), delta=1e-11)
 
     def test_sequential_spends_one(self):
-        """A look at every number of samples that lets just its share through: the shares sum to 1."""
+        """With a query at every number of samples, thresholds that let exactly their share pass: the shares sum
+        to 1."""
         x = numpy.linspace(-5, 5, 200001)
         tail = 1 / (2 * (1 + 5))  # beyond either end
         self.assertAlmostEqual(numpy.trapz(1 / (2 * (1 + abs(x)) ** 2), x) + 2 * tail, 1, delta=1e-8)
 
     def test_bootstrap_against_astropy(self):
-        """Both resample the same data: their highest peaks are one distribution."""
+        """Both methods resample the same data: their highest peaks have the same distribution."""
         count = 200
         ours = 1 - 10 ** self.made().bootstrap(t, y, count=count, seed=3)
         frequency = GRID["f0"] + GRID["df"] * numpy.arange(GRID["nf"])
@@ -79,18 +82,18 @@ class Fap(unittest.TestCase):
         for _ in range(count):
             theirs.append(LombScargle(t, rng.choice(y, DAYS)).power(frequency, method="fast").max())
         self.assertGreater(stats.ks_2samp(ours, theirs).pvalue, 0.01)
-        # And on Gaussian noise both are what Baluev says.
+        # On Gaussian noise both agree with Baluev's formula.
         baluev = 1 - 10 ** self.made().threshold(-1)
         self.assertAlmostEqual(ours[count // 10 - 1], baluev, delta=0.008)
 
-    def test_bootstrap_takes_sigmas_along(self):
-        """The one sample that counts is wild: every resampling in which it comes once or more follows it."""
+    def test_bootstrap_resamples_sigmas_with_values(self):
+        """A single sample dominates and is an outlier: every resampling that contains it once or more follows it."""
         sigma = numpy.where(t == 10, 0.01, 1.0)
         wild = numpy.where(t == 10, 100.0, y)
         with Periodogram(**GRID, sigma_floor=0.01, sigma_ceiling=1.0) as periodogram:
             periodogram.push_many(t, wild, sigma)
             peaks = periodogram.bootstrap(t, wild, sigma, count=100, seed=1)
-        alone = (peaks > -0.3).mean()  # drawn never: ordinary noise, chance 1/e
+        alone = (peaks > -0.3).mean()  # not drawn: ordinary noise, probability 1/e
         self.assertAlmostEqual(alone, math.exp(-1), delta=0.15)
 
     def test_sampling(self):

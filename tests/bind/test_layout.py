@@ -1,4 +1,5 @@
-"""Constants, sizes and offsets of ctypes and Fortran are the C compiler's, and so are the types that the table read."""
+"""Tests that constants, sizes and offsets in ctypes and Fortran equal the C compiler's, and so do the types in the
+generator's table."""
 import ctypes
 import os
 import pathlib
@@ -22,7 +23,7 @@ TABLE = model.read(TOP)
 
 
 def run(*command, folder):
-    """Its output; a failure shows what the compiler said."""
+    """Its output; a failure shows the compiler's messages."""
     done = subprocess.run([str(word) for word in command], cwd=folder, universal_newlines=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT)
     if done.returncode != 0:
@@ -55,7 +56,7 @@ end program layout
 
 
 def width(text):
-    """What matters of a type in a C declaration, whoever wrote it."""
+    """The significant part of a type in a C declaration, regardless of its style."""
     if "*" in text:
         return "pointer"
     for words, found in ((("double",), "double"), (("int64_t", "size_t", "long"), "8 bytes"),
@@ -66,7 +67,7 @@ def width(text):
 
 
 def width_of(kind):
-    """The same of a type of the table."""
+    """The same for a type of the table."""
     return "pointer" if TABLE.kind(kind.base) is model.Callback else width(kind.declare(""))
 
 
@@ -99,7 +100,7 @@ class Layout(unittest.TestCase):
         self.assertEqual(found, self.c)
 
     def test_fortran_types(self):
-        """What gfortran takes its structs and interfaces for in C, beside the header."""
+        """The C declarations that gfortran derives from its structs and interfaces, compared with the header."""
         output = run("gfortran", "-fsyntax-only", "-fc-prototypes", TOP / "bindings" / "fortran" / "toliman.f90",
                      folder=self.folder)
         found = {}

@@ -1,4 +1,4 @@
-"""Networks, templates and components of Python, against the program, numpy, and each other."""
+"""Tests networks, templates and components in Python against the program, numpy, and each other."""
 import copy
 import json
 import os
@@ -54,8 +54,8 @@ class Network(unittest.TestCase):
             self.assertTrue((network.encode(same) == latents).all())
         self.assertIs(type(network.encode(frames[0])), float)
 
-    def test_every_type_of_pixels_is_read_where_it_lies(self):
-        """Without a copy as doubles, which would be 8 bytes per pixel."""
+    def test_every_pixel_type_is_read_in_place(self):
+        """Without a copy as doubles, which would need 8 bytes per pixel."""
         counts = (frames / 1e6).round()
         template = toliman.Template(simulator)
         for type_name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", "<f4", ">f4", "<f8"):
@@ -73,7 +73,8 @@ class Network(unittest.TestCase):
             network.encode(masked)
 
     def test_chi_square(self):
-        """Of good frames 1, of others not; the template's is that of numpy's least squares."""
+        """Chi-square is 1 for valid frames and not for others; the template's equals that of numpy's least
+        squares."""
         template, damaged = toliman.Template(simulator), frames.copy()
         damaged[1, ::2] = 0
         for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
@@ -90,7 +91,7 @@ class Network(unittest.TestCase):
     def test_no_frames(self):
         self.assertEqual(network.encode(frames[:0]).shape, (0,))
 
-    def test_frames_that_are_none(self):
+    def test_invalid_frames(self):
         with tempfile.NamedTemporaryFile() as file:
             objects = numpy.memmap(file.name, "u1", "w+", shape=(ROWS, COLS)).astype(object)
             with self.assertRaisesRegex(TypeError, "frames is an array of object: give plain numbers"):
@@ -121,10 +122,10 @@ class Network(unittest.TestCase):
             self.assertEqual(path.read_bytes(), network.to_bytes())
             self.assertTrue((toliman.CAE.load(path).encode(frames) == latents).all())
             frames.astype("<u4").tofile(pathlib.Path(folder) / "frames.bin")
-            told = subprocess.run([os.environ["TOLIMAN"], "encode", "--weights", path, "--dtype", "u32le", "--shape",
-                                   f"{ROWS}x{COLS}", pathlib.Path(folder) / "frames.bin"], check=True,
-                                  capture_output=True, text=True).stdout
-        self.assertEqual([float(line.split(",")[2]) for line in told.splitlines()[1:]], latents.tolist())
+            output = subprocess.run([os.environ["TOLIMAN"], "encode", "--weights", path, "--dtype", "u32le", "--shape",
+                                     f"{ROWS}x{COLS}", pathlib.Path(folder) / "frames.bin"], check=True,
+                                    capture_output=True, text=True).stdout
+        self.assertEqual([float(line.split(",")[2]) for line in output.splitlines()[1:]], latents.tolist())
         self.assertTrue((pickle.loads(pickle.dumps(network)).encode(frames) == latents).all())
         self.assertLess(len(network.to_bytes(weights="fp16", planes="bf16")), 0.7 * len(network.to_bytes()))
         with self.assertRaisesRegex(toliman.InputError, "does not start with"):
@@ -134,7 +135,7 @@ class Network(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "weights = 'int8': must be one of float32, bf16, fp16"):
             network.to_bytes(weights="int8")
 
-    def test_decoder_paints_the_target(self):
+    def test_decoder_output_is_the_target(self):
         target, painted = network.target(), network.decode(1e-6) / 1e-6
         cosine = (target * painted).sum() / numpy.sqrt((target**2).sum() * (painted**2).sum())
         self.assertGreater(cosine, 0.98)
@@ -153,7 +154,7 @@ class Network(unittest.TestCase):
             trained.append(other.to_bytes())
         self.assertEqual(*trained)
 
-    def test_what_a_function_of_frames_raises_comes_through(self):
+    def test_exceptions_of_a_frame_function_propagate(self):
         other = toliman.CAE(simulator, layout="paper", input="raw")
         before = other.to_bytes()
 
@@ -168,7 +169,7 @@ class Network(unittest.TestCase):
         self.assertEqual(other.to_bytes(), before)
 
 
-    def test_a_tracker_holds_its_estimator(self):
+    def test_tracker_keeps_its_estimator_alive(self):
         for estimator in (toliman.CAE.from_bytes(network.to_bytes()), toliman.Template(simulator)):
             expected = estimator.encode(frames[1])
             tracker = toliman.Tracker(estimator, 0.01, 0.001, 100)
@@ -180,7 +181,7 @@ class Network(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "closed"):
                 estimator.encode(frames[:0])
 
-    def test_training_of_what_is_in_use(self):
+    def test_training_while_in_use(self):
         other = toliman.CAE(simulator)
         tracker = toliman.Tracker(other, 0.01, 0.001, 100)
         with self.assertRaisesRegex(RuntimeError, "a Tracker uses this CAE"):
@@ -192,7 +193,7 @@ class Network(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "frames are for"):
             other.train(frames=frames)
 
-    def test_closing_while_it_trains(self):
+    def test_closing_during_training(self):
         other = toliman.CAE(simulator)
         self.assertEqual(other.train(steps=3, progress=lambda stage, fraction: other.close()).steps, 3)
         thread = threading.Thread(target=simulator.frames, kwargs={"count": 200})
@@ -214,7 +215,7 @@ class Network(unittest.TestCase):
 
 class Linear(unittest.TestCase):
     def test_template_is_weighted_least_squares(self):
-        """Numpy's own, with the expected counts as weights."""
+        """Least squares with numpy, weighted by the expected counts."""
         template = toliman.Template(simulator)
         reference, derivative, variance = (simulator.image(kind) for kind in ("both", "separation", "variance"))
         information = (derivative**2 / variance).sum()

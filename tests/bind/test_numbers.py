@@ -1,4 +1,5 @@
-"""The same numbers, to the last bit, in C, Fortran and by the raw functions of Python; failures in Fortran."""
+"""Tests that C, Fortran and the raw functions of Python give the same numbers to the last bit; also failures in
+Fortran."""
 import ctypes
 import json
 import os
@@ -26,7 +27,7 @@ N, FRAMES = 1095, 6
 
 
 def setUpModule():
-    """The chapter's scene in frames that are not square, so that rows and columns cannot be exchanged unseen."""
+    """The chapter's scene with frames that are not square, so that exchanged rows and columns are detected."""
     unittest.addModuleCleanup(KEPT.cleanup)
     scene = json.loads((TOP / "examples" / "scenes" / "chapter.json").read_text())
     scene["detector"]["shape"] = [260, 270]
@@ -35,7 +36,8 @@ def setUpModule():
 
 
 def run(program, *arguments):
-    """(code, stdout, stderr); one thread of OpenBLAS, upon whose number the last bits of components depend."""
+    """(code, stdout, stderr); one OpenBLAS thread, since the last bits of components depend on the number of
+    threads."""
     done = subprocess.run([os.path.join(PROGRAMS, program), SCENE, *arguments], universal_newlines=True,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
     return done.returncode, done.stdout, done.stderr
@@ -46,7 +48,7 @@ def value_of(bits):
 
 
 def least_squares(frequency):
-    """Share of the samples' squares that a sinusoid of this frequency takes away."""
+    """Share of the samples' sum of squares that a sinusoid of this frequency removes."""
     k = numpy.arange(N)
     y = k * 37 % 101 / 1010 + numpy.where(k % 365 < 182, 0.25, 0)
     angle = 2 * numpy.pi * frequency * k
@@ -55,7 +57,7 @@ def least_squares(frequency):
 
 
 def grid():
-    """The lowest frequencies of the grid, among which the highest peak is."""
+    """The lowest frequencies of the grid, which include the highest peak."""
     return [(1.5 + 0.1 * k) / N for k in range(100)]
 
 
@@ -66,13 +68,13 @@ class Numbers(unittest.TestCase):
         cls.lines = [line.split(" ") for line in cls.c[1].splitlines()]
         cls.values = {name: value_of(text) for name, text in cls.lines if re.fullmatch("[0-9A-F]{16}", text)}
 
-    def test_fortran_is_c(self):
+    def test_fortran_equals_c(self):
         self.assertEqual(self.c[0], 0, self.c[2])
         self.assertEqual(self.fortran[0], 0, self.fortran[2])
         self.assertGreater(len(self.lines), 40)
         self.assertEqual(self.fortran[1].splitlines(), self.c[1].splitlines())
 
-    def test_they_are_what_they_should_be(self):
+    def test_expected_values(self):
         got = self.values
         self.assertEqual(dict(self.lines)["name"], "chapter")
         self.assertEqual(got["rows"], 260)
@@ -81,16 +83,16 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(got["power"], least_squares((1.5 + 0.1 * 102) / N), delta=1e-12)
         self.assertAlmostEqual(got["batch"], got["power"], delta=1e-9)
         self.assertAlmostEqual(least_squares(1 / got["period"]) / max(map(least_squares, grid())), 1, delta=1e-2)
-        self.assertGreater(got["share"], 0.9)  # of frames displaced by 1000 sigma each
+        self.assertGreater(got["share"], 0.9)  # of frames each displaced by 1000 sigma
         self.assertEqual([got[name] for name in ("count", "in_period", "rejected", "bad_pixel")], [N, FRAMES - 1, 1, 7009])
         self.assertEqual(got["tai"], (FRAMES - 1) * 86400e9 + 1000)
 
-    def test_python_is_c(self):
+    def test_python_equals_c(self):
         self.assertEqual({name: got for name, got in Python().numbers().items() if got != self.values[name]}, {})
 
 
 class Python:
-    """Some of the numbers, by ctypes alone."""
+    """Some of the numbers, through ctypes alone."""
 
     def __init__(self):
         self.found = {}
@@ -151,7 +153,7 @@ class Failures(unittest.TestCase):
     def test_stat_and_errmsg(self):
         code, output, errors = run("bind_failures")
         self.assertEqual(code, 0, errors)
-        told = output.splitlines()
+        lines = output.splitlines()
         expected = [
             (_raw.TOLIMAN_E_NOT_FOUND, "no/such/scene.json"), (_raw.TOLIMAN_E_ARGUMENT, "sim"),
             (_raw.TOLIMAN_E_ARGUMENT, "size(image, 2) = 259: must be 260"), (_raw.TOLIMAN_E_ARGUMENT, "stride"),
@@ -160,8 +162,8 @@ class Failures(unittest.TestCase):
             (_raw.TOLIMAN_E_ARGUMENT, "size(y, 1) = 4: must be 5"), (_raw.TOLIMAN_E_NOT_FOUND, "no/such/folder"),
             (_raw.TOLIMAN_OK, "untouched"),
         ]
-        self.assertEqual(len(told), len(expected), output)
-        for line, (status, words) in zip(told, expected):
+        self.assertEqual(len(lines), len(expected), output)
+        for line, (status, words) in zip(lines, expected):
             self.assertEqual(int(line.split(" ", 1)[0]), status, line)
             self.assertIn(words, line)
 
@@ -179,7 +181,7 @@ class Failures(unittest.TestCase):
 
     @unittest.skipIf(os.environ.get("TOLIMAN_SANITIZE"), "sanitizers keep what is freed")
     def test_memory_is_freed(self):
-        """100 times three objects of 13 MB: 4 GB, were they kept."""
+        """100 times three objects of 13 MB: 4 GB if they leaked."""
         child = subprocess.Popen([os.path.join(PROGRAMS, "bind_failures"), SCENE, "leak"], stdout=subprocess.PIPE)
         output = child.stdout.read()
         _, code, usage = os.wait4(child.pid, 0)

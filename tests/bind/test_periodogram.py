@@ -1,4 +1,4 @@
-"""The Python periodogram: sigmas, arguments, states, edges and false alarms."""
+"""Tests the Python periodogram: sigmas, arguments, states, limits and false alarms."""
 import json
 import os
 import pathlib
@@ -58,7 +58,7 @@ class Arguments(unittest.TestCase):
                 powers.append(periodogram.power())
         self.assertTrue((powers[0] == powers[1]).all())
 
-    def test_inaccurate_powers_are_warned_of(self):
+    def test_inaccurate_powers_raise_a_warning(self):
         """A thousandth of a cycle in one night, and less."""
         night = 2460000.3 + 0.35 * t / t.size
         grid = {"f0": 1e-4, "df": 1e-4, "nf": 30, "time_offset": night[0]}
@@ -81,8 +81,8 @@ class Arguments(unittest.TestCase):
             self.assertTrue(narrow.peak().inaccurate and narrow.sampling().inaccurate and narrow.model(0).inaccurate)
             self.assertFalse(even.sampling().inaccurate or wide.sampling().inaccurate)
 
-    def test_wide_sums_keep_their_digits(self):
-        """A hundredth of a cycle in all, against a parabola: beyond it the sinusoid has nothing to tell."""
+    def test_double_limb_sums_keep_their_digits(self):
+        """A hundredth of a cycle in total, against a parabola: a sinusoid cannot be distinguished from it."""
         small = {"f0": 1e-6, "df": 1e-6, "nf": 2}
         values = numpy.cos(0.3 * t)
         with Periodogram(**small, double_limb=True) as wide, Periodogram(**small) as narrow:
@@ -95,7 +95,7 @@ class Arguments(unittest.TestCase):
             self.assertFalse(wide.sampling().needs_double_limb)
 
 
-    def test_numbers_of_other_kinds(self):
+    def test_numbers_of_other_types(self):
         class Quantity(float):
             unit = "d"
         with Periodogram(**GRID) as periodogram:
@@ -121,7 +121,7 @@ class Arguments(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "time_offset_ns = "):
             Periodogram(**GRID, time_offset_ns=2**64)
 
-    def test_push_in_all_kinds_of_time(self):
+    def test_push_with_all_time_types(self):
         """Floats, pairs and nanoseconds give the same sums; mixed sigmas and a sigma of 0 are refused."""
         with Periodogram(**GRID) as plain, Periodogram(**GRID) as other, Periodogram(**GRID) as none:
             plain.push_many(t[:20].round(), y[:20])
@@ -159,24 +159,24 @@ class Arguments(unittest.TestCase):
         with self.assertRaises(ValueError):
             toliman.period(t, y, -dy)
 
-    def test_suited_grid(self):
-        """As the program's for the same times."""
+    def test_suggested_grid(self):
+        """The same as the program's for the same times."""
         for times in (numpy.arange(1095.0), numpy.sort(numpy.random.default_rng(1).uniform(0, 50, 70))):
             with tempfile.TemporaryDirectory() as folder:
                 numpy.savetxt(f"{folder}/a.csv", numpy.stack([times, numpy.sin(times)], 1), delimiter=",", fmt="%.17g")
-                told = json.loads(subprocess.run([os.environ["TOLIMAN"], "period", f"{folder}/a.csv", "--json"], check=True,
-                                                 capture_output=True, text=True).stdout)
+                output = json.loads(subprocess.run([os.environ["TOLIMAN"], "period", f"{folder}/a.csv", "--json"], check=True,
+                                                   capture_output=True, text=True).stdout)
             grid = suited_grid(times[::-1])
-            self.assertEqual(grid.nf, told["grid"]["nf"])
-            self.assertAlmostEqual(grid.f0 / told["grid"]["f0"], 1, delta=1e-15)
-            self.assertAlmostEqual(grid.df / told["grid"]["df"], 1, delta=1e-15)
+            self.assertEqual(grid.nf, output["grid"]["nf"])
+            self.assertAlmostEqual(grid.f0 / output["grid"]["f0"], 1, delta=1e-15)
+            self.assertAlmostEqual(grid.df / output["grid"]["df"], 1, delta=1e-15)
             Periodogram(*grid).close()
         for bad, why in (([1.0], "t: two different times"), ([2.0, 2.0], "t: two different times"), ([0, numpy.nan], "t = nan")):
             with self.assertRaisesRegex(Error, why):
                 suited_grid(bad)
         self.assertEqual(suited_grid([], 1095), suited_grid(numpy.arange(1095.0)))
 
-    def test_bootstrap_tells_its_progress(self):
+    def test_bootstrap_reports_progress(self):
         seen = []
         with Periodogram(**GRID) as periodogram:
             periodogram.push_many(t, y)
@@ -185,7 +185,7 @@ class Arguments(unittest.TestCase):
 
 
 class Normalisations(unittest.TestCase):
-    def test_as_astropy_has_them(self):
+    def test_against_astropy(self):
         random = numpy.random.default_rng(2)
         times = numpy.sort(random.uniform(0, 300, 120))
         errors = random.uniform(0.3, 2, 120)

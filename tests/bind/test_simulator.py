@@ -1,4 +1,5 @@
-"""Simulator of Python: the program's own frames, what the header says of images, scenes as dicts."""
+"""Tests Simulator in Python: the same frames as the program's, images as the header describes them, scenes as
+dicts."""
 import errno
 import json
 import os
@@ -15,11 +16,11 @@ sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import toliman  # noqa: E402
 
 SCENES = ROOT / "examples" / "scenes"
-ROWS, COLS = 260, 270  # not square, so that rows and columns cannot be exchanged unseen
+ROWS, COLS = 260, 270  # not square, so that exchanged rows and columns are detected
 
 
 def scene(**changes):
-    """The chapter's scene with other members at the top."""
+    """The chapter's scene with other members at the top level."""
     found = json.loads((SCENES / "chapter.json").read_text())
     found["detector"]["shape"] = [ROWS, COLS]
     found["telescope"]["pupil_samples"] = 128
@@ -32,7 +33,7 @@ class Frames(unittest.TestCase):
         cls.simulator = toliman.Simulator(scene())
         cls.addClassCleanup(cls.simulator.close)
 
-    def test_frames_are_the_program_s(self):
+    def test_frames_equal_the_program_s(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder)
             (path / "scene.json").write_text(json.dumps(scene()))
@@ -51,7 +52,7 @@ class Frames(unittest.TestCase):
         self.assertEqual(len(frames), 3)
         self.assertTrue((few.frames(1) == frames[1:]).all())
         self.assertTrue((few.frames(2, displacements=[0.01])[0] == few.frame(2, displacement=0.01)).all())
-        moved = numpy.linspace(-0.01, 0.01, 70)  # more than are given to C at a time
+        moved = numpy.linspace(-0.01, 0.01, 70)  # more than are passed to C at a time
         self.assertTrue((few.frames(0, displacements=moved)[69] == few.frame(69, displacement=0.01)).all())
         self.assertEqual(few.frames(0, 0).shape, (0, ROWS, COLS))
         with self.assertRaisesRegex(toliman.InputError, "cadence"):
@@ -75,8 +76,8 @@ class Frames(unittest.TestCase):
         numpy.testing.assert_allclose(self.simulator.expect(0), both, atol=1e-9 * both.max())
         self.assertEqual(both.shape, (ROWS, COLS))
 
-    def test_stars_stand_where_offsets_tell(self):
-        """The brightest pixel of star A's image is the one its offset points to."""
+    def test_stars_are_at_their_offsets(self):
+        """The brightest pixel of star A's image must be at the star's offset."""
         clear = scene()
         del clear["telescope"]["mask"]
         simulator = toliman.Simulator(clear)

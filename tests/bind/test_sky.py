@@ -1,4 +1,4 @@
-"""Binary orbits and planets of a scene against Kepler's equation by bisection and the textbook's angles."""
+"""Tests binary orbits and planets of a scene against Kepler's equation by bisection and the textbook's angles."""
 import copy
 import ctypes
 import json
@@ -51,12 +51,12 @@ def true_anomaly(mean, e):
 
 
 def radius(anomaly, e):
-    """In semi-major axes."""
+    """In units of the semi-major axis."""
     return (1 - e * e) / (1 + e * math.cos(anomaly))
 
 
 def place(orbit, date):
-    """Separation and position angle (deg) by the spherical triangle of node, line of sight and star."""
+    """Separation and position angle (deg) from the spherical triangle of node, line of sight and star."""
     e = orbit["eccentricity"]
     anomaly = true_anomaly(2 * math.pi * (date - orbit["epoch"]) / orbit["period_years"], e)
     r = orbit["semi_major_arcsec"] * radius(anomaly, e)
@@ -158,7 +158,7 @@ class PlanetSignal(unittest.TestCase):
             }
             earth = 3.986004e14 / 1.3271244e20 * 300
             amplitude = earth / (1.0788 + earth) * 0.5 / 1.33 / 0.375
-            gauss = 2 * math.pi / 365.2568983840419  # mean motion of a massless planet at 1 au, rad a day
+            gauss = 2 * math.pi / 365.2568983840419  # mean motion of a massless planet at 1 au, rad per day
             motion = gauss * math.sqrt((1.0788 + earth) / 0.5**3)
             with self.subTest(e=e), Sim(scene) as sim:
                 for t, displacement in zip(*sim.series(200)):

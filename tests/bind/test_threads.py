@@ -1,4 +1,4 @@
-"""Threads in one object: none is lost, none is wrong, and nobody waits for ever."""
+"""Tests threads that share one object: no sample is lost, no result is wrong, and no thread blocks forever."""
 import pathlib
 import sys
 import threading
@@ -34,7 +34,7 @@ def in_threads(work):
 
 
 class Threads(unittest.TestCase):
-    def test_pushes_are_those_of_one_thread(self):
+    def test_pushes_equal_those_of_one_thread(self):
         t = numpy.arange(THREADS * SAMPLES, dtype=float)
         y = numpy.sin(t)
         for _ in range(6):
@@ -50,7 +50,7 @@ class Threads(unittest.TestCase):
                 self.assertEqual(shared.info.count, len(t))
                 self.assertEqual(shared.to_bytes(), alone.to_bytes())
 
-    def test_merges_of_each_other_do_not_wait_for_each_other(self):
+    def test_mutual_merges_do_not_deadlock(self):
         with Periodogram(0.1, 0.1, 2000) as a, Periodogram(0.1, 0.1, 2000) as b:
             a.push(1, 1)
 
@@ -61,7 +61,7 @@ class Threads(unittest.TestCase):
 
             in_threads(merge)
 
-    def test_a_callback_is_refused_what_its_call_excludes(self):
+    def test_callbacks_cannot_use_the_object_in_use(self):
         seen = []
 
         def estimate(image):

@@ -1,4 +1,5 @@
-"""Tracker of Python: whatever the order and kind of pixels the same bits; folders, failures, estimators of one's own."""
+"""Tests Tracker in Python: equal bits for any order and pixel type of the frames; folders, failures, user-supplied
+estimators."""
 import pathlib
 import subprocess
 import sys
@@ -60,8 +61,9 @@ class Pushing(unittest.TestCase):
             self.assertEqual([VERDICTS[verdict] for verdict in lines["verdict"]], ["quarantined", "accepted"])
             self.assertEqual(lines["frame_id"].tolist(), [3, 4])
 
-    def test_pixels_of_every_kind(self):
-        """Each kind, in either byte order, and cut out of a larger frame: the same value, and the same content."""
+    def test_every_pixel_type(self):
+        """Each pixel type, in either byte order, and cropped from a larger frame: the same value, and the same
+        content."""
         counts = numpy.arange(48).reshape(8, 6)
         for name in ("u1", "<u2", ">u2", "<u4", ">u4", "<i2", ">i2", "<i4", ">i4", "<f4", ">f4", "<f8", ">f8"):
             large = numpy.zeros((10, 9), name)
@@ -96,7 +98,7 @@ class Pushing(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a function or None"):
             tracker("mean")
 
-    def test_columns_have_what_estimators_and_frames_tell(self):
+    def test_columns_hold_values_of_estimators_and_frames(self):
         def estimate(image):
             return Estimate(image[0, 0], further=(1.5, -2), covariance=numpy.arange(9).reshape(3, 3), sigma=2,
                             chi_square=1.25, flags=2**31)
@@ -106,10 +108,10 @@ class Pushing(unittest.TestCase):
             ours.push(frame_of(4))
             lines = ours.records()
             first = {name: lines[name][0] for name in lines.dtype.names}
-            told = {"value": values[3], "sigma": 2, "chi_square": 1.25, "exposure_s": 8, "shift_s": 6.5 / 3 - 4, "window_row": -5,
-                    "window_col": 700, "flags": 2**31, "dx": 1.5, "flux": -2, "cov_value_dx": 1, "cov_value_flux": 2,
-                    "cov_dx_dx": 4, "cov_dx_flux": 5, "cov_flux_flux": 8}
-            self.assertEqual({name: first[name] for name in told}, told)
+            row = {"value": values[3], "sigma": 2, "chi_square": 1.25, "exposure_s": 8, "shift_s": 6.5 / 3 - 4, "window_row": -5,
+                   "window_col": 700, "flags": 2**31, "dx": 1.5, "flux": -2, "cov_value_dx": 1, "cov_value_flux": 2,
+                   "cov_dx_dx": 4, "cov_dx_flux": 5, "cov_flux_flux": 8}
+            self.assertEqual({name: first[name] for name in row}, row)
             self.assertEqual(lines["window_row"].dtype, numpy.int64)
             self.assertEqual(lines["exposure_s"].tolist(), [8, 0])
             self.assertEqual(ours.records(1)["frame_id"].tolist(), [4])
@@ -125,10 +127,10 @@ class Pushing(unittest.TestCase):
 
     def test_options_in_force(self):
         with tempfile.TemporaryDirectory() as folder, tracker(folder=folder, sync="frame", values=["dx"]) as ours:
-            told = ours.options
-            self.assertEqual((told["folder"], told["sync"], told["values"]), (folder, "frame", ("dx",)))
-            self.assertEqual((told["f0"], told["df"], told["nf"], told["unit_ns"]), (*GRID, 86400e9))
-            self.assertEqual((told["rows"], told["zero_run_bytes"], told["threads"], told["group"]), (8, 0, 1, 64))
+            have = ours.options
+            self.assertEqual((have["folder"], have["sync"], have["values"]), (folder, "frame", ("dx",)))
+            self.assertEqual((have["f0"], have["df"], have["nf"], have["unit_ns"]), (*GRID, 86400e9))
+            self.assertEqual((have["rows"], have["zero_run_bytes"], have["threads"], have["group"]), (8, 0, 1, 64))
             ours.push(frame_of(1))
             ours.commit()
             with Tracker.open(folder) as there:
@@ -140,7 +142,7 @@ class Pushing(unittest.TestCase):
             with self.assertRaises(Error) as raised:
                 ours.push_many([frame_of(k) for k in range(4)])
             self.assertEqual([outcome.value for outcome in raised.exception.outcomes], values[:2].tolist())
-        with tracker(capacity=70) as ours:  # more than are given to C at a time
+        with tracker(capacity=70) as ours:  # more than are passed to C at a time
             with self.assertRaises(Error) as raised:
                 ours.push_many([frame_of(k % N, session=f"s{k}") for k in range(100)])
             self.assertEqual(len(raised.exception.outcomes), 70)
@@ -200,7 +202,7 @@ class Pushing(unittest.TestCase):
             ours.push_many([frame_of(1), frame_of(2)])
         self.assertEqual([image[0, 0] for image in kept], [values[1] + 1, values[2] + 1])
 
-    def test_closing_while_it_works(self):
+    def test_closing_during_a_push(self):
         def estimate(image):
             with self.assertRaisesRegex(StateError, "in use by"):  # its frames cannot be committed now
                 ours.close()
@@ -211,7 +213,7 @@ class Pushing(unittest.TestCase):
             ours.push_many([])
         self.assertEqual(repr(ours), "<closed Tracker>")
 
-    def test_ctrl_c_breaks_off_an_estimator(self):
+    def test_ctrl_c_interrupts_an_estimator(self):
         code = ("import os, signal, threading, time\nimport test_tracker as t\n"
                 "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
                 "ours = t.tracker(lambda image: time.sleep(30) or 1.0)\n"
@@ -230,7 +232,7 @@ class Folders(unittest.TestCase):
         self.addCleanup(kept.cleanup)
         self.folder = pathlib.Path(kept.name)
 
-    def test_taken_up_read_and_merged(self):
+    def test_resumed_read_and_merged(self):
         clock = [[0, 5], [DAY, DAY + 7]]
         for name, some in (("a", range(0, N, 2)), ("b", range(1, N, 2))):
             with tracker(folder=self.folder / name, clock=clock) as ours:
@@ -266,8 +268,8 @@ class Folders(unittest.TestCase):
         with self.assertNoLogs("toliman"):
             Tracker.open(self.folder / "a").close()
 
-    def test_what_was_accepted_is_kept(self):
-        """Left by `with`, closed, collected, or at the end of Python: without save() or commit()."""
+    def test_accepted_frames_are_kept(self):
+        """Left by `with`, closed, garbage-collected, or at the end of Python: without save() or commit()."""
         with tracker(folder=self.folder / "a") as ours:
             ours.push(frame_of(0))
         ours = tracker(folder=self.folder / "a")
@@ -283,7 +285,7 @@ class Folders(unittest.TestCase):
             self.assertEqual(reader.records()["frame_id"].tolist(), [0, 1, 2, 3])
             self.assertEqual(len(reader.records(2, 2**40)), 2)
 
-    def test_period_follows_and_ends_with_its_tracker(self):
+    def test_period_follows_its_tracker_and_closes_with_it(self):
         ours = tracker()
         period = ours.period
         ours.push(frame_of(1))
@@ -296,7 +298,7 @@ class Folders(unittest.TestCase):
             period.power()
         self.assertEqual(len(kept), 1)
 
-    def test_clocks_that_are_none(self):
+    def test_invalid_clocks(self):
         for bad in ([[0.0, 1.0]], [0, 1], [[0, 1, 2]]):
             with self.assertRaisesRegex(ValueError, "clock has the shape"):
                 tracker(clock=bad)

@@ -1,5 +1,5 @@
-// The promise of bounded resources: whatever an input of up to 1 MiB says, it takes at most twice what it is made into
-// and 8 MiB of the heap, and 50 ms.
+// Bounded resources: an input of up to 1 MiB needs at most 8 MiB of the heap plus twice the size of the object made
+// from it, and 50 ms, whatever it contains.
 #pragma once
 #include <cstdio>
 
@@ -16,7 +16,7 @@ constexpr double kMostSeconds = 1;
 
 inline int failures = 0;
 
-// model: bytes of what the input is made into; 0 where it is refused.
+// model: size in bytes of the object made from the input; 0 if the input is refused.
 template <class Work> void within(const char *what, size_t model, Work work) {
     const meter::Cost cost = meter::of(work);
     const size_t most = 2 * model + 8 * kMiB;

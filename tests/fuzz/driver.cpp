@@ -1,5 +1,5 @@
-// Runs a target without libFuzzer: its seeds and every file of the folders given, then `rounds` mutants of each
-// (FUZZ_ROUNDS, by default 200), the same ones every time.
+// Runs a target without libFuzzer: its seeds and every file of the given folders, then a number of mutants of each
+// (FUZZ_ROUNDS, default 200). The mutants are the same in every run.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -8,7 +8,7 @@
 
 #include "fuzz.hpp"
 
-// Where a target has none, this is NULL.
+// NULL if the target does not define a mutator.
 #pragma weak LLVMFuzzerCustomMutator
 
 namespace {
@@ -50,18 +50,18 @@ size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t most) {
     const uint8_t byte = below(2) == 0 ? kOdd[below(sizeof kOdd)] : static_cast<uint8_t>(random_numbers());
     const size_t at = size > 0 ? below(size) : 0;
     switch (below(size > 0 ? 6 : 1)) {
-    case 0: // one more
+    case 0: // insert a byte
         if (size == most)
             return size;
         std::memmove(data + at + 1, data + at, size - at);
         data[at] = byte;
         return size + 1;
-    case 1: // some less
+    case 1: // remove a byte
         std::memmove(data + at, data + at + 1, size - at - 1);
         return size - 1;
-    case 2: // cut
+    case 2: // truncate
         return at;
-    case 3: // the same from elsewhere
+    case 3: // copy bytes from elsewhere
         std::memmove(data + at, data + below(size), std::min(size - at, below(16)) & (size - at) / 2);
         return size;
     case 4:

@@ -1,5 +1,5 @@
-// What the fuzz targets share. A target is one file fuzz_NAME.cpp with LLVMFuzzerTestOneInput and, where bytes have a
-// checksum, a mutator that makes it fit again: otherwise nothing behind the checksum would ever be reached.
+// Functions shared by the fuzz targets. A target is a file fuzz_NAME.cpp with LLVMFuzzerTestOneInput and, for formats
+// with a checksum, a mutator that corrects it: otherwise the code after the checksum would never be reached.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@
 extern "C" {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed);
-// Of libFuzzer, and of driver.cpp.
+// Provided by libFuzzer or driver.cpp.
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t most);
 }
 
@@ -23,10 +23,10 @@ namespace fuzz {
 
 using Bytes = std::vector<uint8_t>;
 
-// Inputs to begin with, where they are no text that stands in corpus/. Every target has them.
+// Initial inputs other than the text files of corpus/. Defined by every target.
 std::vector<Bytes> seeds();
 
-// A finding.
+// Reports a finding unless `holds`.
 inline void require(bool holds, const char *what) {
     if (holds)
         return;
@@ -34,7 +34,7 @@ inline void require(bool holds, const char *what) {
     std::abort();
 }
 
-// Numbers out of the input; zeros behind its end.
+// Reads numbers from the input; zeros after its end.
 class Source {
   public:
     Source(const uint8_t *data, size_t size) : next_(data), left_(size) {}
@@ -64,13 +64,13 @@ inline void put(Bytes &bytes, size_t at, uint64_t value, int size) {
     toliman::put_number(bytes.data() + at, value, size);
 }
 
-// The CRC32 of everything before the last four bytes goes there.
+// Writes the CRC32 of everything before the last four bytes to them.
 inline void seal(Bytes &bytes) {
     if (bytes.size() >= 4)
         put(bytes, bytes.size() - 4, toliman::zip::crc32(bytes.data(), bytes.size() - 4), 4);
 }
 
-// Mutated bytes, at most `most` of them.
+// Mutates the bytes; at most `most` of them.
 inline void mutate(Bytes &bytes, size_t most) {
     const size_t size = bytes.size();
     bytes.resize(size > most ? size : most);
@@ -81,7 +81,7 @@ inline Bytes bytes_of(const std::string &text) {
     return {text.begin(), text.end()};
 }
 
-// A header of numpy, padded to 64 bytes, and numbers behind it.
+// A NumPy header padded to 64 bytes, followed by numbers.
 inline Bytes npy(const std::string &type, const std::string &shape, size_t size) {
     std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
     text.resize(117, ' ');

@@ -1,5 +1,5 @@
-// Texts that the program reads: samples as CSV or JSON Lines, clock tables, leap seconds, and the times of headers. The
-// first byte tells which.
+// Texts that the program reads: samples as CSV or JSON Lines, clock tables, leap seconds, and times of headers. The
+// first byte selects which.
 #include <cmath>
 #include <map>
 
@@ -26,7 +26,7 @@ void read_samples(const std::string &text, const std::vector<std::string> &colum
         try {
             if (!reader.next(sample))
                 return;
-        } catch (const cli::BadLine &) { // reading may go on
+        } catch (const cli::BadLine &) { // reading may continue
             continue;
         }
         require(std::isfinite(sample.t) && std::isfinite(sample.y) && sample.sigma > 0, "an impossible sample");
@@ -36,9 +36,9 @@ void read_samples(const std::string &text, const std::vector<std::string> &colum
 void read_clock(const std::string &text) {
     cli::Progress progress(cli::Progress::Style::none);
     const std::vector<int64_t> clock = cli::read_clock(path_of(text), progress);
-    require(!clock.empty() && clock.size() % 2 == 0, "a clock of no pairs");
+    require(!clock.empty() && clock.size() % 2 == 0, "an empty clock");
     for (size_t i = 2; i < clock.size(); i++)
-        require(clock[i] > clock[i - 2], "a clock that does not rise");
+        require(clock[i] > clock[i - 2], "a clock that does not increase");
 }
 
 void read_leap_seconds(const std::string &text) {
@@ -47,7 +47,7 @@ void read_leap_seconds(const std::string &text) {
         require(table.seconds_of(day) >= 86399 && table.seconds_of(day) <= 86401, "an impossible day");
 }
 
-// A header of lines KEY=VALUE and a table of one column.
+// A header of lines KEY=VALUE and a table with one column.
 class Header final : public cli::FrameFile {
   public:
     explicit Header(const std::string &text) : FrameFile("header") {

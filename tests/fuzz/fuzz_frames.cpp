@@ -1,5 +1,5 @@
-// Frames off the downlink, whatever their fields say: each is refused or has a verdict, counts add up, and the
-// periodogram stays in its bounds.
+// Frames with arbitrary fields: each is refused or gets a verdict, the counts add up, and the periodogram stays within
+// its bounds.
 #include <cmath>
 
 #include <toliman/track.h>
@@ -10,7 +10,7 @@ using namespace fuzz;
 
 namespace {
 
-constexpr size_t kRoom = 4096; // bytes of pixels
+constexpr size_t kPixelBytes = 4096; // size of the pixel buffer
 constexpr int64_t kCapacity = 512, kFrequencies = 8;
 constexpr size_t kWidths[] = {1, 2, 4, 2, 4, 4, 8};
 
@@ -51,7 +51,7 @@ toliman_track_info info_of(const toliman_track *track) {
     return info;
 }
 
-// Made anew when it is full.
+// A tracker, replaced by a new one when it is full.
 toliman_track *the_track() {
     static toliman_track *track = nullptr;
     if (track != nullptr && info_of(track).records < kCapacity)
@@ -65,27 +65,27 @@ std::string name_of(Source &source) {
     return {bytes.begin(), bytes.end()};
 }
 
-// The caller's memory must be there: what would need more of it is made as large as the tracker asks for.
+// The caller must provide the pixels: frames that need a larger buffer are replaced by frames of the tracker's size.
 void fit(toliman_frame &frame) {
     if (frame.pixel < 0 || frame.pixel >= 7 || frame.rows < 1 || frame.cols < 1)
         return;
     const int64_t stride = frame.stride != 0 ? frame.stride : frame.cols;
     if (stride < frame.cols || stride > INT32_MAX || frame.rows > 65536 || frame.cols > 65536)
         return;
-    if (static_cast<size_t>(frame.rows * stride) * kWidths[frame.pixel] <= kRoom)
+    if (static_cast<size_t>(frame.rows * stride) * kWidths[frame.pixel] <= kPixelBytes)
         return;
     frame.rows = frame.cols = 8;
     frame.stride = 0;
 }
 
 void push(toliman_track *track, Source &source) {
-    alignas(16) static uint8_t pixels[kRoom + 16];
+    alignas(16) static uint8_t pixels[kPixelBytes + 16];
     const std::string session = name_of(source), roi = name_of(source);
     toliman_frame frame = {};
     frame.struct_size = sizeof frame;
     frame.session = session.c_str();
     frame.roi = roi.c_str();
-    const uint64_t form = source.number(1); // what may be odd
+    const uint64_t form = source.number(1); // selects the fields that may be arbitrary
     const size_t shape = (form & 1) != 0 ? 8 : 1;
     frame.pixel = (form & 2) != 0 ? static_cast<int32_t>(source.number(4)) : static_cast<int32_t>(source.number(1) % 7);
     frame.frame_id = static_cast<int64_t>(source.number((form & 4) != 0 ? 8 : 1));
@@ -97,7 +97,7 @@ void push(toliman_track *track, Source &source) {
     frame.stride = (form & 128) != 0 ? static_cast<int64_t>(source.number(shape)) : 0;
     fit(frame);
     const Bytes image = source.bytes(512);
-    std::memset(pixels, static_cast<int>(form), kRoom);
+    std::memset(pixels, static_cast<int>(form), kPixelBytes);
     std::copy(image.begin(), image.end(), pixels);
     frame.pixels = pixels + (form == 255 ? 1 : 0);
 
@@ -107,8 +107,8 @@ void push(toliman_track *track, Source &source) {
     const toliman_track_info before = info_of(track);
     const toliman_status status = toliman_track_push(track, &frame, 1, &outcome, &done);
     const toliman_track_info after = info_of(track);
-    require(status == TOLIMAN_OK || status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_CAPACITY, "another error");
-    require(after.received == before.received + (status == TOLIMAN_OK ? 1 : 0), "a frame is counted wrongly");
+    require(status == TOLIMAN_OK || status == TOLIMAN_E_ARGUMENT || status == TOLIMAN_E_CAPACITY, "unexpected error");
+    require(after.received == before.received + (status == TOLIMAN_OK ? 1 : 0), "wrong count of frames");
     require(after.received == after.accepted + after.outlier + after.quarantined + after.repeated + after.rejected,
             "counts do not add up");
     if (status != TOLIMAN_OK)
@@ -136,7 +136,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         push(track, source);
     const toliman_period *period = nullptr;
     require(toliman_track_get_period(track, &period) == TOLIMAN_OK, toliman_last_error());
-    require(toliman_period_count(period) == info_of(track).accepted, "the sums hold other frames");
+    require(toliman_period_count(period) == info_of(track).accepted, "the sums hold a different number of frames");
     double power[kFrequencies];
     if (toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, kFrequencies, power) == TOLIMAN_OK)
         for (const double one : power)

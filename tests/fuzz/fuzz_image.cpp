@@ -1,4 +1,4 @@
-// Files that a scene names: masks and OPD as .npy, spectra as CSV. The first byte tells which.
+// Files named by a scene: masks and OPD as .npy, spectra as CSV. The first byte selects which.
 #include <cmath>
 
 #include "base/error.hpp"

@@ -1,6 +1,6 @@
-// Payloads of a weights blob, of a few small blocks: what unpacks is within its bounds, packs again, and gives the same
-// numbers and bytes from then on. The input is the blocks, u16 each, then the numbers as they stand in the payload, or
-// (the first byte even) the compressed stream itself.
+// Payloads of a weights blob with a few small blocks: what unpacks is within its bounds, packs again, and then gives
+// the same numbers and bytes. The input is the block sizes as u16, followed by the raw numbers of the payload or, if
+// the first byte is even, by the compressed stream.
 #include <cmath>
 
 #include "base/error.hpp"
@@ -34,7 +34,7 @@ size_t size_of(const std::vector<cae::Block> &blocks) {
     return size;
 }
 
-// As the reader of variances sees to.
+// As ensured by the reader of variances.
 bool are_positive(const Buffer<float> &values, const std::vector<cae::Block> &blocks) {
     auto next = values.begin();
     for (const cae::Block &block : blocks)
@@ -51,8 +51,8 @@ void check(const Buffer<float> &values, const std::vector<cae::Block> &blocks) {
         return;
     const Bytes packed = cae::pack(values, blocks, "values");
     const Buffer<float> again = cae::unpack(packed.data(), packed.size(), blocks, "values");
-    require(cae::pack(again, blocks, "values") == packed, "packed as other bytes than it was unpacked from");
-    require(again == values, "other numbers after packing");
+    require(cae::pack(again, blocks, "values") == packed, "packed bytes differ from the unpacked ones");
+    require(again == values, "numbers differ after packing");
 }
 
 } // namespace

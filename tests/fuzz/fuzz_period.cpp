@@ -1,5 +1,4 @@
-// State bytes of a periodogram: what loads can be asked everything, gives numbers that are finite, and saves as the
-// bytes that it came from.
+// States of a periodogram: a state that loads answers every query, gives finite numbers, and saves to the same bytes.
 #include <cmath>
 
 #include <toliman/period.h>
@@ -54,7 +53,7 @@ void check_peak(const toliman_period *period) {
             require(std::isfinite(fap) && fap <= 0, "impossible false alarm probability");
 }
 
-// What is pushed and taken back leaves the same bytes.
+// A sample that is pushed and retracted leaves the same bytes.
 void check_push(toliman_period *period, const Bytes &before) {
     toliman_period_info info = {};
     info.struct_size = sizeof info;
@@ -62,11 +61,11 @@ void check_push(toliman_period *period, const Bytes &before) {
     const double t = info.time_offset + 1, y = info.value_offset;
     if (toliman_period_push(period, t, y, info.sigma_floor) != TOLIMAN_OK)
         return;
-    require(toliman_period_retract(period, t, y, info.sigma_floor) == TOLIMAN_OK, "a sample cannot be taken back");
-    require(saved(period) == before, "a sample that was taken back left something");
+    require(toliman_period_retract(period, t, y, info.sigma_floor) == TOLIMAN_OK, "a sample cannot be retracted");
+    require(saved(period) == before, "a retracted sample changed the state");
 }
 
-// A state of whole size whose digest and checksum fit, as far as its header makes sense.
+// Completes a state to its full size with correct digest and checksum, as far as its header is meaningful.
 void repair(Bytes &bytes) {
     namespace period = toliman::period;
     if (bytes.size() < kHeader)
@@ -117,11 +116,11 @@ std::vector<Bytes> fuzz::seeds() {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     toliman_period *period = nullptr;
     const toliman_status status = toliman_period_load(data, size, nullptr, &period);
-    require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, "another error than of the format");
+    require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, "unexpected error: not a format error");
     if (period == nullptr)
         return 0;
     const Bytes before = saved(period);
-    require(before == Bytes(data, data + size), "saved as other bytes than it was loaded from");
+    require(before == Bytes(data, data + size), "saved bytes differ from the loaded ones");
     toliman_period_info info = {};
     info.struct_size = sizeof info;
     require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");

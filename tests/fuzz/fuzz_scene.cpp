@@ -1,4 +1,4 @@
-// Scenes: what is planned has finite numbers, and what is cheap is made, with a frame that is finite.
+// Scenes: the plan has finite numbers, and scenes that are cheap are simulated to a finite frame.
 #include <cmath>
 
 #include <toliman/sim.h>
@@ -9,13 +9,13 @@ using namespace fuzz;
 
 namespace {
 
-constexpr double kMostWork = 2e6; // flops to make it, so that most time goes into reading
+constexpr double kMostWork = 2e6; // flops to create it, so that most time is spent on reading
 constexpr int64_t kMostPixels = 32 * 32;
 
 void check(const toliman_sim_plan_info &plan) {
     for (const double number : {plan.setup_flops, plan.frame_flops, plan.setup_s, plan.frame_s})
         require(std::isfinite(number) && number >= 0, "an impossible plan");
-    require(plan.wavelengths >= 1 && plan.bytes > 0, "a plan of nothing");
+    require(plan.wavelengths >= 1 && plan.bytes > 0, "an empty plan");
 }
 
 void make(const char *json, size_t size, const toliman_sim_options &options) {

@@ -1,5 +1,5 @@
-// The mission's pair of files: what the side file says of frames, and where they then are in the binary. The input is
-// the binary's size (u16), then the side file.
+// The mission's pair of files: the side file's description of the frames, and their location in the binary. The input
+// is the size of the binary (u16), followed by the side file.
 #include <algorithm>
 
 #include "common/failure.hpp"
@@ -17,31 +17,31 @@ bool is_name(const std::string &text) {
                        [](unsigned char c) { return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-'; });
 }
 
-// Takes every frame, and sees that each line of the side file is told of once.
+// Accepts every frame, and counts that each line of the side file is reported once.
 class Watch final : public cli::Receiver {
   public:
     Watch(size_t width, size_t bytes) : width_(width), bytes_(bytes) {}
     cli::Arrival &next() override { return arrival_; }
     void take() override {
         const cli::FrameFacts &facts = arrival_.facts;
-        require(is_name(facts.session) && is_name(facts.roi), "a name of other letters");
+        require(is_name(facts.session) && is_name(facts.roi), "a name with invalid characters");
         require(facts.rows > 0 && facts.cols > 0 && facts.dropped >= 0, "impossible facts");
-        require(arrival_.pixels.size() == facts.rows * facts.cols * width_, "a frame of another size");
+        require(arrival_.pixels.size() == facts.rows * facts.cols * width_, "a frame of wrong size");
         taken_ += arrival_.pixels.size();
         require(taken_ <= bytes_, "more frames than the file has");
-        told++;
+        reported++;
     }
     void reject(const std::string &, const cli::FrameFacts *facts, const char *, const std::string &why) override {
         require(!why.empty() && (facts == nullptr || is_name(facts->session)), "rejected without a reason");
-        told++;
+        reported++;
     }
     void remark(cli::Remark, const std::string &, const std::string &text) override {
-        require(!text.empty(), "an empty remark");
+        require(!text.empty(), "an empty warning");
     }
     void tell(const char *, const std::string &, const std::string &, bool) override {}
     bool wants(const cli::FrameFacts &) override { return true; }
     void wait() override {}
-    size_t told = 0;
+    size_t reported = 0;
 
   private:
     cli::Arrival arrival_;
@@ -79,7 +79,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     try {
         pair.read(watch, false);
         pair.end(watch);
-        require(watch.told == lines, "a line that nobody was told of");
+        require(watch.reported == lines, "a line was not reported exactly once");
     } catch (const cli::Failure &failure) {
         require(failure.code() == cli::kExitInput, failure.what());
     }

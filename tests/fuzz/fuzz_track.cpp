@@ -1,5 +1,5 @@
-// A tracker's folder: ledger, setup, checkpoint and names. What can be taken up gives its lines and counts, goes on,
-// and is the same again when it is saved and taken up anew; and it can be merged into another.
+// A tracker's folder: ledger, setup, checkpoint and names. A folder that opens gives its records and counts, continues,
+// and is the same after it is saved and reopened. It can be merged into another one.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,12 +16,12 @@ namespace {
 constexpr const char *kNames[] = {track::LedgerFile::kName, track::Setup::kName, track::Checkpoint::kName,
                                   track::Names::kName};
 constexpr size_t kFiles = 4, kLedger = 0, kSetup = 1, kCheckpoint = 2;
-constexpr size_t kState = 4 + 4 + 8 + 8 + 8 + 4 + 4; // of a checkpoint, where its state begins
+constexpr size_t kState = 4 + 4 + 8 + 8 + 8 + 4 + 4; // offset of the state in a checkpoint
 constexpr int64_t kMostFrequencies = 64, kCapacity = 64;
 constexpr size_t kMostPixels = 64, kPixels = 16;
 using Parts = std::array<Bytes, kFiles>;
 
-// An input is the files' sizes, u16 each and 0 for a file that is not there, then the files.
+// An input holds the sizes of the files, u16 each and 0 for a missing file, followed by the files.
 Parts parts_of(const uint8_t *data, size_t size) {
     Source source(data, size);
     Parts parts;
@@ -50,14 +50,14 @@ Files files_of(const Parts &parts) {
     return files;
 }
 
-// A tracker and its sums upon files.
+// A tracker and its periodogram, on files.
 struct Run {
     Run(Files &files, Access access, const track::Terms &terms, const std::string &further)
         : Run(place_of(files, access, terms), terms, further) {}
     Run(const track::Terms &terms, const std::string &further) : Run(track::Place(), terms, further) {} // in memory
 
     void push(int64_t id) { push_pixel(id, 1); }
-    // The first pixel is the value.
+    // Pushes a frame whose first pixel is its value.
     void push_pixel(int64_t id, uint16_t pixel) {
         const double on_target[] = {0, 0.25, 0.5, 1};
         const uint16_t pixels[kPixels] = {pixel, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
@@ -103,13 +103,13 @@ struct Run {
     }
 };
 
-// What a ledger was begun with.
+// The parameters with which a ledger was created.
 struct Made {
     track::Terms terms;
-    std::string further; // values
+    std::string further; // names of the values
 };
 
-// Nothing where an API call would refuse it.
+// Empty if an API call would refuse the ledger.
 std::optional<Made> made_of(Files &files) {
     MemoryStore store(files);
     const track::LedgerFile ledger(store);
@@ -117,7 +117,7 @@ std::optional<Made> made_of(Files &files) {
     terms.check();
     const track::Geometry &geometry = terms.geometry;
     if (geometry.out_rows > kMostPixels || geometry.out_cols > kMostPixels)
-        return std::nullopt; // larger images only take longer
+        return std::nullopt; // larger images would only be slower
     const std::string further = ledger.columns().further();
     track::Columns expected(further);
     return Made{terms, further};
@@ -128,21 +128,21 @@ void check(const track::Tracker &tracker) {
     int64_t sum = counts.accepted + counts.outlier + counts.quarantined + counts.repeated;
     for (const int64_t rejected : counts.rejected)
         sum += rejected;
-    require(counts.received == sum, "received is not the sum of what became of the frames");
+    require(counts.received == sum, "received is not the sum of the verdicts");
     uint64_t lines = 0;
     tracker.visit(0, tracker.lines(), [&](const track::Record &record, const track::Outcome &outcome) {
         require(std::isfinite(record.value) && std::isfinite(outcome.value), "a value that is not finite");
         lines++;
     });
-    require(lines == tracker.lines(), "not all lines are given");
+    require(lines == tracker.lines(), "records are missing");
     for (const double value : tracker.series().y)
         require(std::isfinite(value), "a value that is not finite in the series");
     for (const track::NamedStream &stream : tracker.streams())
         require(stream.session.size() <= 64 && stream.count.frames > 0, "an impossible stream");
 }
 
-// Reading changes nothing, and going on is kept.
-void take_up(Files files, const Made &made) {
+// Reading must change nothing, and what is pushed after reopening must be kept.
+void reopen(Files files, const Made &made) {
     const auto &[terms, further] = made;
     const Files before = files;
     check(*Run(files, Access::read, terms, further).tracker);
@@ -160,9 +160,9 @@ void take_up(Files files, const Made &made) {
     }
     const Files saved = files;
     Run again(files, Access::write, terms, further);
-    require(again.tracker->lines() == lines && again.sums.save() == sums, "taken up as something else");
+    require(again.tracker->lines() == lines && again.sums.save() == sums, "reopened with different contents");
     again.tracker->save();
-    require(files == saved, "saved as other bytes than it was taken up from");
+    require(files == saved, "saved files differ from the opened ones");
 }
 
 void merge(Files files, const Made &made, bool salvage) {
@@ -172,10 +172,10 @@ void merge(Files files, const Made &made, bool salvage) {
     check(*run.tracker);
     const Bytes sums = run.sums.save();
     run.tracker->merge(other, salvage);
-    require(run.sums.save() == sums, "merging once more has changed the sums");
+    require(run.sums.save() == sums, "merging again has changed the sums");
 }
 
-// What this refuses is refused by an Error.
+// Runs the work; it may be refused by an Error, but not by an internal or memory error.
 template <class Work> void tried(Work work) {
     try {
         work();
@@ -193,7 +193,7 @@ constexpr size_t header_size(size_t columns) {
     return 124 + columns * track::Columns::kSavedSize;
 }
 
-// Checksums, each going on from the one before.
+// Recomputes the checksums; each continues the previous one.
 void repair_ledger(Bytes &ledger) {
     const size_t columns = columns_in(ledger), header = header_size(columns), line = track::line_size(columns);
     if (ledger.size() < header)
@@ -226,7 +226,7 @@ void repair_checkpoint(Parts &parts) {
 
 } // namespace
 
-// Frames of which one is denied, one rejected, one an outlier and one comes again; before and behind a checkpoint.
+// Frames of which one is quarantined, one rejected, one an outlier and one a duplicate; before and after a checkpoint.
 std::vector<Bytes> fuzz::seeds() {
     track::Terms terms;
     terms.geometry = {4, 4, 0, 0, 4, 4, 1, 12, 0};
@@ -261,7 +261,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         const std::optional<Made> made = made_of(own);
         if (!made)
             return;
-        tried([&] { take_up(files, *made); });
+        tried([&] { reopen(files, *made); });
         tried([&] { merge(files, *made, false); });
         tried([&] { merge(files, *made, true); });
     });

@@ -1,5 +1,5 @@
-// Weights blobs: what loads saves as the same bytes again (but for how well they are compressed, so that the second
-// saving counts), tells finite numbers, and encodes a frame to a finite latent or an error.
+// Weights blobs: a blob that loads saves to the same bytes (except for the compression, so that the second save is
+// compared), gives finite numbers, and encodes a frame to a finite latent or an error.
 #include <cmath>
 
 #include <toliman/cae.h>
@@ -19,7 +19,7 @@ toliman_cae *load(const Bytes &bytes) {
     toliman_cae *cae = nullptr;
     const toliman_status status = toliman_cae_load(bytes.data(), bytes.size(), nullptr, &cae);
     require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, toliman_last_error());
-    require((status == TOLIMAN_OK) == (cae != nullptr), "a result without success");
+    require((status == TOLIMAN_OK) == (cae != nullptr), "a result despite an error");
     return cae;
 }
 
@@ -30,7 +30,7 @@ toliman_cae_info info_of(const toliman_cae *cae) {
     return info;
 }
 
-// With the encodings that it came in.
+// With the encodings that it was loaded with.
 Bytes save(const toliman_cae *cae, const Bytes &like) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);
@@ -47,7 +47,7 @@ Bytes save(const toliman_cae *cae, const Bytes &like) {
 void save_and_load(const toliman_cae *cae, const Bytes &like) {
     const Bytes saved = save(cae, like);
     toliman_cae *again = load(saved);
-    require(again != nullptr && save(again, like) == saved, "saved as other bytes than it was loaded from");
+    require(again != nullptr && save(again, like) == saved, "saved bytes differ from the loaded ones");
     toliman_cae_destroy(again);
 }
 
@@ -60,7 +60,7 @@ void encode(const toliman_cae *cae, const toliman_cae_info &info) {
     require(status != TOLIMAN_E_INTERNAL, toliman_last_error());
 }
 
-// A number that is small in every encoding, and its bytes as they stand in a block.
+// A number that is small in every encoding, and its bytes as stored in a block.
 float small_number(size_t i) {
     return i % 7 == 0 ? 0.015625F : 0;
 }
@@ -75,7 +75,7 @@ Bytes pack(const std::vector<cae::Block> &blocks, bool positive) {
     return cae::pack(values, blocks, "seed");
 }
 
-// Sizes and checksum that fit the bytes there are.
+// Sizes and checksum consistent with the bytes.
 void repair(Bytes &bytes, unsigned seed) {
     if (bytes.size() < kHeader + 4)
         return;
@@ -89,7 +89,7 @@ void repair(Bytes &bytes, unsigned seed) {
 
 } // namespace
 
-// Networks of numbers that compress to little: all weights alike, and planes of which none is 0.
+// Networks whose numbers compress well: equal weights, and planes without zeros.
 std::vector<Bytes> fuzz::seeds() {
     constexpr uint64_t kOne = 0x3ff0000000000000;
     std::vector<Bytes> seeds;
@@ -136,16 +136,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         return 0;
     const toliman_cae_info info = info_of(cae);
     require(std::isfinite(info.crb_px) && info.cosine >= 0 && info.cosine <= 1, "impossible information");
-    const uint32_t chosen = zip::crc32(data, size) % 4; // all of it would take its time
+    const uint32_t chosen = zip::crc32(data, size) % 4; // all of them would take too long
     if (chosen == 0)
         save_and_load(cae, bytes);
-    if (chosen == 1 && info.rows * info.cols <= 1 << 17) // larger ones only take longer
+    if (chosen == 1 && info.rows * info.cols <= 1 << 17) // larger ones would only be slower
         encode(cae, info);
     toliman_cae_destroy(cae);
     return 0;
 }
 
-// Mostly in the header, where most of the meaning is.
+// Mostly in the header, which has most of the meaning.
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed) {
     Bytes bytes(data, data + size);
     if (seed % 4 != 0 && size > kHeader) {

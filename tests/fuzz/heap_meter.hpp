@@ -1,5 +1,5 @@
-// What work costs: the most bytes that the heap had more than before, and processor time. Takes the place of malloc and
-// its kin in the whole program; to be included once.
+// Measures the cost of work: the peak of additional heap memory, and processor time. Replaces malloc and related
+// functions in the whole program; to be included once.
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -12,14 +12,14 @@ namespace meter {
 
 inline std::atomic<size_t> held{0}, most{0};
 
-inline void *taken(void *memory) noexcept {
+inline void *allocated(void *memory) noexcept {
     const size_t now = held += memory != nullptr ? ::malloc_usable_size(memory) : 0;
     if (now > most)
         most = now;
     return memory;
 }
 
-inline void given_back(void *memory) noexcept {
+inline void freed(void *memory) noexcept {
     held -= memory != nullptr ? ::malloc_usable_size(memory) : 0;
 }
 
@@ -28,7 +28,7 @@ struct Cost {
     double seconds;
 };
 
-// The least time of three, as others may be at work.
+// The minimum of three times, since other processes may be running.
 template <class Work> Cost of(Work work) {
     Cost cost = {0, 1e9};
     for (int i = 0; i < 3; i++) {
@@ -52,27 +52,27 @@ void *__libc_memalign(size_t, size_t);
 void __libc_free(void *);
 
 void *malloc(size_t size) {
-    return meter::taken(__libc_malloc(size));
+    return meter::allocated(__libc_malloc(size));
 }
 void *calloc(size_t count, size_t size) {
-    return meter::taken(__libc_calloc(count, size));
+    return meter::allocated(__libc_calloc(count, size));
 }
 void *realloc(void *memory, size_t size) {
-    meter::given_back(memory);
-    return meter::taken(__libc_realloc(memory, size));
+    meter::freed(memory);
+    return meter::allocated(__libc_realloc(memory, size));
 }
 void *memalign(size_t alignment, size_t size) {
-    return meter::taken(__libc_memalign(alignment, size));
+    return meter::allocated(__libc_memalign(alignment, size));
 }
 void *aligned_alloc(size_t alignment, size_t size) {
-    return meter::taken(__libc_memalign(alignment, size));
+    return meter::allocated(__libc_memalign(alignment, size));
 }
 int posix_memalign(void **out, size_t alignment, size_t size) {
-    *out = meter::taken(__libc_memalign(alignment, size));
+    *out = meter::allocated(__libc_memalign(alignment, size));
     return *out != nullptr ? 0 : ENOMEM;
 }
 void free(void *memory) {
-    meter::given_back(memory);
+    meter::freed(memory);
     __libc_free(memory);
 }
 }

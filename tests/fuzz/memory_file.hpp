@@ -1,4 +1,4 @@
-// A file in memory that has a name, for what reads files by their names.
+// A file in memory with a name, for functions that read files by name.
 #pragma once
 #include <cstdio>
 #include <cstdlib>
@@ -11,7 +11,7 @@ namespace fuzz {
 
 class MemoryFile {
   public:
-    // With a name: a link in a temporary folder stands for the file, for as long as the program runs.
+    // The name is a symbolic link in a temporary folder, valid as long as the program runs.
     explicit MemoryFile(const std::string &name = "") : file_(::memfd_create("fuzz", 0)) {
         path_ = "/proc/self/fd/" + std::to_string(file_);
         if (name.empty())
@@ -34,7 +34,7 @@ class MemoryFile {
         if (::pwrite(file_, data, size, 0) != static_cast<ssize_t>(size))
             std::abort();
     }
-    // Zeros.
+    // Fills the file with zeros.
     void resize(size_t size) {
         if (::ftruncate(file_, static_cast<off_t>(size)) != 0)
             std::abort();

@@ -1,4 +1,4 @@
-// The files of a folder in memory.
+// The files of a folder, in memory.
 #pragma once
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,5 @@
-// Crafted inputs of the library: bombs, giant dimensions, deep and long JSON, ledgers made to collide.
+// Tests crafted inputs of the library: decompression bombs, giant dimensions, deep and long JSON, ledgers with hash
+// collisions.
 #include <cstring>
 #include <optional>
 #include <string>
@@ -77,7 +78,7 @@ void period_state(const char *what, int64_t nf, size_t size) {
     });
 }
 
-// A blob of 8 nuisance planes with a training, whose numbers are all alike; or with other streams in it.
+// A blob with 8 nuisance planes and optionally a training, with all numbers equal; or with other streams.
 Bytes weights_blob(const Bytes *bomb, bool training) {
     std::vector<cae::Block> tensors, thrice, images(12, {cae::kPixels, cae::Encoding::float32});
     for (const cae::Tensor &tensor : cae::kTensorTable)
@@ -138,12 +139,12 @@ void weights(const char *what, const Bytes &blob, size_t model) {
 
 void blobs() {
     const Bytes zeros(size_t{1} << 28), bomb = zip::deflate(zeros.data(), zeros.size()); // 1000 : 1
-    expect(bomb.size() < 300000, "no bomb");
+    expect(bomb.size() < 300000, "the bomb is too large");
     weights("weights: bomb", weights_blob(&bomb, false), 0);
-    // Planes as double, of the network and of its preprocessing; weights and their moments as float.
+    // Planes are double, in the network and in its preprocessing; weights and their moments are float.
     const size_t planes = 12 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
     weights("weights: 8 nuisance planes", weights_blob(nullptr, false), planes + numbers);
-    weights("weights: the same and a training", weights_blob(nullptr, true), planes + 4 * numbers);
+    weights("weights: with a training", weights_blob(nullptr, true), planes + 4 * numbers);
 }
 
 track::Terms small_terms() {
@@ -157,8 +158,8 @@ track::Terms small_terms() {
 constexpr int64_t kCapacity = 1 << 16;
 constexpr size_t kTrackModel = kCapacity * 24 + 98305 * 32 + (size_t{1} << 18);
 
-// lines: how many of the ledger come in.
-void take_up(const char *what, Files &files, uint64_t lines = 0) {
+// lines: expected number of records.
+void reopen(const char *what, Files &files, uint64_t lines = 0) {
     within(what, kTrackModel, [&] {
         const track::Terms terms = small_terms();
         period::Grid grid;
@@ -204,7 +205,7 @@ uint64_t inverse(uint64_t odd) {
     return result;
 }
 
-// The stream whose frame 0 has this digest, by track/identity.cpp backwards.
+// The stream whose frame 0 has this digest: inverts track/identity.cpp.
 uint64_t stream_of_key(uint64_t key) {
     key = (key ^ key >> 33) * inverse(0xff51afd7ed558ccdu);
     key ^= key >> 33;
@@ -218,28 +219,28 @@ void folders() {
     std::vector<track::Record> records(kLines);
     for (uint64_t i = 0; i < kLines; i++) {
         records[i].sigma = 0.5;
-        records[i].stream = i * 98305; // of the table of sessions
+        records[i].stream = i * 98305; // collides in the table of sessions
         records[i].frame_id = static_cast<int64_t>(i);
     }
     Files files = files_with(records);
-    take_up("ledger: sessions that collide", files, kLines);
+    reopen("ledger: colliding sessions", files, kLines);
     for (uint64_t i = 0; i < kLines; i++) {
         records[i].stream = stream_of_key(i);
         records[i].frame_id = 0;
     }
-    expect(track::key_digest(records[5].stream, 0) == 5, "another digest than this test knows");
+    expect(track::key_digest(records[5].stream, 0) == 5, "unexpected digest");
     files = files_with(records);
-    take_up("ledger: frames that collide", files, kLines);
+    reopen("ledger: colliding frames", files, kLines);
     for (uint64_t i = 0; i < kLines; i++)
         records[i] = track::to_record({i, 1, 1, 7}, 0.5, track::Columns().empty());
     files = files_with(records);
-    take_up("ledger: as many folders merged", files, kLines);
+    reopen("ledger: as many folders merged", files, kLines);
     files = files_with({});
     files[track::LedgerFile::kName].resize(kMiB);
-    take_up("ledger: torn lines", files);
+    reopen("ledger: torn lines", files);
     files = files_with({});
     files[track::Names::kName] = bytes_of(repeated("\n", kMiB));
-    take_up("names: empty lines", files);
+    reopen("names: empty lines", files);
     files = files_with({});
     Bytes setup = bytes_of("TLMS");
     setup.resize(kMiB, 1);
@@ -249,7 +250,7 @@ void folders() {
         put(setup, 12 + 16 * i, i, 8), put(setup, 20 + 16 * i, 2 * i, 8);
     seal(setup);
     files[track::Setup::kName] = setup;
-    take_up("setup: many points", files);
+    reopen("setup: many points", files);
     period::Grid grid;
     grid.f0 = grid.df = 0.1;
     grid.nf = 1 << 26;
@@ -263,7 +264,7 @@ void folders() {
     seal(point);
     files = files_with({});
     files[track::Checkpoint::kName] = point;
-    take_up("checkpoint: 2^26 frequencies", files);
+    reopen("checkpoint: 2^26 frequencies", files);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-// Crafted inputs of the program: lines without an end, lines without content, giant dimensions; and what was found to
-// be read wrongly once.
+// Tests crafted inputs of the program: endless lines, empty lines, giant dimensions; and inputs that were once read
+// incorrectly.
 #include <string>
 
 #include "bounds.hpp"

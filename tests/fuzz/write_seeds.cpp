@@ -1,4 +1,4 @@
-// With FUZZ_SEEDS=FOLDER a target writes its seeds there and ends, so that libFuzzer can begin with them.
+// With FUZZ_SEEDS=FOLDER a target writes its seeds to the folder and exits, so that libFuzzer can start with them.
 #include <fstream>
 
 #include "fuzz.hpp"

@@ -1,5 +1,6 @@
-/* Files of every release stay readable: those in tests/golden/VERSION hold what they held on the day they were written.
- * With a folder as argument, files of this version are written there instead, as is done once a release. */
+/* Tests that files of every release stay readable: those in tests/golden/VERSION must give the values that they were
+ * written with. With a folder as argument, writes the files of this version there instead, which is done once per
+ * release. */
 #include <glob.h>
 #include <sys/stat.h>
 
@@ -61,7 +62,7 @@ static void push_frames(toliman_track *track) {
     small_frame frame;
     push_range(track, 1, LAST / 2);
     make_frame(&frame, 10);
-    frame.pixels[0]++; /* denied */
+    frame.pixels[0]++; /* quarantined */
     push_one(track, &frame.frame);
     assert_ok(toliman_track_save(track));
     push_range(track, LAST / 2 + 1, LAST);
@@ -113,7 +114,7 @@ static void read_state(const char *version) {
     assert_ok(toliman_period_query_power(made, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, expected));
     for (int i = 0; i < GRID; i++)
         assert_close(power[i], expected[i], 1e-12, 1e-14);
-    assert_ok(toliman_period_push(period, 500, 1, 1)); /* and it goes on */
+    assert_ok(toliman_period_push(period, 500, 1, 1)); /* and it continues */
     toliman_period_destroy(period);
     toliman_period_destroy(made);
 }
@@ -138,7 +139,7 @@ static int has(const char *version, const char *name) {
     return access(path, F_OK) == 0;
 }
 
-/* A copy is taken up and goes on; the files of the release are not touched. */
+/* A copy is opened and continued; the files of the release are not modified. */
 static void read_mission(const char *version) {
     char above[256], path[300], command[1200];
     make_folder(above, sizeof above);

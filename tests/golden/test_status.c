@@ -1,4 +1,4 @@
-/* The numbers of the status codes are part of the binary interface: this list only ever grows. */
+/* Tests the numbers of the status codes, which are part of the binary interface: this list only ever grows. */
 #include <stdio.h>
 #include <string.h>
 

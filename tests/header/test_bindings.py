@@ -1,4 +1,4 @@
-"""Feeds headers and bindings that do not agree to tools/gen and the check of bindings."""
+"""Tests tools/gen and the check of bindings with headers and bindings that disagree."""
 import os
 import re
 import shutil

@@ -1,5 +1,5 @@
-"""Feeds bad trees to the checks of layers, words, format and headers; each must complain of the right line. And the
-files that they look at, with and without git."""
+"""Tests the checks of layers, words, format and headers with incorrect trees: each must name the right line. Also tests
+which files they check, with and without git."""
 import os
 import shutil
 import subprocess
@@ -40,7 +40,7 @@ class Tree(unittest.TestCase):
 
 
 class Files(Tree):
-    """Of a tree with a build folder and with files that .gitignore names."""
+    """A tree with a build folder and with files that .gitignore names."""
 
     def setUp(self):
         super().setUp()
@@ -99,7 +99,7 @@ class Files(Tree):
         with unittest.mock.patch.object(tree, "known_to_git", lambda top: None):
             self.assertEqual(tree.files(top), with_git)
 
-    def test_what_cannot_be_read_is_a_complaint(self):
+    def test_unreadable_files_are_reported(self):
         for check, *before in (["layers"], ["words"], ["format"], ["bindings"], ["headers", "."], ["exports", "."]):
             run = subprocess.run([os.path.join(CHECKS, check), *before, "/nowhere"], stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, universal_newlines=True)
@@ -121,7 +121,7 @@ class Layers(Tree):
         self.accepts("layers", "tools/cli/a.cpp", '#include <toliman/sim.h>\n#include "b.hpp"\n// extern "C"\n')
         self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
 
-    def test_rooms(self):
+    def test_modules_of_the_library(self):
         for module, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
@@ -129,7 +129,7 @@ class Layers(Tree):
             name = "lib/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
-    def test_rooms_of_the_program(self):
+    def test_modules_of_the_program(self):
         self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
         for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("report", "commands/a.hpp")):
             name = "tools/cli/%s/a.cpp" % module
@@ -142,7 +142,7 @@ class Layers(Tree):
                              ("lib/period/a.cpp", "unistd.h"), ("lib/backend/zip.cpp", "fcntl.h")):
             self.refuses("layers", name, "#include <%s>\n" % header, name + ":1: " + header)
 
-    def test_one_library_a_file_and_one_file_a_library(self):
+    def test_one_file_per_third_party_library(self):
         self.refuses("layers", "lib/backend/a.cpp", "#include <zlib.h>\n#include <fftw3.h>\n", "lib/backend/a.cpp:2: ")
         self.write("lib/backend/fft.cpp", "#include <fftw3.h>\n")
         self.refuses("layers", "lib/backend/other.cpp", "\n#include <fftw3.h>\n", "lib/backend/other.cpp:2: fftw3.h")
@@ -201,7 +201,7 @@ class Headers(Tree):
             self.refuses("headers", "include/toliman/a.h", text, standard, self.top)
 
     def test_missing_compiler(self):
-        """Is told, not passed over."""
+        """Reported, not skipped."""
         tools = os.path.join(self.top, "bin")
         os.mkdir(tools)
         for tool in ("python3", "env", "git", "gcc", "g++", "clang"):

@@ -1,4 +1,4 @@
-"""Enumerations and structs of the headers: values that tell enumerations apart, one type, and an initialiser each."""
+"""Tests enumerations and structs of the headers: distinct values per enumeration, one type, and an initialiser each."""
 import os
 import re
 import subprocess
@@ -13,7 +13,7 @@ import model  # noqa: E402
 
 HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
-# Last words of members and arguments that are one of an enumeration.
+# Last words in the names of members and arguments that hold an enumeration.
 CHOICES = {"engine", "encoding", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
            "status", "sync", "unit", "verdict"}
 
@@ -50,7 +50,8 @@ class Enumerations(unittest.TestCase):
 
 
 class Initialisers(unittest.TestCase):
-    """Each struct with a struct_size has TOLIMAN_..._INIT in C and sized<...>() in C++, which compile without a warning."""
+    """Each struct with a struct_size has TOLIMAN_..._INIT in C and sized<...>() in C++, which compile without a
+    warning."""
 
     def run_program(self, compiler, name, lines):
         with tempfile.TemporaryDirectory() as folder:

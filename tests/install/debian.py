@@ -1,5 +1,5 @@
-"""A system on which only some Debian packages are installed, and what these need: a folder of their programs as the PATH, and
-Python without the modules of others."""
+"""A simulated system with only some Debian packages installed, and their dependencies: a folder of their programs as
+the PATH, and Python without the modules of other packages."""
 import os
 import pathlib
 import re
@@ -20,13 +20,13 @@ sys.meta_path.insert(0, OnlyOf)
 
 
 def installed_by_make():
-    """Packages that `make` alone leaves on a system that has git and make."""
+    """Packages that `make` alone installs on a system with git and make."""
     entries = [line.split() for line in LIST.read_text().splitlines() if not line.startswith("#")]
     return [package for use, package in entries if use == "build"] + ["git", "make", "apt"]
 
 
 class System:
-    """In a folder; raises OSError where dpkg does not know the packages, as on other systems."""
+    """Creates the system in a folder; raises OSError if dpkg does not know the packages, as on other systems."""
 
     def __init__(self, folder, names):
         self.folder = folder
@@ -43,7 +43,7 @@ class System:
         self.add([*always, *names])
 
     def add(self, names):
-        """Installs these packages, too."""
+        """Installs further packages."""
         left = list(names)
         while left:
             wanted = left.pop()
@@ -66,7 +66,7 @@ class System:
         (self.folder / "sitecustomize.py").write_text(f"FILE = {str(self.folder / 'files')!r}\n" + SITE)
 
     def has(self, command):
-        """Whether a command that is named by its full path is there; others are looked for on the PATH."""
+        """Whether a command given by its full path exists; others are searched for on the PATH."""
         word = command.split()[0]
         return not word.startswith("/") or os.path.realpath(word) in self.programs
 

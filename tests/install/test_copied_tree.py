@@ -1,5 +1,5 @@
-"""make in a copy of a tree with its build folder refuses to build the sources that it was copied from. With stand-ins for
-CMake and for the installation of packages, which write down that they were called."""
+"""Tests that make in a copy of a tree with its build folder refuses to build the sources that it was copied from. CMake
+and the installation of packages are replaced by stand-ins that record their calls."""
 import os
 import pathlib
 import shutil
@@ -32,14 +32,14 @@ class CopiedTree(unittest.TestCase):
         (folder / "CMakeCache.txt").write_text(f"CMAKE_GENERATOR:INTERNAL=Ninja\nCMAKE_HOME_DIRECTORY:INTERNAL={sources}\n")
 
     def make(self, *arguments, tree=None):
-        """Code, output, and what was called."""
+        """Exit code, output, and the recorded calls."""
         plain = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "BUILD")}
         done = subprocess.run(["make", *arguments], cwd=tree or self.tree, text=True, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, env={**plain, "PATH": f"{self.top / 'bin'}:{os.environ['PATH']}"})
         calls = self.top / "calls"
-        told = calls.read_text() if calls.exists() else ""
+        recorded = calls.read_text() if calls.exists() else ""
         calls.unlink(missing_ok=True)
-        return done.returncode, done.stdout, told
+        return done.returncode, done.stdout, recorded
 
     def test_another_trees_build_is_refused(self):
         original = self.top / "original"
@@ -68,7 +68,7 @@ class CopiedTree(unittest.TestCase):
         self.assertEqual((code, calls), (2, ""), output)
         self.assertIn("build: Permission denied: ", output)
 
-    def test_the_trees_own_build_goes_on(self):
+    def test_the_trees_own_build_continues(self):
         link = self.top / "link"
         link.symlink_to(self.tree)
         for sources in (self.tree, link):

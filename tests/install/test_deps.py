@@ -1,4 +1,4 @@
-"""tools/deps/install on made-up systems: a PATH of its own with stand-ins that write down how they were called."""
+"""Tests tools/deps/install on simulated systems: a PATH with stand-ins that record their calls."""
 import os
 import shutil
 import subprocess
@@ -9,7 +9,7 @@ INSTALL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/
 
 
 def packages(*uses):
-    """Packages of the list for these uses."""
+    """Packages listed for these uses."""
     with open(os.path.join(os.path.dirname(INSTALL), "packages")) as stream:
         entries = [line.split() for line in stream if not line.startswith("#")]
     return [package for use, package in entries if use in uses]
@@ -41,7 +41,7 @@ class Install(unittest.TestCase):
         self.stand_in("dpkg-query", 'cat "%s/status"' % self.top)
 
     def run_install(self, *arguments):
-        """Code, output and the calls of apt-get."""
+        """Exit code, output and the calls of apt-get."""
         run = subprocess.run([os.path.join(self.top, "sh"), INSTALL, *arguments], env={"PATH": self.top},
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                              universal_newlines=True)
@@ -70,7 +70,7 @@ class Install(unittest.TestCase):
         _, _, calls = self.run_install("check")
         self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("check"))))
 
-    def test_peers_are_for_benches_alone(self):
+    def test_peers_are_for_benchmarks_only(self):
         self.installed(packages("build", "check"))
         _, _, calls = self.run_install("peers")
         self.assertTrue(calls[1].endswith("--no-install-recommends " + " ".join(packages("peers"))))
@@ -112,7 +112,7 @@ class Install(unittest.TestCase):
         self.assertIn("apt-get update && apt-get install -y --no-install-recommends %s\n" % " ".join(packages("build")[:2]),
                       output)
 
-    def test_systems_without_dpkg_are_told_and_go_on(self):
+    def test_systems_without_dpkg_list_the_packages_and_continue(self):
         code, output, calls = self.run_install("check")
         self.assertEqual((code, calls), (0, []))
         for package in packages("build", "check"):

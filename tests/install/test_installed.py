@@ -1,4 +1,4 @@
-"""make install, and programs in every language built against the result, where it was put and where it was moved to: each
+"""Tests make install, and programs in every language built against the result, in place and after it was moved: each
 finds the power of a pure sine at its frequency, which is 1. TOLIMAN_BUILD is the build folder."""
 import os
 import pathlib
@@ -64,7 +64,7 @@ EXPECTED = f"{VERSION} 1.000000000000\n"
 
 
 class Installed(unittest.TestCase):
-    """In the prefix that was given."""
+    """In the given prefix."""
 
     @classmethod
     def setUpClass(cls):
@@ -123,7 +123,7 @@ class Installed(unittest.TestCase):
             self.assertIn("period 531.93 +- 1.69 days", found)
 
     def test_python(self):
-        """By Debian's Python, without a word where the library is."""
+        """With Debian's Python, without configuring the library's path."""
         packages = self.lib / "python3/dist-packages"
         self.assertEqual(self.run_tool("/usr/bin/python3", "-c", PYTHON, PYTHONPATH=str(packages)), EXPECTED)
         found = self.run_tool("/usr/bin/python3", "-c", "import toliman, re; print(toliman.__file__, re.findall("
@@ -146,7 +146,7 @@ class Installed(unittest.TestCase):
         self.assertNotIn("libtoliman", self.build_by_cmake("CXX", "p.cpp", "toliman::toliman_static"))
 
     def test_static_library_has_no_other_names(self):
-        """A name of the library's insides could meet one of the host's."""
+        """A name of the library's internals could collide with one of the host's."""
         table = self.run_tool("nm", "-g", "--defined-only", self.lib / "libtoliman.a")
         names = {line.split()[-1] for line in table.splitlines() if len(line.split()) == 3}
         self.assertEqual({name for name in names if not name.startswith("toliman_")}, set())
@@ -160,8 +160,9 @@ class Installed(unittest.TestCase):
             with self.assertRaisesRegex(AssertionError, text):
                 self.run_tool("cmake", "-S", folder, "-B", folder / "b", f"-DCMAKE_PREFIX_PATH={self.prefix}")
 
-    def test_static_wants_what_it_is_made_of(self):
-        """Without the others' pkg-config files the shared library is found, the static one is not, and why is said."""
+    def test_static_library_requires_its_dependencies(self):
+        """Without the pkg-config files of its dependencies, the shared library is found, the static one is not,
+        and the reason is reported."""
         folder, text = pathlib.Path(tempfile.mkdtemp(dir=self.top)), "find_package(toliman REQUIRED COMPONENTS static)"
         hidden = {"PKG_CONFIG_LIBDIR": str(folder), "PKG_CONFIG_PATH": str(folder)}
         for find, refused in ((text.replace(" COMPONENTS static", ""), False), (text, True)):
@@ -220,7 +221,7 @@ class Moved(Installed):
 
 class Staged(unittest.TestCase):
     def test_destdir(self):
-        """By DESTDIR, as packagers do: all of it below, nothing beside."""
+        """With DESTDIR, as packagers do: all files below it, none outside."""
         with tempfile.TemporaryDirectory() as top:
             subprocess.run(["cmake", "--install", BUILD, "--prefix", "/opt/toliman"], check=True, capture_output=True,
                            env={**os.environ, "DESTDIR": top})

@@ -1,4 +1,4 @@
-"""Man pages against --help and the headers, and bash completion as bash gives it. TOLIMAN_BUILD is the build folder."""
+"""Tests man pages against --help and the headers, and completion in bash. TOLIMAN_BUILD is the build folder."""
 import functools
 import gzip
 import os
@@ -16,17 +16,17 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*")
 
 
 @functools.lru_cache(None)
-def told(*words):
+def help_of(*words):
     return subprocess.run([PROGRAM, *words, "--help"], capture_output=True, text=True, check=True).stdout
 
 
 def commands():
-    """Names of the subcommands, by the overview of --help."""
-    return re.findall(r"^  (\w+) {2,}", told().split("Subcommands:\n")[1], re.M)
+    """Names of the subcommands, from the overview of --help."""
+    return re.findall(r"^  (\w+) {2,}", help_of().split("Subcommands:\n")[1], re.M)
 
 
 def listed(text):
-    """Options of the lists in --help."""
+    """Options listed by --help."""
     return set(re.findall(r"^ +(?:-\w,)?(--[a-z][a-z0-9-]*)", text[text.index("\nOptions:"):], re.M))
 
 
@@ -49,18 +49,19 @@ class Pages(unittest.TestCase):
         for name in commands():
             self.assertIn(f"toliman-{name}", section("toliman.1", "COMMANDS"))
 
-    def test_options_are_those_of_help(self):
+    def test_options_match_help(self):
         for name in ([], *([name] for name in commands())):
             page = "-".join(["toliman", *name]) + ".1"
             heads = [line for line in section(page, "OPTIONS").splitlines() if line.startswith("\\fB-")]
-            self.assertEqual({re.search(OPTION, head.replace("\\fB", " ")).group() for head in heads}, listed(told(*name)), page)
+            options = {re.search(OPTION, head.replace("\\fB", " ")).group() for head in heads}
+            self.assertEqual(options, listed(help_of(*name)), page)
             for tail in (ROOT / "tools" / "man").glob(f"{page[:-2]}.tail"):
                 named = set(OPTION.findall(re.sub(r"\\(?=-)", "", tail.read_text())))
-                self.assertLessEqual(named, listed(told(*name)) | {"--strict", "--clock"}, tail)
+                self.assertLessEqual(named, listed(help_of(*name)) | {"--strict", "--clock"}, tail)
 
-    def test_examples_and_texts_are_those_of_help(self):
+    def test_examples_and_texts_match_help(self):
         for name in commands():
-            page, text = f"toliman-{name}.1", told(name)
+            page, text = f"toliman-{name}.1", help_of(name)
             for line in re.findall(r"^  (toliman .*)", text.split("\nUsage:")[0], re.M):
                 self.assertIn(line, roff(page).replace("\\-", "-"))
             words = text.split("\nUsage:")[0].partition("\n")[2].replace("`", "").split()
@@ -76,7 +77,7 @@ class Pages(unittest.TestCase):
         self.assertEqual(set(heads), listed(done.stdout) - {"--help", "--version"})
 
     @unittest.skipUnless(shutil.which("man"), "no man")
-    def test_man_has_nothing_to_complain_of(self):
+    def test_man_reports_no_warnings(self):
         for path in (SHARE / "man").glob("man?/*.gz"):
             done = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", path], capture_output=True, text=True,
                                   env={**os.environ, "LC_ALL": "C.UTF-8", "MANWIDTH": "200", "MANROFFSEQ": ""})
@@ -85,7 +86,7 @@ class Pages(unittest.TestCase):
 
 
 class Library(unittest.TestCase):
-    def test_names_are_those_of_the_headers(self):
+    def test_names_match_the_headers(self):
         page, symbols = roff("libtoliman.3").replace("\\-", "-"), (ROOT / "lib/api/toliman.sym").read_text()
         headers = {path.name for path in (ROOT / "include/toliman").glob("*.h*")} - {"export.h", "version.h.in"}
         self.assertEqual(set(re.findall(r"toliman/(\w+\.hp*)\b", page)), headers)
@@ -107,7 +108,7 @@ class Library(unittest.TestCase):
 
 class Completion(unittest.TestCase):
     def complete(self, *words):
-        """What bash offers for the last of these words, with completion as it is after Tab; = and , are parts of words."""
+        """Bash's completions of the last of these words, as after Tab; = and , are parts of words."""
         typed = [part for word in words for part in (re.split("(=)", word) if "=" in word else [word])]
         while "" in typed[:-1]:
             typed.remove("")
@@ -127,12 +128,12 @@ class Completion(unittest.TestCase):
     def test_options_of_every_command(self):
         for name in commands():
             self.assertEqual(set(OPTION.findall(" ".join(self.complete("toliman", name, "--")))),
-                             listed(told(name)) | {"--progress"}, name)
+                             listed(help_of(name)) | {"--progress"}, name)
         self.assertEqual(self.complete("toliman", "run", "chapter.json", "--se"), ["--seed"])
 
     def test_fixed_values(self):
         for name in commands():
-            for option, values in re.findall(r"(--[a-z-]+) [^ \n{]*:\{([^}]*)\}", told(name)):
+            for option, values in re.findall(r"(--[a-z-]+) [^ \n{]*:\{([^}]*)\}", help_of(name)):
                 self.assertEqual(self.complete("toliman", name, option, ""), sorted(values.split(",")), (name, option))
         self.assertEqual(self.complete("toliman", "period", "--fap", "ba"), ["baluev"])
         self.assertEqual(self.complete("toliman", "train", "--mode="), ["tied", "unsupervised"])

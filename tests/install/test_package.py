@@ -1,5 +1,5 @@
-"""make package: what the Debian packages hold and want, and that they work where dpkg -x lays them out, without root.
-TOLIMAN_BUILD is the build folder. Prints the sizes."""
+"""Tests make package: contents and dependencies of the Debian packages, and that they work where dpkg -x extracts them,
+without root. TOLIMAN_BUILD is the build folder. Prints the sizes."""
 import os
 import pathlib
 import re
@@ -54,12 +54,12 @@ class Packages(unittest.TestCase):
             self.assertEqual(self.field(package, "Architecture"), expected)
             self.assertTrue(self.field(package, "Description"))
 
-    def test_what_they_want(self):
-        """Debian's libraries by dpkg-shlibdeps, each other by version."""
+    def test_dependencies(self):
+        """Debian's libraries by dpkg-shlibdeps, the packages among themselves by version."""
         for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "libc6", "libstdc++6"):
             self.assertIn(library, self.field(RUNTIME, "Depends"))
         self.assertIn("libcfitsio10", self.field("toliman", "Depends"))
-        if "toliman-mpi" in self.files:  # starts its ranks, and one process alone
+        if "toliman-mpi" in self.files:  # starts its own ranks, or runs as a single process
             self.assertIn("openmpi-bin", self.field("toliman-mpi", "Depends"))
         for package in set(self.files) - {RUNTIME}:
             self.assertIn(f"{RUNTIME} (= {VERSION})", self.field(package, "Depends"))
@@ -68,7 +68,7 @@ class Packages(unittest.TestCase):
                 if not wanted.startswith("libtoliman"):
                     run("dpkg-query", "-W", wanted)
 
-    def test_what_they_hold(self):
+    def test_contents(self):
         for package in self.files:
             lines = self.contents(package)
             self.assertEqual({line[1] for line in lines}, {"root/root"}, package)
@@ -103,9 +103,9 @@ class Packages(unittest.TestCase):
         self.assertEqual(run(self.top / "p", LD_LIBRARY_PATH=str(self.usr / "lib")), EXPECTED)
 
     def test_python(self):
-        told = run("/usr/bin/python3", "-c", "import toliman; print(toliman.version())",
-                   PYTHONPATH=str(self.usr / "lib/python3/dist-packages"))
-        self.assertEqual(told, VERSION + "\n")
+        version = run("/usr/bin/python3", "-c", "import toliman; print(toliman.version())",
+                      PYTHONPATH=str(self.usr / "lib/python3/dist-packages"))
+        self.assertEqual(version, VERSION + "\n")
 
 
 if __name__ == "__main__":

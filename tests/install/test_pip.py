@@ -1,4 +1,4 @@
-"""pip takes the Python package from its folder, without network. TOLIMAN_LIBRARY is the library."""
+"""Tests pip with the Python package's folder, without network. TOLIMAN_LIBRARY is the library."""
 import os
 import pathlib
 import re
@@ -16,7 +16,7 @@ class Pip(unittest.TestCase):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
         folder = pathlib.Path(kept.name)
-        shutil.copytree(SOURCE, folder / "python", ignore=shutil.ignore_patterns("__pycache__"))  # pip builds in it
+        shutil.copytree(SOURCE, folder / "python", ignore=shutil.ignore_patterns("__pycache__"))  # pip builds inside it
 
         def run(*command, code=0, without="PYTHONPATH"):
             environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", without)}
@@ -25,21 +25,21 @@ class Pip(unittest.TestCase):
             return done.stderr if code else done.stdout
         run(sys.executable, "-m", "venv", "--system-site-packages", "venv")
         run("venv/bin/pip", "install", "--no-index", "--no-build-isolation", "./python")
-        told = run("venv/bin/python", "-c", "import importlib.metadata, math, toliman\n"
-                   "with toliman.Periodogram(0.05, 0.01, 10) as periodogram:\n"
-                   "    for i in range(100):\n"
-                   "        periodogram.push(i, math.sin(2 * math.pi * i / 10))\n"
-                   "    print('%.12f' % periodogram.power()[5], toliman.__file__)\n"
-                   "print(importlib.metadata.version('toliman') == toliman.__version__)")
-        self.assertEqual(told, f"1.000000000000 {folder.resolve()}/venv/lib/python{sys.version_info[0]}."
+        output = run("venv/bin/python", "-c", "import importlib.metadata, math, toliman\n"
+                     "with toliman.Periodogram(0.05, 0.01, 10) as periodogram:\n"
+                     "    for i in range(100):\n"
+                     "        periodogram.push(i, math.sin(2 * math.pi * i / 10))\n"
+                     "    print('%.12f' % periodogram.power()[5], toliman.__file__)\n"
+                     "print(importlib.metadata.version('toliman') == toliman.__version__)")
+        self.assertEqual(output, f"1.000000000000 {folder.resolve()}/venv/lib/python{sys.version_info[0]}."
                                f"{sys.version_info[1]}/site-packages/toliman/__init__.py\nTrue\n")
         self.assertTrue(next(folder.glob("venv/lib/python*/site-packages/toliman/py.typed")).exists())
 
-        # Of a version that is nowhere: each place that was tried is told once.
+        # A version that exists nowhere: each place that was tried is listed once.
         raw = next(folder.glob("venv/lib/python*/site-packages/toliman/_raw.py"))
         raw.write_text(re.sub("(?m)^TOLIMAN_VERSION_MINOR = .*", "TOLIMAN_VERSION_MINOR = 99", raw.read_text()))
-        told = run("venv/bin/python", "-c", "import toliman", code=1, without="TOLIMAN_LIBRARY")
-        tried = [line.split(":")[0].strip() for line in told.partition("Tried:\n")[2].splitlines()]
+        output = run("venv/bin/python", "-c", "import toliman", code=1, without="TOLIMAN_LIBRARY")
+        tried = [line.split(":")[0].strip() for line in output.partition("Tried:\n")[2].splitlines()]
         self.assertIn(f"{folder.resolve()}/venv/lib/libtoliman.so.0.99", tried)
         self.assertEqual(tried, list(dict.fromkeys(tried)))
 

@@ -1,4 +1,5 @@
-"""A wheel with the library in it, made without network, works where no other libtoliman.so is."""
+"""Tests that a wheel containing the library, built without network, works where no other libtoliman.so is
+installed."""
 import os
 import pathlib
 import subprocess

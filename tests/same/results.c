@@ -1,9 +1,9 @@
-/* What the library computes, as files of numbers, on an instruction set, a number of workers and in an order of choice.
- * Usage: same_results FOLDER MODEL ISA WORKERS ORDER
+/* Writes the library's results as files of numbers, for a given instruction set, number of workers and order. Usage:
+ * same_results FOLDER MODEL ISA WORKERS ORDER
  *
- * ISA      0 baseline, 1 avx2, 2 avx512; the program ends with 77 where this processor lacks it
- * ORDER    0 as things come; else frames and samples are shuffled, and objects saved and loaded at random points
- * MODEL    FOLDER of an earlier run whose frames and weights are used for what is estimated, or - for the run's own */
+ *   ISA      0 baseline, 1 avx2, 2 avx512; the program exits with 77 if this processor does not support it
+ *   ORDER    0: original order; else frames and samples are shuffled, and objects saved and loaded at random points
+ *   MODEL    FOLDER of an earlier run with frames and weights for the estimators, or - for those of this run */
 #include <sys/stat.h>
 
 #include "cae_scene.h"

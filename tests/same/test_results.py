@@ -1,7 +1,7 @@
-"""What the library computes does not depend on the host: which results keep every bit, and within what the others agree,
-over instruction sets, workers, OpenBLAS kernels and threads, orders of arrival and places where objects are saved and
-loaded. Prints the table: = every bit, - not tried here, a number the largest difference over the largest value.
-TOLIMAN_RESULTS is same_results; with TOLIMAN_ORDERS, a number of orders, every choice is tried instead of a few."""
+"""Tests that the library's results do not depend on the host: which results are bit-identical, and how closely the
+others agree, over instruction sets, workers, OpenBLAS kernels and threads, orders of arrival, and points where objects
+are saved and loaded. Prints a table: = identical bits, - not tested, else the largest difference over the largest
+value. TOLIMAN_RESULTS is same_results; TOLIMAN_ORDERS, a number of orders, tests every choice instead of a few."""
 import os
 import subprocess
 import sys
@@ -16,12 +16,12 @@ ISAS = {"baseline": 0, "avx2": 1, "avx512": 2}
 WORKERS = (2, 3, 4, 8) if FULL else (8,)
 CORES = ("Prescott", "Nehalem", "Sandybridge", "Haswell", "SkylakeX", "Zen") if FULL else ("Haswell",)
 
-# What each axis may change, as a part of the largest value: every result that is not named keeps every bit.
-ANOTHER = numpy.inf  # training goes where rounding leads it: another network, as good
-LATENTS = {"latents.f64": 1e-5, "paper_latents.f64": 1e-5}  # by the same weights; the largest is about sigma
+# Tolerance of each axis, relative to the largest value: every result that is not listed must be bit-identical.
+ANOTHER = numpy.inf  # training amplifies rounding errors: another network of the same quality
+LATENTS = {"latents.f64": 1e-5, "paper_latents.f64": 1e-5}  # with the same weights; the largest latent is about sigma
 TRAINED = {"tied.tlmw": ANOTHER, "unsupervised.tlmw": ANOTHER}
 PRODUCTS = {"image.f64": 1e-14, "template.f64": 1e-9, "pca.f64": 1e-8, "dictionary.f64": 1e-8}
-COUNTS = {"frames.f64": 0.2}  # noise of one pixel, should an image's last bit make a count flip
+COUNTS = {"frames.f64": 0.2}  # the noise of one pixel, in case the last bit of an image changes a count
 ALLOWED = {"instruction set": {**LATENTS, **TRAINED},
            "workers": {},
            "OpenBLAS kernels": {**PRODUCTS, **COUNTS, **TRAINED},
@@ -45,7 +45,8 @@ def numbers(path):
 
 
 def difference(model, other):
-    """0 where every bit is the same; the largest difference over the largest value; infinity where bytes differ."""
+    """0 if every bit is equal, else the largest difference over the largest value; infinity if bytes of other
+    types differ."""
     (data, values), (others, other_values) = numbers(model), numbers(other)
     if data == others:
         return 0.0

@@ -1,6 +1,6 @@
-/* Threads that make, use and end objects of every kind at once, while the host plans FFTs and multiplies matrices of
- * its own: each gets the bits that one thread alone gets, and so does the host. For ThreadSanitizer, too. Usage:
- * threads ROUNDS [WORKERS]; ROUNDS objects a worker. */
+/* Tests threads that create, use and destroy objects of every kind concurrently, while the host plans FFTs and
+ * multiplies matrices itself: each must get the bits that a single thread gets, and so must the host. Also for
+ * ThreadSanitizer. Usage: threads ROUNDS [WORKERS]; ROUNDS objects per worker. */
 #include <complex.h>
 #include <fftw3.h>
 #include <pthread.h>
@@ -52,7 +52,7 @@ static int use_sim(results *found) {
     return status != TOLIMAN_OK;
 }
 
-/* A simulator that all use. */
+/* A simulator shared by all threads. */
 static int use_shared(results *found) {
     double frames[2 * SIDE_PX * SIDE_PX], power[3];
     int32_t status = toliman_sim_frame_many(shared_sim, NULL, 5, 1, 2, 2, frames);
@@ -98,7 +98,7 @@ static int use_components(results *found) {
     return status != TOLIMAN_OK;
 }
 
-/* A network of one's own and one that all use. */
+/* A network of the thread's own and one shared by all threads. */
 static int use_network(results *found) {
     double latents[3] = {0};
     toliman_cae *cae = NULL;
@@ -174,7 +174,7 @@ static int use_track(results *found) {
 static int (*const uses[KINDS])(results *) = {use_sim,     use_shared, use_linear, use_components,
                                               use_network, use_period, use_batch,  use_track};
 
-/* A call that fails, and whose message must be this thread's. */
+/* A failing call, whose message must be that of this thread. */
 static int fail_alone(uint64_t seed) {
     char text[64];
     toliman_period *none = NULL;

@@ -1,4 +1,5 @@
-/* Counts what a program asks malloc and aligned_alloc for. Included by one file of it; sanitizers have their own. */
+/* Counts the bytes that a program requests from malloc and aligned_alloc. To be included by one file of the program;
+ * does not work with sanitizers, which replace these functions themselves. */
 #ifndef TOLIMAN_TESTS_ASKED_MEMORY_H
 #define TOLIMAN_TESTS_ASKED_MEMORY_H
 

@@ -30,7 +30,7 @@
             fail_msg("%s = %.6g, must be at most %.6g", #value, most_value_, most_limit_);                             \
     } while (0)
 
-/* The call succeeds; otherwise its code and message are shown. */
+/* The call succeeds; otherwise shows its code and message. */
 #define assert_ok(call)                                                                                                \
     do {                                                                                                               \
         const toliman_status ok_status_ = (call);                                                                      \
@@ -38,7 +38,7 @@
             fail_msg("%s: %s: %s", #call, toliman_status_name(ok_status_), toliman_last_error());                      \
     } while (0)
 
-/* The field of the last error is a piece of its message, and not "" for a status that always has one. */
+/* The field of the last error occurs in its message, and is not "" for a status that always has one. */
 static inline void assert_field_fits(toliman_status status, const char *call) {
     const char *const field = toliman_last_error_field(), *const text = toliman_last_error();
     if (strstr(text, field) == NULL)
@@ -49,7 +49,7 @@ static inline void assert_field_fits(toliman_status status, const char *call) {
         fail_msg("%s: message \"%s\" has no field", call, text);
 }
 
-/* The call fails with this code, a message that contains the text, and a field that fits it. */
+/* The call fails with this code, a message that contains the text, and a matching field. */
 #define assert_fails(call, code, text)                                                                                 \
     do {                                                                                                               \
         const toliman_status fails_status_ = (call);                                                                   \

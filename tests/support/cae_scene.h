@@ -1,4 +1,4 @@
-/* Cheap scenes for the network's tests: one wavelength, a real mask, frames of a size of choice. */
+/* Cheap scenes for the network's tests: one wavelength, a real mask, frames of a given size. */
 #ifndef TOLIMAN_TESTS_CAE_SCENE_H
 #define TOLIMAN_TESTS_CAE_SCENE_H
 
@@ -13,7 +13,7 @@
 
 enum { kSide = 256, kPixels = kSide * kSide };
 
-/* offset_px moves the binary off the frame's middle; project is the content of preprocess.project. */
+/* offset_px moves the binary off the centre of the frame; project is the content of preprocess.project. */
 static inline size_t write_scene(char *json, size_t capacity, int rows, int cols, double offset_px,
                                  const char *project) {
     return (size_t)snprintf(
@@ -72,7 +72,7 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
 }
 
 static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_options options, size_t *size) {
-    const size_t capacity = 6u << 20; /* above what any blob can need */
+    const size_t capacity = 6u << 20; /* more than any blob needs */
     uint8_t *bytes = malloc(capacity);
     assert_non_null(bytes);
     assert_ok(toliman_cae_save(cae, &options, bytes, capacity, size));
@@ -81,7 +81,7 @@ static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_optio
     return bytes;
 }
 
-/* Encodings by the numbers that a blob has for them: 0 float32, 1 bf16, 2 fp16. */
+/* Encodings by their number in a blob: 0 float32, 1 bf16, 2 fp16. */
 static inline uint8_t *saved_as(const toliman_cae *cae, int32_t weights, int32_t planes, size_t *size) {
     toliman_cae_save_options options;
     toliman_cae_save_options_init(&options, sizeof options);

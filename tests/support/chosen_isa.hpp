@@ -1,4 +1,4 @@
-// Takes the place of the library's kernels/isa.cpp, so that one program can run every instruction set: for a single
+// Replaces the library's kernels/isa.cpp, so that one program can run every instruction set. To be included by a single
 // source file of a program that is linked with the static library.
 #ifndef TOLIMAN_TESTS_CHOSEN_ISA_HPP
 #define TOLIMAN_TESTS_CHOSEN_ISA_HPP
@@ -17,7 +17,7 @@ const char *host_isa_name() noexcept {
     return chosen == Isa::avx512 ? "avx512" : chosen == Isa::avx2 ? "avx2" : "baseline";
 }
 
-// Whether this processor has it.
+// Whether this processor supports it.
 static inline bool runs(Isa isa) noexcept {
 #if defined(__x86_64__)
     if (isa == Isa::avx512)

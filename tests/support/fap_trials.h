@@ -1,5 +1,5 @@
-/* Series of the chapter's kind, one sample a day, under the eye of every false alarm probability: what test_fap checks
- * in short and bench_fap in full. */
+/* Series like the chapter's, one sample per day, evaluated with every false alarm probability: tested briefly by
+ * test_fap, in full by bench_fap. */
 #ifndef FAP_TRIALS_H
 #define FAP_TRIALS_H
 
@@ -13,7 +13,7 @@ static const int32_t fap_methods[FAP_METHODS] = {TOLIMAN_PERIOD_FAP_BALUEV, TOLI
                                                  TOLIMAN_PERIOD_FAP_SEQUENTIAL};
 static const char *const fap_names[FAP_METHODS] = {"Baluev", "naive", "sequential"};
 
-/* Standard normal numbers; every series its own. */
+/* Standard normal numbers, different for each series. */
 typedef struct {
     uint64_t state;
 } fap_noise;
@@ -34,7 +34,7 @@ static inline fap_noise fap_seeded(uint64_t series) {
     return (fap_noise){series * 0xd1342543de82ef95u + 0x2545f4914f6cdd1du};
 }
 
-/* Grid of the program's default for this many days: 1.5/T to 1/2, step 1/(10 T). */
+/* The program's default grid for this number of days: 1.5/T to 1/2, step 1/(10 T). */
 static inline toliman_period *fap_periodogram(int days) {
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(1.5 / days, 0.1 / days, 5 * days - 14, NULL, &period));
@@ -49,7 +49,7 @@ static inline void fap_of_peak(const toliman_period *period, double log10_fap[FA
         assert_ok(toliman_period_query_fap(period, fap_methods[m], peak.log10_residual, &log10_fap[m]));
 }
 
-/* A whole series of noise, then one look. */
+/* A complete series of noise, followed by one query. */
 static inline void fap_at_end(toliman_period *period, int days, uint64_t series, double log10_fap[FAP_METHODS]) {
     fap_noise noise = fap_seeded(series);
     assert_ok(toliman_period_reset(period));
@@ -58,12 +58,13 @@ static inline void fap_at_end(toliman_period *period, int days, uint64_t series,
     fap_of_peak(period, log10_fap);
 }
 
-/* Signal of a series, in units of the noise; phase < 0 draws one. */
+/* Signal of a series, in units of the noise; phase < 0: random phase. */
 typedef struct {
     double amplitude, period_days, phase;
 } fap_signal;
 
-/* A look after every sample: first[m] is how many samples it took method m to a FAP of `target`, or FAP_NEVER. */
+/* Queries after every sample: first[m] is the number of samples until method m reaches a FAP of `target`, or
+ * FAP_NEVER. */
 static inline void fap_watch(toliman_period *period, int days, uint64_t series, fap_signal signal, double target,
                              int first[FAP_METHODS]) {
     fap_noise noise = fap_seeded(series);

@@ -4,8 +4,8 @@
 
 #include "scene_text.h"
 
-/* 100 frames without displacement: both chi-square sums over the pixels within 5 sigma. kurtosis is that of a pixel's
- * counts; Poisson counts of mean m have 1/m. */
+/* 100 frames without displacement: both chi-square sums over the pixels must be within 5 sigma. kurtosis is that of a
+ * pixel's counts; Poisson counts of mean m have 1/m. */
 static inline void check_frames(const toliman_sim *sim, const double *mean, const double *variance, double kurtosis,
                                 int whole_counts) {
     enum { count = 100 };

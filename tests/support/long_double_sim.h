@@ -1,5 +1,4 @@
-/* Images in long double by the sums that define them; they know nothing of the library but pupil, spectrum and places.
- */
+/* Images in long double by their defining sums; the library provides only pupil, spectrum and positions. */
 #ifndef TOLIMAN_TESTS_LONG_DOUBLE_SIM_H
 #define TOLIMAN_TESTS_LONG_DOUBLE_SIM_H
 
@@ -19,7 +18,7 @@ typedef struct {
     int n;                   /* pupil samples */
     long double aperture, p; /* m, rad */
     double *amplitude, *opd, *wavelength, *weight[2];
-    long double offset[4]; /* px; long double, since 1e-10 px beside 20 px is below double */
+    long double offset[4]; /* px; long double, since 1e-10 px relative to 20 px is below double precision */
     int wavelengths;
     long double area;
 } reference;
@@ -59,7 +58,7 @@ static inline void release(reference *r) {
     free(r->weight[1]);
 }
 
-/* Adds one star in one wavelength to sum[count_y][count_x], the pixels at u[], v[] (in px from the axis). */
+/* Adds one star in one wavelength to sum[count_y][count_x], at the pixels u[], v[] (in px from the axis). */
 static inline void add_star(const reference *r, int star, int w, const double *u, int count_x, const double *v,
                             int count_y, long double *sum) {
     const long double lambda = r->wavelength[w], cell = r->aperture / r->n;
@@ -94,7 +93,7 @@ static inline void add_star(const reference *r, int star, int w, const double *u
     free(focal);
 }
 
-/* Both stars in all light, as add_star. */
+/* Adds both stars in all wavelengths, like add_star. */
 static inline void add_stars(const reference *r, const double *u, int count_x, const double *v, int count_y,
                              long double *sum) {
     for (int star = 0; star < 2; star++)

@@ -1,4 +1,4 @@
-/* The memory of the process itself. */
+/* Memory of the process. */
 #ifndef TOLIMAN_TESTS_OWN_MEMORY_H
 #define TOLIMAN_TESTS_OWN_MEMORY_H
 
@@ -6,7 +6,8 @@
 
 #include "assert_close.h"
 
-/* KiB of the process's own, by walking its pages: the count of statm lags behind, by a few pages a processor. */
+/* Private memory of the process in KiB, from its page map: the count of statm lags behind by a few pages per
+ * processor. */
 static inline long own_memory(void) {
     char line[256];
     long size = -1;

@@ -1,4 +1,4 @@
-/* Slow, obvious Lomb-Scargle in 113-bit arithmetic: the reference for the streaming periodogram. */
+/* Slow, direct Lomb-Scargle periodogram in 113-bit arithmetic: the reference for the streaming periodogram. */
 #ifndef TOLIMAN_TESTS_QUAD_PERIOD_H
 #define TOLIMAN_TESTS_QUAD_PERIOD_H
 

@@ -1,4 +1,4 @@
-/* Files that a scene of a test names: a folder of the test's own, and .npy files. */
+/* Files named by a test's scene: a temporary folder, and .npy files. */
 #ifndef TOLIMAN_TESTS_SCENE_FILES_H
 #define TOLIMAN_TESTS_SCENE_FILES_H
 
@@ -8,7 +8,7 @@
 
 #include "scene_text.h"
 
-/* A folder of the test's own, with the files that a scene names. */
+/* The test's temporary folder, with the files that a scene names. */
 static char folder[] = P_tmpdir "/toliman-files-XXXXXX";
 
 static inline int make_folder(void **state) {
@@ -29,7 +29,7 @@ static inline void write_file(const char *name, const void *data, size_t size) {
     assert_int_equal(fclose(file), 0);
 }
 
-/* A .npy file of version 1 whose header says type and shape, followed by the data. */
+/* A .npy file of version 1 with the type and shape of the header, followed by the data. */
 static inline void write_npy(const char *name, const char *type, const char *shape, const void *data, size_t size) {
     unsigned char bytes[128 + 8 * 96 * 96];
     char header[118];
@@ -50,7 +50,7 @@ static inline int remove_folder(void **state) {
     return rmdir(folder);
 }
 
-/* Simulator of the scene, its files in the folder. */
+/* Simulator of the scene, with its files in the folder. */
 static inline toliman_status create_in_folder(const char *json, toliman_sim **sim) {
     return toliman_sim_create_json(json, strlen(json), folder, NULL, sim);
 }

@@ -1,4 +1,4 @@
-/* Scenes as text for the tests of the simulator: small ones, and a way to change one place of them. */
+/* Scenes as text for the tests of the simulator: small ones, and functions that change one place of them. */
 #ifndef TOLIMAN_TESTS_SCENE_TEXT_H
 #define TOLIMAN_TESTS_SCENE_TEXT_H
 
@@ -35,7 +35,7 @@ static const char *const kSingleScene =
     " \"cadence\": {\"frames\": 10, \"peak_photons\": 1e6},"
     " \"detector\": {\"shape\": [32, 32], \"pixel_scale_arcsec\": 0.2}}";
 
-/* text with the one place that reads `from` replaced; the caller frees it. */
+/* text with the single occurrence of `from` replaced; the caller frees it. */
 static inline char *replaced(const char *text, const char *from, const char *to) {
     const char *const at = strstr(text, from);
     if (at == NULL || strstr(at + 1, from) != NULL)
@@ -48,7 +48,7 @@ static inline char *replaced(const char *text, const char *from, const char *to)
     return result;
 }
 
-/* The same, freeing the text given. */
+/* The same, and frees the given text. */
 static inline char *replaced_again(char *text, const char *from, const char *to) {
     char *const result = replaced(text, from, to);
     free(text);
@@ -61,7 +61,7 @@ static inline toliman_sim *sim_of(const char *json) {
     return sim;
 }
 
-/* The scene with one place replaced, as a simulator. */
+/* Simulator of the scene with one place replaced. */
 static inline toliman_sim *sim_with(const char *json, const char *from, const char *to) {
     char *const text = replaced(json, from, to);
     toliman_sim *const sim = sim_of(text);
@@ -69,7 +69,7 @@ static inline toliman_sim *sim_with(const char *json, const char *from, const ch
     return sim;
 }
 
-/* Each addition, put in by the format at the place of the scene, is refused with its message. */
+/* Each addition, inserted by the format at the given place of the scene, must be refused with its message. */
 static inline void check_additions(const char *json, const char *place, const char *format,
                                    const char *const (*cases)[2], size_t count) {
     for (size_t i = 0; i < count; i++) {

@@ -10,7 +10,7 @@
 
 #include "assert_close.h"
 
-/* A new folder's path, and its end with all files in it. */
+/* Creates a new folder and writes its path; removes it with all files in it. */
 static inline void make_folder(char *path, size_t capacity) {
     const char *above = getenv("TMPDIR");
     snprintf(path, capacity, "%s/toliman-track-XXXXXX", above != NULL ? above : "/tmp");

@@ -1,4 +1,4 @@
-/* Weights blobs put together from the format's page (tools/docs/formats.md), without the library. */
+/* Weights blobs assembled from the format's specification (tools/docs/formats.md), without the library. */
 #ifndef TOLIMAN_TESTS_TLMW_H
 #define TOLIMAN_TESTS_TLMW_H
 
@@ -24,7 +24,7 @@ static inline uint64_t get(const uint8_t *at, int bytes) {
     return value;
 }
 
-/* CRC32 as of zlib and PNG. */
+/* CRC32 as in zlib and PNG. */
 static inline uint32_t crc32_of(const uint8_t *bytes, size_t size) {
     static uint32_t table[256];
     for (uint32_t i = 0; table[255] == 0; i++) {
@@ -38,7 +38,7 @@ static inline uint32_t crc32_of(const uint8_t *bytes, size_t size) {
     return ~crc;
 }
 
-/* Makes the checksum fit. */
+/* Writes the checksum. */
 static inline void seal(uint8_t *blob, size_t size) {
     put(blob + size - 4, crc32_of(blob, size - 4), 4);
 }
@@ -52,7 +52,7 @@ static inline uint32_t adler32_of(const uint8_t *bytes, size_t size) {
     return b << 16 | a;
 }
 
-/* Bytes as a zlib stream of stored blocks; returns its size, at most size + size / 8192 + 16. */
+/* Writes bytes as a zlib stream of stored blocks; returns its size, at most size + size / 8192 + 16. */
 static inline size_t store(const uint8_t *raw, size_t size, uint8_t *out) {
     uint8_t *next = out;
     *next++ = 0x78;
@@ -71,7 +71,7 @@ static inline size_t store(const uint8_t *raw, size_t size, uint8_t *out) {
     return (size_t)(next - out);
 }
 
-/* Blocks of float32, byte-shuffled each. The caller frees the 4 bytes a float. */
+/* Blocks of float32, each byte-shuffled. The caller frees the 4 bytes per float. */
 static inline uint8_t *float32_blocks(const float *values, const size_t *blocks, size_t count) {
     size_t floats = 0;
     for (size_t k = 0; k < count; k++)
@@ -90,7 +90,7 @@ static inline uint8_t *float32_blocks(const float *values, const size_t *blocks,
     return raw;
 }
 
-/* A blob with the header of another and these zlib streams, sizes and checksum made to fit. The caller frees it. */
+/* A blob with the header of another and these zlib streams, with matching sizes and checksum. The caller frees it. */
 static inline uint8_t *assemble(const uint8_t *header, const uint8_t *weights, size_t weights_size,
                                 const uint8_t *planes, size_t planes_size, size_t *size) {
     *size = kHeader + weights_size + planes_size + 4;
@@ -130,7 +130,7 @@ static inline uint8_t *with_payloads(const uint8_t *blob, const float *weights, 
     return out;
 }
 
-/* A refusal leaves *out as it was. */
+/* A refused load leaves *out unchanged. */
 static inline void refused(const uint8_t *bytes, size_t size, const char *text) {
     toliman_cae *const mine = (toliman_cae *)(uintptr_t)8, *out = mine;
     assert_fails(toliman_cae_load(bytes, size, NULL, &out), TOLIMAN_E_FORMAT, text);

@@ -1,4 +1,4 @@
-"""Reads weights blobs as tools/docs/formats.md describes them, with numpy and zlib alone."""
+"""Reads weights blobs as specified in tools/docs/formats.md, with numpy and zlib alone."""
 import pathlib
 import struct
 import zlib
@@ -11,7 +11,7 @@ FLOAT32, BF16, FP16 = range(3)
 
 
 class Blob:
-    """weights and planes: one array of float64 a tensor and a plane; scales: exponents of those in fp16."""
+    """weights and planes: one array of float64 per tensor and plane; scales: exponents of those in fp16."""
 
     def __init__(self, path):
         content = pathlib.Path(path).read_bytes()

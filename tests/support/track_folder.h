@@ -1,4 +1,4 @@
-/* A tracker's folder for tests: its files, damage to them, and a folder with everything in it. */
+/* A tracker's folder for tests: its files, damage to them, and a folder with records of every kind. */
 #ifndef TOLIMAN_TESTS_TRACK_FOLDER_H
 #define TOLIMAN_TESTS_TRACK_FOLDER_H
 
@@ -54,10 +54,10 @@ static inline void flip_byte(const char *path, off_t at) {
     write_at(path, at, &byte, 1);
 }
 
-/* What filled_folder leaves: frames that came again, and lines, of which two count those. */
+/* Content of filled_folder: number of repeated frames, and of records, of which two count the repeats. */
 enum { FILLED_REPEATS = 5 + 11 + 3, FILLED_LINES = 60 + 3 + 2 };
 
-/* A folder with 60 frames, 40 of them in the checkpoint, of which one is denied behind it and one after it. */
+/* A folder with 60 frames, 40 of them in the checkpoint; one of these is quarantined after it, and one later frame. */
 static inline toliman_track_options filled_folder(void) {
     toliman_track_options options = small_options(folder);
     options.sync = TOLIMAN_TRACK_SYNC_NONE;

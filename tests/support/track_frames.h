@@ -1,4 +1,4 @@
-/* Small frames by number, an estimator whose values are exact, and the periodogram that they should make. */
+/* Small frames by number, an estimator with exact values, and the expected periodogram. */
 #ifndef TOLIMAN_TESTS_TRACK_FRAMES_H
 #define TOLIMAN_TESTS_TRACK_FRAMES_H
 
@@ -72,7 +72,7 @@ static inline double value_of_frame(const small_frame *frame) {
     return value_of(image, PIXELS);
 }
 
-/* 12-bit frames; half a frame of zeros is a hole. */
+/* 12-bit frames; half a frame of zeros is a zero run. */
 static inline toliman_track_options small_options(const char *folder) {
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
@@ -117,7 +117,7 @@ static inline toliman_track_info info_of(const toliman_track *track) {
     return info;
 }
 
-/* The periodogram of no frame, made by hand on the grid that a tracker with these options must have. */
+/* An empty periodogram on the grid that a tracker with these options must have. */
 static inline toliman_period *clean_period(const toliman_track_options *options) {
     toliman_period_options made;
     toliman_period_options_init(&made, sizeof made);
@@ -154,7 +154,7 @@ static inline const toliman_period *period_of(const toliman_track *track) {
     return period;
 }
 
-/* Against a clean periodogram of the frames first to last. */
+/* The tracker's periodogram must equal that of the frames first to last. */
 static inline void assert_holds(const toliman_track *track, const toliman_track_options *options, int64_t first,
                                 int64_t last) {
     toliman_period *clean = clean_period(options);

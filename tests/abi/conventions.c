@@ -1,8 +1,9 @@
-/* A host that watches the whole library at work, in its own locale: who calls what it must not (watch.c), and whether
- * anything of the process is other than before. Usage: manners report results [function]
+/* A host program that watches the whole library at work, in the host's locale: which functions it must not call are
+ * called and by whom (watch.c), and whether the state of the process changes. Usage: conventions report results
+ * [function]
  *
- * results: a line a thing that was computed, which must not depend on the locale. With a function's name a bad library
- * calls that instead. */
+ * results receives one line per computed result, which must not depend on the locale. With the name of a function, a
+ * library that violates the conventions calls that function instead. */
 #include <errno.h>
 #include <fcntl.h>
 #include <fenv.h>
@@ -21,12 +22,12 @@
 enum { FRAMES = 8, SAMPLES = 200, SIGNALS = 65 };
 #define PERIOD_DAYS 12.5
 
-void misbehave(const char *what);
+void call_forbidden(const char *what);
 int openblas_get_num_threads(void);
 extern char **environ;
 
 static FILE *results;
-static uint64_t heard;
+static uint64_t callback_bytes;
 
 /* FNV-1a. */
 static uint64_t digest(uint64_t before, const void *data, size_t size) {
@@ -39,7 +40,7 @@ static void result(const char *name, const void *data, size_t size) {
     fprintf(results, "%s %016llx\n", name, (unsigned long long)digest(0xcbf29ce484222325u, data, size));
 }
 
-/* A failure that is wanted; its message has a decimal point, whatever the host's sign. */
+/* An expected failure; its message must have a decimal point in every locale. */
 static void refused(const char *name, toliman_status status, toliman_status wanted) {
     if (status != wanted)
         fail_msg("%s: %s, expected %s", name, toliman_status_name(status), toliman_status_name(wanted));
@@ -48,14 +49,14 @@ static void refused(const char *name, toliman_status status, toliman_status want
     fprintf(results, "%s: %s\n", name, text);
 }
 
-static void hear(int32_t level, const char *text, void *unused) {
+static void count_log(int32_t level, const char *text, void *unused) {
     (void)level, (void)unused;
-    heard += strlen(text);
+    callback_bytes += strlen(text);
 }
 
-static int32_t go_on(const char *stage, double fraction, void *unused) {
+static int32_t keep_going(const char *stage, double fraction, void *unused) {
     (void)fraction, (void)unused;
-    heard += strlen(stage);
+    callback_bytes += strlen(stage);
     return 0;
 }
 
@@ -64,7 +65,7 @@ static int32_t stop(const char *stage, double fraction, void *unused) {
     return 1;
 }
 
-/* What of the process a library could change. */
+/* State of the process that a library could change. */
 typedef struct process {
     char locale[400], folder[400];
     locale_t thread_locale;
@@ -125,7 +126,7 @@ static void machine(void) {
     refused("machine", toliman_get_machine(NULL), TOLIMAN_E_ARGUMENT);
 }
 
-/* The simulator and all that estimates, two threads each. */
+/* The simulator and all estimators, with two threads each. */
 static toliman_sim *simulate(double *frames, const char *folder) {
     char json[2048], path[300];
     const size_t size = write_scene(json, sizeof json, kSide, kSide, 0, "\"shift_x\"");
@@ -133,10 +134,10 @@ static toliman_sim *simulate(double *frames, const char *folder) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
     options.threads = 2;
-    options.log = hear;
+    options.log = count_log;
     options.progress = stop;
     refused("cancelled scene", toliman_sim_create_json(json, size, NULL, &options, &sim), TOLIMAN_E_CANCELLED);
-    options.progress = go_on;
+    options.progress = keep_going;
     assert_ok(toliman_sim_create_json(json, size, NULL, &options, &sim));
     assert_ok(toliman_sim_frame_many(sim, NULL, 5, 0, FRAMES, 2, frames));
     result("frames", frames, sizeof *frames * FRAMES * kPixels);
@@ -157,7 +158,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     options.steps = 5;
     options.progress = stop;
     refused("cancelled training", toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED);
-    options.progress = go_on;
+    options.progress = keep_going;
     assert_ok(toliman_cae_train(cae, &options, NULL));
     double latents[FRAMES], image[kPixels], mmse, mssim, floor_of_noise;
     assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, 2, latents, NULL));
@@ -191,7 +192,7 @@ static void fit(const toliman_sim *sim, const double *frames) {
     toliman_components_train_options options;
     toliman_components_train_options_init(&options, sizeof options);
     options.threads = 2;
-    options.progress = go_on;
+    options.progress = keep_going;
     for (options.method = TOLIMAN_COMPONENTS_PCA; options.method <= TOLIMAN_COMPONENTS_DICTIONARY; options.method++) {
         assert_ok(toliman_components_train(components, &options, NULL));
         assert_ok(toliman_components_get_series(components, 0, series, NULL));
@@ -266,7 +267,7 @@ static void follow(const char *folder) {
     remove_folder(place);
 }
 
-/* A rounding mode in which nothing would be right: calls fail, and leave it as it is. */
+/* Rounding modes other than to-nearest are not supported: calls must fail, and leave the mode as it is. */
 static void refuse_rounding(int mode) {
     static double image[kPixels];
     double t = 0, y = 0, power[2];
@@ -297,14 +298,14 @@ static void everything(const char *folder) {
     search(folder);
     follow(folder);
     free(frames);
-    assert_true(heard > 0);
+    assert_true(callback_bytes > 0);
 }
 
 int main(int count, char **arguments) {
     assert_true(count >= 3);
     if (count > 3) {
         watch_into(arguments[1]);
-        misbehave(arguments[3]);
+        call_forbidden(arguments[3]);
         return 0;
     }
     results = fopen(arguments[2], "w");
@@ -319,7 +320,7 @@ int main(int count, char **arguments) {
     const process before = now();
     watch_into(arguments[1]);
     everything(folder);
-    watch_no_more();
+    stop_watching();
     const process after = now();
     assert_unchanged(&before, &after);
     remove_folder(folder);

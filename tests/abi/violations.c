@@ -1,4 +1,4 @@
-/* A library, named as if it were of ours, that calls whatever it should not: what the watch must see. */
+/* A library with a name like libtoliman's that calls every forbidden function: the watch must report each call. */
 #include <fenv.h>
 #include <locale.h>
 #include <signal.h>
@@ -18,7 +18,7 @@ static void with_list(const char *format, ...) {
     va_end(list);
 }
 
-/* By volatile pointers, so that no compiler puts one function in place of another. */
+/* Through volatile pointers, so that the compiler cannot replace one function by another. */
 #define DO(name, ...)                                                                                                  \
     if (strcmp(what, #name) == 0) {                                                                                    \
         __typeof__(name) *volatile call = name;                                                                        \
@@ -26,7 +26,7 @@ static void with_list(const char *format, ...) {
         return;                                                                                                        \
     }
 
-void misbehave(const char *what) {
+void call_forbidden(const char *what) {
     DO(exit, 0)
     DO(_exit, 0)
     DO(_Exit, 0)

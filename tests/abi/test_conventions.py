@@ -1,17 +1,18 @@
-"""The library at work in a host that watches: it prints nothing, ends nothing, reads no environment, and leaves locale,
-signals, rounding, BLAS and files as they were, whatever the host's decimal sign. manners.c is the host."""
+"""Tests the conventions for libraries in a host process: the library prints nothing, never exits, reads no environment
+variables, and leaves locale, signals, rounding mode, BLAS threads and files unchanged, in every locale. The host is
+conventions.c."""
 import os
 import re
 import subprocess
 import tempfile
 import unittest
 
-MANNERS, LIBRARY = os.environ["TOLIMAN_MANNERS"], os.environ["TOLIMAN_LIBRARY"]
+HOST, LIBRARY = os.environ["TOLIMAN_CONVENTIONS"], os.environ["TOLIMAN_LIBRARY"]
 SOURCES = os.path.dirname(os.path.abspath(__file__))
 
-# What the library may not even import: functions that end or print, and the process's state. What the C++ library brings
-# along (std::terminate, should a callback of the caller throw) is not of this list.
-UNWANTED = """
+# Functions that the library may not even import: those that exit or print, and those that change the process's state.
+# Functions used by the C++ runtime (std::terminate, if a callback of the caller throws) are not in this list.
+FORBIDDEN = """
     exit _exit _Exit quick_exit abort __assert_fail kill raise
     printf vprintf fprintf vfprintf dprintf puts putchar fputs fputc putc fwrite perror psignal stdout stderr
     __printf_chk __fprintf_chk __vprintf_chk __vfprintf_chk _ZSt4cout _ZSt4cerr _ZSt4clog
@@ -25,7 +26,8 @@ UNWANTED = """
 
 
 def comma_locale(folder):
-    """A locale of a decimal comma, made by what every Debian has: no list of languages is needed for it."""
+    """Creates a locale with a decimal comma from the tools of every Debian system; no installed language is
+    needed."""
     def write(name, text):
         with open(os.path.join(folder, name), "w", encoding="ascii") as stream:
             stream.write(text)
@@ -33,10 +35,10 @@ def comma_locale(folder):
     write("ascii", "<code_set_name> ANSI_X3.4-1968\n<comment_char> %\n<escape_char> /\n"
                    "CHARMAP\n<U0000>..<U007F> /x00 NULL\nEND CHARMAP\n")
     subprocess.run(["localedef", "-c", "-f", "./ascii", "-i", "./numbers", "./comma"], cwd=folder,
-                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # it warns that the rest is missing
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # localedef warns about missing categories
 
 
-class Manners(unittest.TestCase):
+class Conventions(unittest.TestCase):
     def setUp(self):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
@@ -44,11 +46,11 @@ class Manners(unittest.TestCase):
         comma_locale(self.folder)
 
     def host(self, how="", locale="C"):
-        """Code, output, lines of the watch, lines of results."""
+        """Exit code, output, lines of the watch, lines of results."""
         names = [os.path.join(self.folder, name) for name in ("report", "results")]
         for name in names:
             open(name, "w").close()
-        run = subprocess.run([MANNERS, *names, *([how] if how else [])], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        run = subprocess.run([HOST, *names, *([how] if how else [])], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                              universal_newlines=True,
                              env={**os.environ, "LOCPATH": self.folder, "LC_ALL": locale, "TMPDIR": self.folder})
         texts = []
@@ -69,22 +71,22 @@ class Manners(unittest.TestCase):
         self.assertEqual(comma[1:], point[1:])
         self.assertRegex("\n".join(point), r"tracker's sigma: .*-0\.5")
 
-    def test_the_watch_sees(self):
-        with open(os.path.join(SOURCES, "bad_manners.c"), encoding="utf-8") as stream:
+    def test_watch_reports_every_call(self):
+        with open(os.path.join(SOURCES, "violations.c"), encoding="utf-8") as stream:
             names = re.findall(r"^    DO\((\w+)", stream.read(), re.M)
         self.assertGreater(len(names), 25)
         for name in names:
             with self.subTest(name):
                 watched = self.host(how=name)[2]
-                self.assertIn(name + " from libtoliman_bad_manners.so", watched)
+                self.assertIn(name + " from libtoliman_violations.so", watched)
 
     def test_imports(self):
         def imports(library):
             table = subprocess.run(["nm", "-D", "-u", library], check=True, stdout=subprocess.PIPE, universal_newlines=True)
             return {line.split()[-1].split("@")[0] for line in table.stdout.splitlines()}
-        self.assertEqual(imports(LIBRARY) & set(UNWANTED), set())
-        bad = os.path.join(os.path.dirname(LIBRARY), "libtoliman_bad_manners.so")
-        self.assertGreater(len(imports(bad) & set(UNWANTED)), 20)
+        self.assertEqual(imports(LIBRARY) & set(FORBIDDEN), set())
+        bad = os.path.join(os.path.dirname(LIBRARY), "libtoliman_violations.so")
+        self.assertGreater(len(imports(bad) & set(FORBIDDEN)), 20)
 
 
 if __name__ == "__main__":

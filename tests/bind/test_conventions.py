@@ -1,4 +1,5 @@
-"""Manners of the Python package: what it covers, how it says things, how it stops, and that it refuses what does not fit."""
+"""Tests the conventions of the Python package: coverage of the C interface, documentation, errors, cancellation, and
+refusal of incompatible libraries."""
 import ctypes
 import dataclasses
 import errno
@@ -31,7 +32,7 @@ from toliman import _arguments, _library, _raw  # noqa: E402
 from toliman._progress import Bar  # noqa: E402
 from toliman._words import words  # noqa: E402
 
-# What Python has in another way.
+# Functions that Python provides in another way.
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
               "toliman_components_push", "toliman_load_options_init",
@@ -39,13 +40,13 @@ NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_trac
 
 
 class Coverage(unittest.TestCase):
-    def test_the_classes_can_do_what_c_can(self):
+    def test_classes_cover_the_c_interface(self):
         text = "".join(path.read_text() for path in (PACKAGE / "toliman").glob("*.py") if path.name != "_raw.py")
         used = set(re.findall(r"library\.(toliman_\w+)|\"(toliman_\w+_destroy\w*)\"|found\.(toliman_\w+)", text))
         used = {name for names in used for name in names}
         self.assertEqual(set(_raw.FUNCTIONS) - used, NOT_NEEDED)
 
-    def test_every_public_thing_is_told_of_and_typed(self):
+    def test_public_members_are_documented_and_typed(self):
         for name in toliman.__all__:
             thing = getattr(toliman, name)
             if inspect.ismodule(thing) or isinstance(thing, tuple):
@@ -58,13 +59,13 @@ class Coverage(unittest.TestCase):
                     self.assertTrue(value.__doc__, f"{name}.{member}")
                     self.assertIn("return", typing.get_type_hints(value), f"{name}.{member}")
 
-    def test_words_are_the_header_s(self):
+    def test_words_match_the_header(self):
         self.assertEqual(tuple(words("TOLIMAN_SIM_UNIT").values()), ("photon", "electron", "dn"))
         self.assertEqual(words("TOLIMAN_TRACK_VERDICT")[_raw.TOLIMAN_TRACK_VERDICT_MERGED], "merged")
         self.assertEqual(list(toliman.REASONS.values())[-1], "estimate")
         for number, word in toliman.REASONS.items():
-            told = _library.library.toliman_track_reason_name(number).decode()
-            self.assertEqual(word.replace("_", " "), told)
+            name_in_c = _library.library.toliman_track_reason_name(number).decode()
+            self.assertEqual(word.replace("_", " "), name_in_c)
 
 
 class Results(unittest.TestCase):
@@ -80,7 +81,7 @@ class Results(unittest.TestCase):
         self.assertIn("isa='", repr(machine))
         self.assertGreater(toliman.blas_speed(), 0)
 
-    def test_errors_are_python_s_too(self):
+    def test_errors_are_also_python_exceptions(self):
         for status, kinds in ((_raw.TOLIMAN_E_ARGUMENT, ValueError), (_raw.TOLIMAN_E_NOT_FOUND, FileNotFoundError),
                               (_raw.TOLIMAN_E_WRITE, OSError), (_raw.TOLIMAN_E_LOST, toliman.LostError),
                               (_raw.TOLIMAN_E_MEMORY, MemoryError),
@@ -103,7 +104,7 @@ class Results(unittest.TestCase):
             self.assertEqual(raised.exception.field, "")
             for call, path, reason in (
                     (toliman.Periodogram.load, "no/such/state", errno.ENOENT),
-                    (toliman.Periodogram.load, folder, None),  # there, but no file
+                    (toliman.Periodogram.load, folder, None),  # exists, but is not a file
                     (periodogram.save, "no/such/state", errno.ENOENT),
                     (periodogram.save, __file__ + "/state", errno.ENOTDIR)):
                 with self.assertRaises(OSError) as raised:
@@ -114,7 +115,7 @@ class Results(unittest.TestCase):
                 again = pickle.loads(pickle.dumps(error))
                 self.assertEqual((str(again), again.filename, again.errno), (str(error), path, reason))
 
-    def test_numbers_at_the_edge(self):
+    def test_numbers_at_the_limit(self):
         self.assertEqual(_arguments.whole("n", 3, 4), 3)
         for bad in (4, -1):
             with self.assertRaisesRegex(ValueError, rf"n = {bad}: must be in \[0, 3\]"):
@@ -126,7 +127,7 @@ class Results(unittest.TestCase):
 
     def test_closed_objects(self):
         periodogram = toliman.Periodogram(0.1, 0.1, 3)
-        self.assertTrue(periodogram)  # though it holds nothing
+        self.assertTrue(periodogram)  # although it is empty
         periodogram.close()
         periodogram.close()
         for use in (periodogram.peak, periodogram.reset, lambda: periodogram.push(1, 1), lambda: len(periodogram)):
@@ -134,11 +135,11 @@ class Results(unittest.TestCase):
                 use()
 
 
-class Stopping(unittest.TestCase):
+class Cancellation(unittest.TestCase):
     def setUp(self):
         self.simulator = toliman.Simulator("chapter.json")
 
-    def test_progress_is_called_and_stops(self):
+    def test_progress_is_called_and_cancels(self):
         seen = []
         network = toliman.CAE(self.simulator)
         untrained = network.to_bytes()
@@ -152,13 +153,13 @@ class Stopping(unittest.TestCase):
         network.train()
         other = toliman.CAE(self.simulator)
         other.train()
-        self.assertEqual(network.to_bytes(), other.to_bytes())  # a training that was stopped goes on
+        self.assertEqual(network.to_bytes(), other.to_bytes())  # a cancelled training resumes
 
     def test_bar(self):
         shown = io.StringIO()
         with redirect_stderr(shown):
             self.simulator.frames(0, 3, progress=True)
-        self.assertEqual(shown.getvalue(), "100 % frames\n")  # a file takes no bar
+        self.assertEqual(shown.getvalue(), "100 % frames\n")  # no bar in a file
         shown.isatty = lambda: True
         with redirect_stderr(shown):
             self.simulator.frames(0, 3, progress=True)
@@ -180,7 +181,7 @@ class Stopping(unittest.TestCase):
         os.close(terminal)
 
     def test_bar_in_a_notebook(self):
-        """With a stand-in for IPython, which the tests do not ask for."""
+        """With a stand-in for IPython, which the tests do not require."""
         with tempfile.TemporaryDirectory() as folder:
             package = pathlib.Path(folder) / "IPython"
             package.mkdir()
@@ -195,7 +196,7 @@ class Stopping(unittest.TestCase):
         self.assertEqual(done.stderr, "")
 
     def test_ctrl_c(self):
-        """A second of training in, while no callback of anybody's is asked for."""
+        """Interrupts a training after it has started, without any callback of the user."""
         code = ("import os, signal, threading, toliman\n"
                 "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
                 "network = toliman.CAE(toliman.Simulator('chapter.json'))\n"
@@ -237,8 +238,8 @@ class Stopping(unittest.TestCase):
             self.assertTrue((same == frames[0]).all())
 
 
-class Fit:
-    """The library, but for some functions."""
+class PatchedLibrary:
+    """The library, with some functions replaced."""
 
     def __init__(self, **functions):
         self._name = "libold.so"
@@ -251,7 +252,7 @@ class Fit:
 
 
 class Importing(unittest.TestCase):
-    def test_a_library_that_is_not_there(self):
+    def test_missing_library(self):
         with tempfile.TemporaryDirectory() as folder:
             package = pathlib.Path(folder) / "lib/python3/dist-packages"
             package.mkdir(parents=True)
@@ -261,8 +262,8 @@ class Importing(unittest.TestCase):
         self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.2 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 
-    def test_wherever_the_package_stands(self):
-        """In a folder too near the root for its prefix; the name of the library is then the system's to find."""
+    def test_package_at_any_location(self):
+        """In a folder too close to the root to have a prefix; the system then searches for the library by name."""
         for path in ("/a/_library.py", "/_library.py"):
             with unittest.mock.patch.object(_library, "__file__", path), unittest.mock.patch.dict(os.environ):
                 os.environ["TOLIMAN_LIBRARY"] = ""
@@ -278,21 +279,21 @@ class Importing(unittest.TestCase):
             done = subprocess.run([sys.executable, "-S", "-c", f"import sys; sys.path += [{str(package.parent)!r}, "
                                    "'/usr/lib/python3/dist-packages']; import toliman; print(toliman.library_path())"],
                                   env=environment, capture_output=True, text=True)
-            if done.returncode == 0:  # it is installed where the system looks
+            if done.returncode == 0:  # installed where the system searches
                 self.assertEqual(done.stdout, "libtoliman.so.0.2\n")
                 return
             for tried in (f"{package}/libtoliman.so.0.2", f"{folder}/lib/libtoliman.so.0.2", "\n  libtoliman.so.0.2"):
                 self.assertIn(tried, done.stderr)
 
-    def test_a_library_of_another_interface(self):
+    def test_incompatible_library(self):
         def refused(why, **functions):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
-                _library._fit(Fit(**functions))
+                _library._fit(PatchedLibrary(**functions))
         refused("its ABI is 7, theirs 1", toliman_abi_version=lambda: 7)
 
         def larger(name):
             return _library.library.toliman_get_struct_size(name) + 8
-        _library._fit(Fit(toliman_get_struct_size=larger))  # a newer library
+        _library._fit(PatchedLibrary(toliman_get_struct_size=larger))  # a newer library
 
         def smaller(name):
             return _library.library.toliman_get_struct_size(name) - (8 if name == b"toliman_period_peak" else 0)
@@ -301,15 +302,15 @@ class Importing(unittest.TestCase):
         self.addCleanup(_raw.FUNCTIONS.pop, "toliman_missing")
         refused("undefined symbol: toliman_missing")
 
-    def test_struct_sizes_are_the_library_s(self):
+    def test_struct_sizes_match_the_library(self):
         structs = [(name, kind) for name, kind in vars(_raw).items()
                    if inspect.isclass(kind) and issubclass(kind, ctypes.Structure) and getattr(kind, "_fields_", None)]
         self.assertGreater(len(structs), 25)
         for name, kind in structs:
             self.assertEqual(_library.library.toliman_get_struct_size(name.encode()), ctypes.sizeof(kind), name)
 
-    def test_slow_kernels_are_told_of_once(self):
-        """OpenBLAS made to run its oldest kernels."""
+    def test_slow_kernels_are_reported_once(self):
+        """With OpenBLAS forced to its oldest kernels."""
         code = ("import warnings, toliman\nwith warnings.catch_warnings(record=True) as caught:\n"
                 "    warnings.simplefilter('always')\n    toliman.Simulator('chapter.json')\n"
                 "    toliman.Simulator('chapter.json')\n"
@@ -317,7 +318,7 @@ class Importing(unittest.TestCase):
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                               env={**os.environ, "PYTHONPATH": str(PACKAGE), "OPENBLAS_CORETYPE": "Prescott"})
         self.assertEqual(done.stderr, "")
-        if done.stdout.startswith("True"):  # but for processors as old as that
+        if done.stdout.startswith("True"):  # except on processors as old as that
             self.assertEqual(done.stdout.count("set OPENBLAS_CORETYPE="), 1)
 
 
