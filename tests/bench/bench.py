@@ -18,10 +18,10 @@ def machine(binaries):
     from measuring import environment
     done = subprocess.run([os.path.join(binaries, "toliman"), "doctor", "--json"], env=environment(),
                           stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    facts = json.loads(done.stdout)  # the exit code is ignored: a slow disk does not matter here
-    if facts["blas_is_slow"]:
-        sys.exit(f"bench: OpenBLAS runs its {facts['blas_core']} kernels; set OPENBLAS_CORETYPE")
-    return facts
+    properties = json.loads(done.stdout)  # the exit code is ignored: a slow disk does not matter
+    if properties["blas_is_slow"]:
+        sys.exit(f"bench: OpenBLAS runs its {properties['blas_core']} kernels; set OPENBLAS_CORETYPE")
+    return properties
 
 
 def number(value, form):
@@ -67,16 +67,16 @@ def main():
     # All modules are imported first: a missing dependency is reported before anything is measured.
     benches = [importlib.import_module(name) for name in names]
     os.makedirs(out, exist_ok=True)
-    facts = {"date": datetime.date.today().isoformat(), **machine(binaries)}
-    print(f"{facts['date']}, {facts['cpu']}, one core; kernels {facts['isa']}, OpenBLAS {facts['blas_core']} "
-          f"{facts['blas_gflops']:.0f} GFLOP/s\n")
+    properties = {"date": datetime.date.today().isoformat(), **machine(binaries)}
+    print(f"{properties['date']}, {properties['cpu']}, one core; kernels {properties['isa']}, OpenBLAS {properties['blas_core']} "
+          f"{properties['blas_gflops']:.0f} GFLOP/s\n")
     everything = []
     for name, bench in zip(names, benches):
         measured = bench.measure(binaries)
         rows = list(bench.rows(measured))
         everything += rows
         with open(os.path.join(out, name + ".json"), "w") as file:
-            json.dump({"schema": "toliman-bench/1", "machine": facts, "rows": rows, "details": measured}, file, indent=1)
+            json.dump({"schema": "toliman-bench/1", "machine": properties, "rows": rows, "details": measured}, file, indent=1)
         if len(names) == 1:
             bench.show(measured)
             print()

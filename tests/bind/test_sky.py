@@ -108,11 +108,11 @@ class BinaryOrbit(unittest.TestCase):
         scene["detector"]["rotation_deg"] = rotation
         scene["telescope"]["pupil_samples"] = 128
         separation, angle = place(expected_orbit, date)
-        turned = math.radians(angle - rotation)
+        rotated = math.radians(angle - rotation)
         with Sim(scene) as sim:
             ax, ay, bx, by = sim.offsets()
-        self.assertAlmostEqual(bx - ax, -separation * math.sin(turned) / 0.375, delta=1e-11)
-        self.assertAlmostEqual(by - ay, separation * math.cos(turned) / 0.375, delta=1e-11)
+        self.assertAlmostEqual(bx - ax, -separation * math.sin(rotated) / 0.375, delta=1e-11)
+        self.assertAlmostEqual(by - ay, separation * math.cos(rotated) / 0.375, delta=1e-11)
 
     def test_alpha_centauri(self):
         for date in (1900.0, 1955.564, 2015.8, 2026.0, 2027.0, 2037.9, 2100.0):

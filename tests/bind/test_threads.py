@@ -28,7 +28,7 @@ def in_threads(work):
     for thread in threads:
         thread.join(60)
     if any(thread.is_alive() for thread in threads):
-        raise AssertionError("a thread waits for ever")
+        raise AssertionError("a thread is blocked")
     if raised:
         raise raised[0]
 

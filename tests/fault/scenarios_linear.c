@@ -52,7 +52,7 @@ static void *make_trained(void) {
     return components;
 }
 
-static void end_components(void *components) {
+static void destroy_collection(void *components) {
     toliman_components_destroy(components);
 }
 
@@ -68,7 +68,7 @@ static uint64_t digest_components(const void *components) {
     return hash;
 }
 
-static const object_kind collections = {end_components, digest_components};
+static const object_kind collections = {destroy_collection, digest_components};
 
 static toliman_status create(attempt *a) {
     return toliman_linear_create(small_sim(), NULL, (toliman_linear **)&a->made);

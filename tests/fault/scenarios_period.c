@@ -38,7 +38,7 @@ static void *made_with(uint32_t flags, double value_offset) {
 static void *make(void) {
     return made_with(0, 0);
 }
-static void *make_wide(void) {
+static void *make_double_limb(void) {
     return made_with(TOLIMAN_PERIOD_DOUBLE_LIMB, 0);
 }
 
@@ -101,7 +101,7 @@ static void put_old(void) {
 
 static void check_saved(attempt *a, toliman_status status) {
     static state found;
-    struct stat facts = {0};
+    struct stat attributes = {0};
     toliman_period *loaded = NULL;
     found.size = read_file(kSaved, found.bytes, sizeof found.bytes);
     const int is_new = found.size == new_state()->size && memcmp(found.bytes, new_state()->bytes, found.size) == 0;
@@ -109,8 +109,8 @@ static void check_saved(attempt *a, toliman_status status) {
     (void)a;
     must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
     must(toliman_period_load_file(in_folder(kSaved), NULL, &loaded) == TOLIMAN_OK, "what is there does not load");
-    must(stat(in_folder(kSaved), &facts) == 0 && (facts.st_mode & 0777) == MODE, "other permissions");
-    must(lstat(in_folder(kLink), &facts) == 0 && S_ISLNK(facts.st_mode), "the link is replaced");
+    must(stat(in_folder(kSaved), &attributes) == 0 && (attributes.st_mode & 0777) == MODE, "other permissions");
+    must(lstat(in_folder(kLink), &attributes) == 0 && S_ISLNK(attributes.st_mode), "the link is replaced");
     must(files_in(kFolder) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
     toliman_period_destroy(loaded);
 }
@@ -176,10 +176,10 @@ static toliman_status retract_many(attempt *a) {
 static toliman_status merge(attempt *a) {
     return toliman_period_merge(a->object, samples());
 }
-static toliman_status merge_turned(attempt *a) {
+static toliman_status merge_re_referenced(attempt *a) {
     return toliman_period_merge(a->object, shifted());
 }
-static toliman_status merge_wide(attempt *a) {
+static toliman_status merge_double_limb(attempt *a) {
     return toliman_period_merge(a->object, wide());
 }
 static toliman_status reset(attempt *a) {
@@ -292,8 +292,13 @@ static const scenario all[] = {
     ON_ONE(retract_samples),
     ON_ONE(retract_many),
     ON_ONE(merge),
-    {.function = "toliman_period_merge", "turned", merge_turned, make, &periods, .stage = put_states},
-    {.function = "toliman_period_merge", "wide into narrow", merge_wide, make, &periods, .stage = put_states},
+    {.function = "toliman_period_merge", "re-referenced", merge_re_referenced, make, &periods, .stage = put_states},
+    {.function = "toliman_period_merge",
+     "double-limb into single-limb",
+     merge_double_limb,
+     make,
+     &periods,
+     .stage = put_states},
     ON_ONE(reset),
     QUERIES(count, 0),
     {.function = "toliman_period_options_init", .call = inits},
@@ -302,7 +307,7 @@ static const scenario all[] = {
     {.function = "toliman_period_batch_options_init", .call = inits},
     QUERIES(get_info, sizeof(toliman_period_info)),
     ON_ONE(query_power),
-    {.function = "toliman_period_query_power", "wide", query_power, make_wide, &periods},
+    {.function = "toliman_period_query_power", "double-limb", query_power, make_double_limb, &periods},
     QUERIES(query_model, sizeof(toliman_period_model)),
     QUERIES(query_peak, PEAK),
     QUERIES(query_peaks, PEAK),

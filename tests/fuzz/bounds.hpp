@@ -1,5 +1,5 @@
 // Bounded resources: an input of up to 1 MiB needs at most 8 MiB of the heap plus twice the size of the object made
-// from it, and 50 ms, whatever it contains.
+// from it, and 50 ms, regardless of its content.
 #pragma once
 #include <cstdio>
 

@@ -52,7 +52,7 @@ std::string side_line(const std::string &roi, const std::string &extra) {
            R"( "nframes_dropped": 4, "n_rows": 5, "n_cols": 6, "session_id": "s")" + extra + "}";
 }
 
-void mended() {
+void past_misreadings() {
     const cli::SideLine line = cli::read_side_line(side_line("frame_id", ""));
     expect(line.why.empty() && line.facts.id == 9007199254740993, "a region by the name of a key is refused");
     expect(!cli::read_side_line(side_line("r", std::string(5000, ' '))).why.empty(), "a long line of a side file");
@@ -113,6 +113,6 @@ int main() {
               "\x93NUMPY\x01" + std::string("\0\x76\0", 3) + "{'descr': '<f8', 'fortran_order': False, 'shape': (" +
                   shape + "), }" + std::string(60, ' '),
               0, frames);
-    mended();
+    past_misreadings();
     return failures != 0;
 }

@@ -16,10 +16,10 @@ int give(const linear::Components &found, double *series, double *share) {
 } // namespace
 
 // Given     images, each [rows][cols]; nuisances [count][rows][cols]; counts [frames][rows][cols]
-// Returned  gram [frames][frames], facts {crb_px, threshold_px}; the status code of an error, else 0
+// Returned  gram [frames][frames], bounds {crb_px, threshold_px}; the status code of an error, else 0
 extern "C" int shim_gram(size_t rows, size_t cols, const double *reference, const double *variance,
                          const double *derivative, size_t count, const double *nuisances, int raw, size_t bin,
-                         size_t frames, const double *counts, unsigned workers, double *gram, double *facts) {
+                         size_t frames, const double *counts, unsigned workers, double *gram, double *bounds) {
     const size_t pixels = rows * cols;
     FrameModel model;
     model.rows = rows;
@@ -35,8 +35,8 @@ extern "C" int shim_gram(size_t rows, size_t cols, const double *reference, cons
             residuals.push({counts + f * pixels, rows, cols, cols});
         const Buffer<double> products = residuals.gram(workers, nullptr);
         std::copy(products.begin(), products.end(), gram);
-        facts[0] = residuals.crb_px();
-        facts[1] = residuals.threshold_px();
+        bounds[0] = residuals.crb_px();
+        bounds[1] = residuals.threshold_px();
         return 0;
     } catch (const Error &error) {
         set_last_error(error.what());

@@ -10,7 +10,7 @@ static uint64_t draws = 57;
 
 int shim_gram(size_t rows, size_t cols, const double *reference, const double *variance, const double *derivative,
               size_t count, const double *nuisances, int raw, size_t bin, size_t frames, const double *counts,
-              unsigned workers, double *gram, double *facts);
+              unsigned workers, double *gram, double *bounds);
 int shim_pca(size_t frames, const double *gram, size_t count, double *series, double *share);
 int shim_dictionary(size_t frames, const double *gram, size_t pixels, size_t count, double lambda, size_t iterations,
                     uint64_t seed, double *series, double *share, double *objective, size_t *done);
@@ -188,9 +188,9 @@ static void components_match_the_covariance(void **state) {
     enum { COUNT = 3 };
     for (int raw = 0; raw < 2; raw++)
         for (size_t bin = 1; bin <= 4; bin *= 2) {
-            double gram[FRAMES * FRAMES], facts[2], series[COUNT * FRAMES], share[COUNT];
+            double gram[FRAMES * FRAMES], bounds[2], series[COUNT * FRAMES], share[COUNT];
             assert_int_equal(shim_gram(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], raw, bin,
-                                       FRAMES, counts[0], 2, gram, facts),
+                                       FRAMES, counts[0], 2, gram, bounds),
                              0);
             assert_int_equal(shim_pca(FRAMES, gram, COUNT, series, share), 0);
             long double information, total = 0;
@@ -218,11 +218,11 @@ static void components_match_the_covariance(void **state) {
                 assert_close(share[k], (double)(covariance[k * n + k] / total), 1e-6, 0);
             }
             if (raw) {
-                assert_true(isnan(facts[0]) && isnan(facts[1]));
+                assert_true(isnan(bounds[0]) && isnan(bounds[1]));
             } else {
                 const double crb = 1 / sqrt((double)information), white = (double)(n - NUISANCES) / FRAMES;
-                assert_close(facts[0], crb, 1e-12, 0);
-                assert_close(facts[1], crb * sqrt(2 * sqrt(white)), 1e-12, 0);
+                assert_close(bounds[0], crb, 1e-12, 0);
+                assert_close(bounds[1], crb * sqrt(2 * sqrt(white)), 1e-12, 0);
             }
         }
 }
@@ -231,14 +231,14 @@ static void components_match_the_covariance(void **state) {
 static void products_match_plain_loops_for_any_workers(void **state) {
     (void)state;
     enum { N = 300, R = 10, C = 13, P = R * C };
-    double *const frames = new_array(N * P), *const gram = new_array(N * N), *const same = new_array(N * N), facts[2];
+    double *const frames = new_array(N * P), *const gram = new_array(N * N), *const same = new_array(N * N), bounds[2];
     double zero[P] = {0}, one[P];
     static long double mean[P];
     for (size_t p = 0; p < P; p++)
         one[p] = 1;
     for (size_t i = 0; i < N * P; i++)
         frames[i] = (double)(float)(next_normal() + 3); /* exact in float32 */
-    assert_int_equal(shim_gram(R, C, zero, one, one, 0, NULL, 0, 1, N, frames, 1, gram, facts), 0);
+    assert_int_equal(shim_gram(R, C, zero, one, one, 0, NULL, 0, 1, N, frames, 1, gram, bounds), 0);
     for (size_t i = 0; i < N * P; i++)
         mean[i % P] += (long double)frames[i] / N;
     for (size_t i = 0; i < N; i++)
@@ -249,7 +249,7 @@ static void products_match_plain_loops_for_any_workers(void **state) {
             assert_close(gram[i * N + j], (double)sum, 0, 1e-13 * P);
         }
     for (unsigned workers = 2; workers < 5; workers++) {
-        assert_int_equal(shim_gram(R, C, zero, one, one, 0, NULL, 0, 1, N, frames, workers, same, facts), 0);
+        assert_int_equal(shim_gram(R, C, zero, one, one, 0, NULL, 0, 1, N, frames, workers, same, bounds), 0);
         assert_memory_equal(gram, same, N * N * sizeof *gram);
     }
     free(frames);
@@ -458,12 +458,12 @@ static void sparse_directions_are_recovered(void **state) {
 static void equal_frames_have_series_of_zeros(void **state) {
     (void)state;
     enum { COUNT = 2 };
-    double gram[FRAMES * FRAMES], facts[2], series[COUNT * FRAMES], share[COUNT], objective;
+    double gram[FRAMES * FRAMES], bounds[2], series[COUNT * FRAMES], share[COUNT], objective;
     size_t done;
     for (size_t f = 1; f < FRAMES; f++)
         memcpy(counts[f], counts[0], sizeof counts[0]);
     assert_int_equal(
-        shim_gram(ROWS, COLS, reference, variance, derivative, 0, NULL, 0, 1, FRAMES, counts[0], 1, gram, facts), 0);
+        shim_gram(ROWS, COLS, reference, variance, derivative, 0, NULL, 0, 1, FRAMES, counts[0], 1, gram, bounds), 0);
     for (int dictionary = 0; dictionary < 2; dictionary++) {
         memset(series, 1, sizeof series);
         if (dictionary)

@@ -49,7 +49,7 @@ static void reduction_is_exact(void **state) {
     }
 }
 
-static void black_bodies_shine(void **state) {
+static void black_bodies_match_planck(void **state) {
     (void)state;
     for (double nm = 400; nm < 900; nm += 37)
         for (double kelvin = 500; kelvin < 30000; kelvin *= 1.9) {
@@ -137,7 +137,7 @@ static void check(const pupil *p, int isa, int n, int rows, int cols) {
 }
 
 /* All combinations of even and odd numbers of rows and columns. */
-static void transforms_are_their_sums(void **state) {
+static void transforms_match_their_sums(void **state) {
     (void)state;
     const pupil p = random_pupil();
     for (int isa = 0; isa < shim_field_isas(); isa++)
@@ -164,9 +164,9 @@ static void instruction_sets_agree(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cis_is_exact_to_rounding),  cmocka_unit_test(reduction_is_exact),
-        cmocka_unit_test(black_bodies_shine),        cmocka_unit_test(operands_are_exact),
-        cmocka_unit_test(transforms_are_their_sums), cmocka_unit_test(instruction_sets_agree),
+        cmocka_unit_test(cis_is_exact_to_rounding),    cmocka_unit_test(reduction_is_exact),
+        cmocka_unit_test(black_bodies_match_planck),   cmocka_unit_test(operands_are_exact),
+        cmocka_unit_test(transforms_match_their_sums), cmocka_unit_test(instruction_sets_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -48,7 +48,7 @@ static void test_follows_the_definition(void **unused) {
     }
 }
 
-static void test_equal_images_are_one(void **unused) {
+static void test_equal_images_give_one(void **unused) {
     (void)unused;
     static double a[kRows * kCols], b[kRows * kCols];
     fill(a, b, 0);
@@ -58,7 +58,7 @@ static void test_equal_images_are_one(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_follows_the_definition),
-        cmocka_unit_test(test_equal_images_are_one),
+        cmocka_unit_test(test_equal_images_give_one),
     };
     return cmocka_run_group_tests_name("ssim", tests, NULL, NULL);
 }

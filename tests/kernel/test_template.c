@@ -55,7 +55,7 @@ static void solve_least_squares(double *value, double *sigma) {
     *sigma = sqrt((double)matrix[0][N + 1]);
 }
 
-static void estimate_is_that_of_least_squares(void **state) {
+static void estimate_matches_least_squares(void **state) {
     (void)state;
     double value, sigma, expected_value, expected_sigma;
     solve_least_squares(&expected_value, &expected_sigma);
@@ -99,7 +99,7 @@ static void a_derivative_that_nuisances_explain_is_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(estimate_is_that_of_least_squares, make_model),
+        cmocka_unit_test_setup(estimate_matches_least_squares, make_model),
         cmocka_unit_test_setup(nuisances_do_not_leak_and_the_slope_is_one, make_model),
         cmocka_unit_test_setup(a_derivative_that_nuisances_explain_is_refused, make_model),
     };

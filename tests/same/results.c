@@ -36,7 +36,7 @@ static void keep(const char *name, const void *data, size_t size) {
     assert_int_equal(fclose(file), 0);
 }
 
-static size_t recall(const char *name, void *data, size_t capacity) {
+static size_t read_values(const char *name, void *data, size_t capacity) {
     FILE *file = opened(model, name, "rb");
     const size_t size = fread(data, 1, capacity, file);
     fclose(file);
@@ -44,7 +44,7 @@ static size_t recall(const char *name, void *data, size_t capacity) {
 }
 
 /* places[count]: 0 ... count - 1, shuffled unless order is 0. */
-static void arrange(size_t *places, size_t count) {
+static void make_order(size_t *places, size_t count) {
     uint64_t random = order;
     for (size_t i = 0; i < count; i++)
         places[i] = i;
@@ -61,7 +61,7 @@ static void make_frames(const toliman_sim *sim, double *frames) {
     keep("image.f64", image, kPixels * sizeof *image);
     free(image);
     size_t places[FRAMES];
-    arrange(places, FRAMES);
+    make_order(places, FRAMES);
     double times[FRAMES], displacements[FRAMES];
     assert_ok(toliman_sim_get_series(sim, 0, FRAMES, times, displacements));
     if (order == 0)
@@ -71,7 +71,7 @@ static void make_frames(const toliman_sim *sim, double *frames) {
                                     kSide));
     keep("frames.f64", frames, sizeof *frames * FRAMES * kPixels);
     if (strcmp(model, "-") != 0)
-        recall("frames.f64", frames, sizeof *frames * FRAMES * kPixels);
+        read_values("frames.f64", frames, sizeof *frames * FRAMES * kPixels);
 }
 
 static toliman_status give(size_t first, size_t count, double *counts, void *frames) {
@@ -114,7 +114,7 @@ static void estimate(const toliman_sim *sim, const double *frames) {
     if (strcmp(model, "-") == 0)
         model = into;
     for (int blob = 0; blob < 2; blob++) {
-        assert_ok(toliman_cae_load(bytes, recall(blobs[blob][0], bytes, sizeof bytes), NULL, &cae));
+        assert_ok(toliman_cae_load(bytes, read_values(blobs[blob][0], bytes, sizeof bytes), NULL, &cae));
         assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), FRAMES, workers, values, NULL));
         keep(blobs[blob][1], values, sizeof values);
         toliman_cae_destroy(cae);
@@ -144,7 +144,7 @@ static void decompose(const toliman_sim *sim, const double *frames) {
     toliman_components_destroy(components);
 }
 
-static toliman_period *taken_up(toliman_period *period) {
+static toliman_period *saved_and_loaded(toliman_period *period) {
     size_t size;
     toliman_period *again = NULL;
     assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
@@ -161,7 +161,7 @@ static void search(void) {
         y[i] = sin(t[i] / 3) + 0.001 * (double)(mixed((uint64_t)i + 7) % 1000);
         sigma[i] = 1 + 0.001 * (double)(mixed((uint64_t)i + 9) % 1000);
     }
-    arrange(places, SAMPLES);
+    make_order(places, SAMPLES);
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0.01, 0.0005, GRID, NULL, &period));
     uint64_t random = order;
@@ -169,7 +169,7 @@ static void search(void) {
         const size_t at = places[i];
         assert_ok(toliman_period_push(period, t[at], y[at], sigma[at]));
         if (order != 0 && draw(&random, SAMPLES / 8) == 0)
-            period = taken_up(period);
+            period = saved_and_loaded(period);
     }
     size_t size;
     assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
@@ -201,7 +201,7 @@ static void follow(void) {
     options.sync = TOLIMAN_TRACK_SYNC_NONE;
     options.threads = workers;
     size_t places[TRACKED];
-    arrange(places, TRACKED);
+    make_order(places, TRACKED);
     toliman_track *track = make_track(&options);
     uint64_t random = order;
     for (int i = 0; i < TRACKED; i++) {

@@ -39,7 +39,7 @@ static const char *const kSingleScene =
 static inline char *replaced(const char *text, const char *from, const char *to) {
     const char *const at = strstr(text, from);
     if (at == NULL || strstr(at + 1, from) != NULL)
-        fail_msg("\"%s\" must stand exactly once in the scene", from);
+        fail_msg("\"%s\" must occur exactly once in the scene", from);
     char *const result = malloc(strlen(text) + strlen(to) + 1);
     assert_non_null(result);
     memcpy(result, text, (size_t)(at - text));

@@ -40,9 +40,9 @@ static inline void write_at(const char *path, off_t at, const void *bytes, size_
 }
 
 static inline off_t size_of(const char *path) {
-    struct stat facts;
-    assert_int_equal(stat(path, &facts), 0);
-    return facts.st_size;
+    struct stat attributes;
+    assert_int_equal(stat(path, &attributes), 0);
+    return attributes.st_size;
 }
 
 static inline void flip_byte(const char *path, off_t at) {
@@ -57,7 +57,8 @@ static inline void flip_byte(const char *path, off_t at) {
 /* Content of filled_folder: number of repeated frames, and of records, of which two count the repeats. */
 enum { FILLED_REPEATS = 5 + 11 + 3, FILLED_LINES = 60 + 3 + 2 };
 
-/* A folder with 60 frames, 40 of them in the checkpoint; one of these is quarantined after it, and one later frame. */
+/* A folder with 60 frames, 40 of them in the checkpoint. Frame 10 is quarantined before the checkpoint, 20 and 50 after
+ * it. */
 static inline toliman_track_options filled_folder(void) {
     toliman_track_options options = small_options(folder);
     options.sync = TOLIMAN_TRACK_SYNC_NONE;

@@ -132,22 +132,22 @@ static toliman_status track_folder_in(const toliman_allocator *allocator, void *
     return tracker_in(allocator, folder, out);
 }
 
-static void end_sim(void *object) {
+static void destroy_sim(void *object) {
     toliman_sim_destroy(object);
 }
-static void end_cae(void *object) {
+static void destroy_cae(void *object) {
     toliman_cae_destroy(object);
 }
-static void end_linear(void *object) {
+static void destroy_linear(void *object) {
     toliman_linear_destroy(object);
 }
-static void end_components(void *object) {
+static void destroy_components(void *object) {
     toliman_components_destroy(object);
 }
-static void end_period(void *object) {
+static void destroy_period(void *object) {
     toliman_period_destroy(object);
 }
-static void end_track(void *object) {
+static void destroy_track(void *object) {
     toliman_track_destroy(object);
 }
 
@@ -157,17 +157,17 @@ static const struct kind {
     void (*end)(void *);
     size_t least; /* bytes that the object needs at least */
 } kinds[] = {
-    {"sim", sim_in, end_sim, 2 * kPixels * 8},
-    {"cae", cae_in, end_cae, 4 * kPixels * 4},
-    {"cae_load", loaded_cae_in, end_cae, 4 * kPixels * 4},
-    {"cae_load_file", cae_file_in, end_cae, 4 * kPixels * 4},
-    {"linear", linear_in, end_linear, 2 * kPixels * 8},
-    {"components", components_in, end_components, (size_t)COLLECTED *kPixels * 4},
-    {"period", period_in, end_period, FREQUENCIES * 100},
-    {"period_load", loaded_period_in, end_period, FREQUENCIES * 100},
-    {"period_load_file", period_file_in, end_period, FREQUENCIES * 100},
-    {"track", track_in, end_track, TRACKED * 80 + FREQUENCIES * 100},
-    {"track with a folder", track_folder_in, end_track, TRACKED * 24 + FREQUENCIES * 100},
+    {"sim", sim_in, destroy_sim, 2 * kPixels * 8},
+    {"cae", cae_in, destroy_cae, 4 * kPixels * 4},
+    {"cae_load", loaded_cae_in, destroy_cae, 4 * kPixels * 4},
+    {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
+    {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
+    {"components", components_in, destroy_components, (size_t)COLLECTED *kPixels * 4},
+    {"period", period_in, destroy_period, FREQUENCIES * 100},
+    {"period_load", loaded_period_in, destroy_period, FREQUENCIES * 100},
+    {"period_load_file", period_file_in, destroy_period, FREQUENCIES * 100},
+    {"track", track_in, destroy_track, TRACKED * 80 + FREQUENCIES * 100},
+    {"track with a folder", track_folder_in, destroy_track, TRACKED * 24 + FREQUENCIES * 100},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
@@ -209,7 +209,7 @@ static int tear_down(void **unused) {
 }
 
 /* Bytes currently allocated by malloc. */
-static size_t of_the_system(void) {
+static size_t system_bytes(void) {
     const struct mallinfo2 info = mallinfo2();
     return info.uordblks + info.hblkhd;
 }
@@ -220,13 +220,13 @@ static void large_arrays_come_from_the_caller(void **unused) {
         arena memory = {.fails_at = SIZE_MAX};
         const toliman_allocator allocator = allocator_of(&memory);
         void *made = NULL, *usual = NULL;
-        const size_t before = of_the_system();
+        const size_t before = system_bytes();
         assert_ok(kinds[i].make(&allocator, &made));
-        const size_t beside = of_the_system() - before;
+        const size_t from_system = system_bytes() - before;
         printf("%-20s holds %9zu bytes of %9zu allocated; %8zu of the system's\n", kinds[i].name, memory.held,
-               memory.all, beside);
+               memory.all, from_system);
         assert_true(memory.held >= kinds[i].least);
-        assert_true(beside <= memory.held / 50 + 60000);
+        assert_true(from_system <= memory.held / 50 + 60000);
         kinds[i].end(made);
         assert_int_equal(memory.held, 0);
         const size_t calls = memory.calls;

@@ -72,15 +72,15 @@ static uint64_t expected_hash(void) {
 static void test_info(void **unused) {
     (void)unused;
     toliman_cae_info info = {.struct_size = sizeof info};
-    toliman_sim_info facts = {.struct_size = sizeof facts};
-    assert_ok(toliman_sim_get_info(sim, &facts));
+    toliman_sim_info sim_info = {.struct_size = sizeof sim_info};
+    assert_ok(toliman_sim_get_info(sim, &sim_info));
     assert_ok(toliman_cae_get_info(untrained, &info));
     assert_string_equal(info.layout, "flight");
     assert_true(info.layout_hash == expected_hash());
     assert_true(info.parameters == 97858);
     assert_true(info.trained == 0 && info.cosine == 0 && info.projected == 0);
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
-    assert_true(info.crb_px == facts.crb_projected_px);
+    assert_true(info.crb_px == sim_info.crb_projected_px);
     assert_true(info.input_scale == 1e-3 && info.seed == 7);
     assert_ok(toliman_cae_get_info(trained, &info));
     assert_true(info.trained == 1 && info.cosine == training.cosine);

@@ -194,7 +194,7 @@ static void test_paper_has_no_decoder_without_a_frame(void **unused) {
     toliman_cae_destroy(cae);
 }
 
-static int32_t give_up(const char *stage, double fraction, void *user_data) {
+static int32_t cancel(const char *stage, double fraction, void *user_data) {
     (void)stage, (void)fraction, (void)user_data;
     return 1;
 }
@@ -216,7 +216,7 @@ static void test_failures_keep_the_last_training(void **unused) {
     source.failure = TOLIMAN_E_NOT_FOUND;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "their source failed");
     source.failure = TOLIMAN_OK;
-    options.progress = give_up;
+    options.progress = cancel;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED, "frames");
     uint8_t *after = saved_with_training(cae, &size_after);
     assert_true(size == size_after);

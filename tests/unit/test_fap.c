@@ -127,7 +127,7 @@ static void thresholds_invert_the_fap(void **unused) {
 
 static double seen; /* last fraction passed to the progress callback */
 
-static int32_t see(const char *stage, double fraction, void *user_data) {
+static int32_t record_fraction(const char *stage, double fraction, void *user_data) {
     assert_string_equal(stage, "bootstrap");
     assert_true(fraction > 0 && fraction <= 1);
     seen = fraction;
@@ -143,7 +143,7 @@ static void bootstrap_is_the_same_for_any_threads(void **unused) {
     toliman_period_bootstrap_options_init(&options, sizeof options);
     options.seed = 5;
     options.threads = 1;
-    options.progress = see;
+    options.progress = record_fraction;
     seen = 0;
     assert_ok(toliman_period_query_bootstrap(period, times, values, sigmas, 100, &options, COUNT, alone));
     assert_true(seen == 1);
@@ -213,7 +213,7 @@ static toliman_period_sampling sampling_of(const toliman_period *period, const d
     return sampling;
 }
 
-static void grids_are_judged_by_the_times(void **unused) {
+static void sampling_flags_depend_on_the_times(void **unused) {
     (void)unused;
     toliman_period *period = filled(MOST);
     for (int given = 0; given < 2; given++) {
@@ -305,7 +305,7 @@ int main(void) {
         cmocka_unit_test(bootstrap_is_the_same_for_any_threads),
         cmocka_unit_test(bootstrap_of_few_distinct_values),
         cmocka_unit_test(no_parabola_over_a_step),
-        cmocka_unit_test(grids_are_judged_by_the_times),
+        cmocka_unit_test(sampling_flags_depend_on_the_times),
         cmocka_unit_test(invalid_arguments_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

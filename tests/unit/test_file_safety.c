@@ -15,11 +15,11 @@ static void watch_temporary(int file) {
     char link[64], path[512];
     snprintf(link, sizeof link, "/proc/self/fd/%d", file);
     const ssize_t size = readlink(link, path, sizeof path);
-    struct stat facts;
-    if (size < 4 || memcmp(path + size - 4, ".tmp", 4) != 0 || fstat(file, &facts) != 0)
+    struct stat attributes;
+    if (size < 4 || memcmp(path + size - 4, ".tmp", 4) != 0 || fstat(file, &attributes) != 0)
         return;
     watched++;
-    open_to_others += (facts.st_mode & 0777) != 0600;
+    open_to_others += (attributes.st_mode & 0777) != 0600;
 }
 
 ssize_t write(int file, const void *bytes, size_t size) {
@@ -63,9 +63,9 @@ static void assert_outside_untouched(void) {
     assert_non_null(fgets(text, sizeof text, file));
     fclose(file);
     assert_string_equal(text, "untouched");
-    struct stat facts;
-    assert_int_equal(stat(victim, &facts), 0);
-    assert_int_equal(facts.st_mode & 0777, 0640);
+    struct stat attributes;
+    assert_int_equal(stat(victim, &attributes), 0);
+    assert_int_equal(attributes.st_mode & 0777, 0640);
 }
 
 static int is_known(const char *name) {
@@ -136,7 +136,7 @@ static void names_from_the_downlink_stay_inside(void **unused) {
     assert_outside_untouched();
 }
 
-static void lay_link(const char *name, const char *to) {
+static void make_link(const char *name, const char *to) {
     char path[600];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     unlink(path);
@@ -183,7 +183,7 @@ static void links_are_not_followed(void **unused) {
         for (size_t target = 0; target < sizeof targets / sizeof *targets; target++)
             for (int use = 0; use < 4; use++, attempts++) {
                 assert_int_equal(system(copy), 0);
-                lay_link(names[i], targets[target]);
+                make_link(names[i], targets[target]);
                 use_folder(&options, use);
                 assert_outside_untouched();
             }
@@ -200,7 +200,7 @@ static void temporaries_are_not_followed(void **unused) {
     assert_ok(toliman_period_create(0.1, 0.1, 10, NULL, &period));
     for (int i = 0; i < 100; i++) {
         snprintf(name, sizeof name, "sums.%d.tmp", i);
-        lay_link(name, victim);
+        make_link(name, victim);
         if (i < 99)
             assert_ok(toliman_period_save_file(period, path));
         else
@@ -245,9 +245,9 @@ static void bare_names_are_files_of_the_working_directory(void **unused) {
 }
 
 static mode_t mode_of(const char *path) {
-    struct stat facts;
-    assert_int_equal(stat(path, &facts), 0);
-    return facts.st_mode & 0777;
+    struct stat attributes;
+    assert_int_equal(stat(path, &attributes), 0);
+    return attributes.st_mode & 0777;
 }
 
 static void temporaries_are_private_to_their_owner(void **unused) {

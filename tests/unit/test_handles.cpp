@@ -59,7 +59,7 @@ void *throws_while_allocating(size_t, size_t, void *) {
     throw std::runtime_error("no pool");
 }
 
-void releases_nothing(void *, size_t, void *) {}
+void release_nothing(void *, size_t, void *) {}
 
 int ends_with(toliman_status status, const char *message) {
     const bool as_expected =
@@ -94,7 +94,7 @@ int callbacks_may_throw() {
     failed +=
         ends_with(toliman_sim_create_json(saturated.c_str(), saturated.size(), nullptr, &options, &out), "no log");
 
-    const toliman_allocator allocator = {sizeof allocator, 0, throws_while_allocating, releases_nothing, nullptr};
+    const toliman_allocator allocator = {sizeof allocator, 0, throws_while_allocating, release_nothing, nullptr};
     toliman_linear *linear = nullptr;
     toliman_linear_options in_pool;
     toliman_linear_options_init(&in_pool, sizeof in_pool);

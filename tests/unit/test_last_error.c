@@ -94,7 +94,7 @@ static void *fields_of_a_new_thread(void *out) {
 }
 
 /* An error without a name clears the field, a success leaves it, another thread has its own. */
-static void of_the_last_failure_of_the_thread(void **unused) {
+static void field_of_the_last_failure_of_the_thread(void **unused) {
     (void)unused;
     toliman_period *period = make_period();
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
@@ -117,7 +117,7 @@ int main(void) {
         cmocka_unit_test(arguments_and_members),
         cmocka_unit_test(keys_of_scenes),
         cmocka_unit_test(files),
-        cmocka_unit_test(of_the_last_failure_of_the_thread),
+        cmocka_unit_test(field_of_the_last_failure_of_the_thread),
     };
     const int file = mkstemp(path);
     if (file < 0)

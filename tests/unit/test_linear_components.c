@@ -27,7 +27,7 @@ static void push_frames(toliman_components *components, const toliman_sim *sim, 
     }
 }
 
-static toliman_components_info facts_of(const toliman_components *components) {
+static toliman_components_info info_of(const toliman_components *components) {
     toliman_components_info info = {.struct_size = sizeof info};
     assert_ok(toliman_components_get_info(components, &info));
     return info;
@@ -68,7 +68,7 @@ static void every_method_finds_a_period_above_the_threshold_and_none_below(void 
         for (uint32_t bin = 1; bin <= 4; bin *= 2) {
             toliman_components *const components = collection(sim, raw, bin);
             push_frames(components, sim, 1, FRAMES);
-            const toliman_components_info info = facts_of(components);
+            const toliman_components_info info = info_of(components);
             assert_true(info.pixels == PIXELS / (bin * bin) && info.frames == FRAMES && info.capacity == FRAMES);
             if (!raw)
                 assert_at_most(info.threshold_px, 0.3e-3);
@@ -97,7 +97,7 @@ static void eigenvalue_and_bound_match_the_scene(void **state) {
     toliman_components *const components = collection(sim, 0, 1);
     push_frames(components, sim, 1, FRAMES);
     train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
-    const toliman_components_info info = facts_of(components);
+    const toliman_components_info info = info_of(components);
     double series[FRAMES], eigenvalue = 0;
     assert_close(info.crb_px, sim_info_of(sim).crb_px, 1e-9, 0);
     assert_close(info.threshold_px, info.crb_px * sqrt(2 * sqrt((double)PIXELS / FRAMES)), 1e-12, 0);
@@ -130,9 +130,9 @@ static void projected_nuisances_leave_nothing(void **state) {
                 image[i] = both[i] * (1 + 0.01 * sin(f)) + star[i] * 0.02 * cos(2 * f);
             assert_ok(toliman_components_push(components, image, SIDE));
         }
-        assert_true(facts_of(components).projected == (project ? 2u : 0u));
-        assert_close(facts_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
-        assert_true(facts_of(components).crb_px > sim_info_of(sim).crb_projected_px);
+        assert_true(info_of(components).projected == (project ? 2u : 0u));
+        assert_close(info_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
+        assert_true(info_of(components).crb_px > sim_info_of(sim).crb_projected_px);
         train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
         double series[FRAMES];
         assert_ok(toliman_components_get_series(components, 0, series, NULL));
@@ -211,7 +211,7 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     options.progress = stop_at;
     options.progress_data = "products";
     assert_fails(toliman_components_train(components, &options, NULL), TOLIMAN_E_CANCELLED, "products");
-    assert_true(facts_of(components).components == 0 && facts_of(components).frames == 41);
+    assert_true(info_of(components).components == 0 && info_of(components).frames == 41);
     toliman_components_destroy(components);
     toliman_sim_destroy(sim);
 }
@@ -240,14 +240,14 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     options.struct_size = sizeof options;
     assert_null(components);
     assert_ok(toliman_components_create(sim, &options, &components));
-    assert_true(isinf(facts_of(components).threshold_px));
+    assert_true(isinf(info_of(components).threshold_px));
 
     assert_fails(toliman_components_push(NULL, image, SIDE), TOLIMAN_E_ARGUMENT, "components is NULL");
     assert_fails(toliman_components_push(components, NULL, SIDE), TOLIMAN_E_ARGUMENT, "counts is NULL");
     assert_fails(toliman_components_push(components, image, 63), TOLIMAN_E_ARGUMENT, "stride of counts = 63");
     image[5] = 1e300;
     assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_RANGE, "sigmas");
-    assert_true(facts_of(components).frames == 0);
+    assert_true(info_of(components).frames == 0);
     image[5] = 0;
 
     toliman_components_train_options training;

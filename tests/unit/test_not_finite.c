@@ -133,7 +133,7 @@ static void grids(void **unused) {
 }
 
 /* A frame with some pixels that are not finite, or extreme. */
-static void spoil(double *frame, double (*number)(void)) {
+static void corrupt_pixels(double *frame, double (*number)(void)) {
     for (uint64_t left = 1 + draw(&draws, 4); left > 0; left--)
         frame[draw(&draws, kPixels)] = number();
 }
@@ -150,7 +150,7 @@ static void pixels(void **unused) {
     assert_ok(toliman_sim_frame(sim, 0, 1, 1, good, kSide));
     for (uint64_t storm = 0; storm < storms; storm++) {
         memcpy(frame, good, kPixels * sizeof *frame);
-        spoil(frame, wrong_number);
+        corrupt_pixels(frame, wrong_number);
         value = -7;
         assert_refused(toliman_cae_encode(cae, frame, kSide, &value));
         assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
@@ -158,7 +158,7 @@ static void pixels(void **unused) {
         assert_refused(toliman_components_push(components, frame, kSide));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
-        spoil(frame, odd_number);
+        corrupt_pixels(frame, odd_number);
         if (toliman_cae_encode(cae, frame, kSide, &value) == TOLIMAN_OK)
             assert_finite(&value, 1);
         if (toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL) == TOLIMAN_OK)
@@ -266,7 +266,7 @@ static void scenes(void **unused) {
     }
 }
 
-static int say(void **unused) {
+static int print_summary(void **unused) {
     (void)unused;
     print_message("%llu numbers that are not finite, %llu odd ones\n", (unsigned long long)not_finite,
                   (unsigned long long)odd);
@@ -281,5 +281,5 @@ int main(void) {
         cmocka_unit_test(pixels),           cmocka_unit_test(weights),
         cmocka_unit_test(frames_of_a_pass), cmocka_unit_test(scenes),
     };
-    return cmocka_run_group_tests(tests, NULL, say);
+    return cmocka_run_group_tests(tests, NULL, print_summary);
 }

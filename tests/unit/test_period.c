@@ -194,7 +194,7 @@ static void defined_where_others_give_nan(void **unused) {
     toliman_period_destroy(period);
 }
 
-static void refusals_name_what_is_wrong(void **unused) {
+static void refusals_name_the_argument(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     toliman_period_options options;
@@ -267,14 +267,14 @@ static void saving_replaces_what_a_link_names_and_no_pipe(void **unused) {
     assert_int_equal(mkfifo(pipe, 0600), 0);
     assert_ok(toliman_period_push(period, 1, 2, 3));
     assert_ok(toliman_period_save_file(period, link));
-    struct stat facts;
-    assert_int_equal(lstat(link, &facts), 0);
-    assert_true(S_ISLNK(facts.st_mode));
+    struct stat attributes;
+    assert_int_equal(lstat(link, &attributes), 0);
+    assert_true(S_ISLNK(attributes.st_mode));
     assert_ok(toliman_period_load_file(state, NULL, &loaded));
     assert_int_equal(toliman_period_count(loaded), 1);
     assert_fails(toliman_period_save_file(period, pipe), TOLIMAN_E_WRITE, "regular file");
-    assert_int_equal(lstat(pipe, &facts), 0);
-    assert_true(S_ISFIFO(facts.st_mode));
+    assert_int_equal(lstat(pipe, &attributes), 0);
+    assert_true(S_ISFIFO(attributes.st_mode));
     assert_fails(toliman_period_save_file(period, folder), TOLIMAN_E_WRITE, "regular file");
     toliman_period_destroy(loaded);
     toliman_period_destroy(period);
@@ -289,7 +289,7 @@ int main(void) {
         cmocka_unit_test(fit_recovers_parameters),
         cmocka_unit_test(nu_ophiuchi),
         cmocka_unit_test(defined_where_others_give_nan),
-        cmocka_unit_test(refusals_name_what_is_wrong),
+        cmocka_unit_test(refusals_name_the_argument),
         cmocka_unit_test(damaged_state_is_refused),
         cmocka_unit_test(saving_replaces_what_a_link_names_and_no_pipe),
     };

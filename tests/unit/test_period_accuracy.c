@@ -13,9 +13,9 @@ static double times[kMost], values[kMost];
 
 typedef struct {
     double eigenvalue, away; /* smaller eigenvalue of the covariance of cosine and sine; m of the bound */
-} quad_facts;
+} quad_properties;
 
-static quad_facts facts_of(const quad_samples *s, __float128 f, double value_offset) {
+static quad_properties properties_of(const quad_samples *s, __float128 f, double value_offset) {
     __float128 c = 0, s1 = 0, cc = 0, cs = 0, ss = 0, mean = 0, square = 0, middle = 0;
     const __float128 n = (__float128)s->n;
     for (size_t i = 0; i < s->n; i++)
@@ -28,13 +28,13 @@ static quad_facts facts_of(const quad_samples *s, __float128 f, double value_off
     }
     cc -= c * c, cs -= c * s1, ss -= s1 * s1;
     const __float128 large = (cc + ss) / 2 + sqrtq((cc - ss) * (cc - ss) / 4 + cs * cs);
-    return (quad_facts){(double)((cc * ss - cs * cs) / large), (double)fabsq(mean / sqrtq(square - mean * mean))};
+    return (quad_properties){(double)((cc * ss - cs * cs) / large), (double)fabsq(mean / sqrtq(square - mean * mean))};
 }
 
 /* The bound of the header, for samples of equal sigma. */
-static double bound_of(const quad_facts *facts, int double_limb) {
-    const double l = facts->eigenvalue, narrow = 4e-15 * (1 + facts->away) / l;
-    return double_limb ? 1e-13 + 6e-16 / sqrt(l) + 1e-28 * (1 + facts->away) / l : 2e-15 + narrow;
+static double bound_of(const quad_properties *properties, int double_limb) {
+    const double l = properties->eigenvalue, narrow = 4e-15 * (1 + properties->away) / l;
+    return double_limb ? 1e-13 + 6e-16 / sqrt(l) + 1e-28 * (1 + properties->away) / l : 2e-15 + narrow;
 }
 
 static toliman_period *filled(double f0, double df, int64_t nf, uint32_t flags, double time_offset, size_t n) {
@@ -66,10 +66,10 @@ static void two_clusters(size_t n, double width) {
     }
 }
 
-static double wide_power(double f, size_t n, double *bound, double *expected) {
+static double double_limb_power(double f, size_t n, double *bound, double *expected) {
     const quad_samples samples = {times, values, NULL, n, NULL};
-    const quad_facts facts = facts_of(&samples, f, 0);
-    *bound = bound_of(&facts, 1);
+    const quad_properties properties = properties_of(&samples, f, 0);
+    *bound = bound_of(&properties, 1);
     *expected = (double)(1 - quad_residual(&samples, f, 0));
     toliman_period *period = filled(f, 1e-3, 1, TOLIMAN_PERIOD_DOUBLE_LIMB, times[0], n);
     toliman_period_model model = {.struct_size = sizeof model};
@@ -89,19 +89,19 @@ static void double_limb_sums_are_accurate_near_coincidence(void **unused) {
     double bound, expected;
     even_times(256);
     for (int k = 9; k <= 14; k++) {
-        const double power = wide_power(0.5 - pow(10, -k), 256, &bound, &expected);
+        const double power = double_limb_power(0.5 - pow(10, -k), 256, &bound, &expected);
         assert_true(bound < 1e-3);
         assert_close(power, expected, 0, bound);
     }
     for (double width = 1e-5; width > 1e-9; width /= 10) {
         two_clusters(200, width);
-        const double power = wide_power(0.83, 200, &bound, &expected);
+        const double power = double_limb_power(0.83, 200, &bound, &expected);
         assert_true(bound < 1e-3);
         assert_close(power, expected, 0, bound);
     }
 }
 
-/* One night: from 3e-6 of a cycle to one and a half, in 60 steps of a constant factor, each with a grid of its own. */
+/* One night: from 3e-6 of a cycle to one and a half in steps of a factor 1.25, each with its own grid. */
 static void inaccurate_powers_are_flagged(void **unused) {
     (void)unused;
     enum { kSamples = 60 };
@@ -130,8 +130,8 @@ static void inaccurate_powers_are_flagged(void **unused) {
         assert_int_equal((peaks.flags & TOLIMAN_PERIOD_INACCURATE) != 0, inaccurate);
         assert_int_equal((fit.flags & TOLIMAN_PERIOD_INACCURATE) != 0, inaccurate);
         assert_int_equal((model.flags & TOLIMAN_PERIOD_INACCURATE) != 0, inaccurate);
-        const quad_facts facts = facts_of(&samples, f, 0);
-        const double bound = bound_of(&facts, 0), expected = (double)(1 - quad_residual(&samples, f, 0));
+        const quad_properties properties = properties_of(&samples, f, 0);
+        const double bound = bound_of(&properties, 0), expected = (double)(1 - quad_residual(&samples, f, 0));
         if (fabs(log(bound / 1e-3)) > 0.01) /* the eigenvalue itself has the error of the sums */
             assert_int_equal(inaccurate, bound > 1e-3);
         if (!inaccurate)
@@ -143,7 +143,8 @@ static void inaccurate_powers_are_flagged(void **unused) {
     assert_true(wrong > 5 && flagged >= wrong && flagged < 40);
 }
 
-/* Half a thousandth of a cycle is too short for single-limb accumulators; no span is too short for double-limb ones. */
+/* Half a thousandth of a cycle is too short for single-limb accumulators; double-limb ones fail if all times are equal.
+ */
 static void double_limb_sums_are_flagged_later(void **unused) {
     (void)unused;
     two_clusters(200, 0.1);

@@ -110,7 +110,7 @@ static toliman_period_batch_options options_of(double tolerance, uint32_t flags)
     return options;
 }
 
-/* power - exact| <= tolerance for each requested tolerance; for tolerances below 1e-13, and the default, 1e-13. */
+/* |power - exact| <= tolerance for each requested tolerance; for tolerances below 1e-13, and the default, 1e-13. */
 static void hard_cases_meet_their_tolerance(void **unused) {
     (void)unused;
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; c++)

@@ -314,7 +314,7 @@ static void crafted_state_is_refused(void **unused) {
         {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
         {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
         {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
-        /* A sum that nine samples of weight 1 cannot have: digit 36 belongs to integers only. */
+        /* A sum that nine samples of weight 1 cannot have: digit 36 holds the integer part. */
         {COUNT, 8, "sum of weights 9: must be"},
         {DIGITS + 8 * 36, 8, "sums of weights or of values do not fit"},
         {DIGITS + 8 * 36, 0, "sum of weights 0: must be"},
@@ -390,8 +390,8 @@ static void large_foreign_file_is_not_read(void **unused) {
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 static size_t allocated_bytes(void) {
-    const struct mallinfo2 facts = mallinfo2();
-    return facts.uordblks + facts.hblkhd;
+    const struct mallinfo2 usage = mallinfo2();
+    return usage.uordblks + usage.hblkhd;
 }
 
 static void memory_is_allocated_at_creation(void **unused) {

@@ -125,7 +125,7 @@ static double soft(double x, double y) {
     return u > 0 ? u * (1 - 0.3 * x) / 1.3 : 0;
 }
 
-static double bumps(double x, double y) {
+static double surface_height(double x, double y) {
     return 40e-9 * sin(7 * x + 1) * cos(5 * y) + 30e-9 * x * x * x;
 }
 
@@ -163,7 +163,7 @@ static void everything_adds(void **state) {
     (void)state;
     static double amplitude[N * N], opd[N * N], clear[N * N];
     write_map("amplitude.npy", soft);
-    write_map("surface.npy", bumps);
+    write_map("surface.npy", surface_height);
     const char *const optics =
         "\"amplitude\": {\"file\": \"amplitude.npy\"},"
         " \"mask\": {\"kind\": \"spiral\", \"height_nm\": 80, \"terms\": [{\"a\": 1, \"m\": 1}]},"
@@ -182,7 +182,7 @@ static void everything_adds(void **state) {
             const double zernikes = 25e-9 * sqrt(6) * (x * x - y * y) - 10e-9 * sqrt(8) * (3 * x * x - y * y) * y +
                                     5e-9 * sqrt(5) * (6 * r2 * r2 - 6 * r2 + 1);
             assert_close(amplitude[i], clear[i] * soft(x, y), 1e-15, 1e-16);
-            assert_close(opd[i], mask + (amplitude[i] > 0 ? zernikes : 0) + bumps(x, y), 0, 1e-21);
+            assert_close(opd[i], mask + (amplitude[i] > 0 ? zernikes : 0) + surface_height(x, y), 0, 1e-21);
             sum += amplitude[i] * soft(x, y);
         }
     const double scale = kAperture / N * kPixel / kWavelength;

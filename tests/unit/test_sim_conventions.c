@@ -161,7 +161,7 @@ static void energy_is_conserved(void **state) {
 }
 
 /* Photons are counted before the frame is cropped: a smaller frame has the same pixels and less light. */
-static void cropping_loses_light(void **state) {
+static void cropping_removes_light(void **state) {
     (void)state;
     char *whole = replaced(kBinaryScene, "\"relative_flux\": 3", "\"photons_per_s\": 3e4");
     whole = replaced_again(whole, "5260}}", "5260}, \"photons_per_s\": 1e4}");
@@ -284,7 +284,7 @@ int main(void) {
         cmocka_unit_test(lines_are_exact),
         cmocka_unit_test(pupil_matches_the_scene),
         cmocka_unit_test(times_and_displacements),
-        cmocka_unit_test(cropping_loses_light),
+        cmocka_unit_test(cropping_removes_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -23,7 +23,7 @@ static char *text_with(const char *stages, const char *noise) {
 
 static char heard[2000];
 
-static void remember(int32_t level, const char *text, void *user_data) {
+static void record_log(int32_t level, const char *text, void *user_data) {
     (void)user_data;
     assert_int_equal(level, TOLIMAN_LOG_WARNING);
     strncat(heard, text, sizeof heard - strlen(heard) - 2);
@@ -33,7 +33,7 @@ static void remember(int32_t level, const char *text, void *user_data) {
 static toliman_sim *make(const char *stages, const char *noise) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
-    options.log = remember;
+    options.log = record_log;
     heard[0] = '\0';
     char *const text = text_with(stages, noise);
     toliman_sim *sim = NULL;
@@ -300,7 +300,7 @@ static void the_template_reaches_the_bound(void **state) {
 }
 
 /* Bias and dark current fill the frame uniformly, but the network's crop must be centred on the stars. */
-static void the_crop_is_about_the_light(void **state) {
+static void the_crop_is_centred_on_the_light(void **state) {
     (void)state;
     const char *const stages[] = {"", "\"bias_dn\": 1000, \"dark_e_per_s\": 50"};
     toliman_cae_info info[2];
@@ -353,7 +353,7 @@ int main(void) {
         cmocka_unit_test(limits_are_reported),
         cmocka_unit_test(neutral_stages_change_no_byte),
         cmocka_unit_test(the_template_reaches_the_bound),
-        cmocka_unit_test(the_crop_is_about_the_light),
+        cmocka_unit_test(the_crop_is_centred_on_the_light),
         cmocka_unit_test(impossible_detectors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -196,7 +196,7 @@ static void progress_may_cancel(void **state) {
     assert_null(sim);
 }
 
-static void remember(int32_t level, const char *text, void *user_data) {
+static void record_log(int32_t level, const char *text, void *user_data) {
     assert_int_equal(level, TOLIMAN_LOG_WARNING);
     strncat((char *)user_data, text, 400);
 }
@@ -219,23 +219,23 @@ static void too_bright_frames_are_refused(void **state) {
 /* A signal too large for the Taylor expansion and a star outside the frame are reported. */
 static void odd_scenes_are_reported(void **state) {
     (void)state;
-    char heard[512] = "";
+    char messages[512] = "";
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
-    options.log = remember;
-    options.log_data = heard;
+    options.log = record_log;
+    options.log_data = messages;
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim));
-    assert_string_equal(heard, "");
+    assert_string_equal(messages, "");
     toliman_sim_destroy(sim);
     char *const text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 3");
     assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
-    assert_non_null(strstr(heard, "signal: 3 px is too large for a Taylor expansion at accuracy = 1e-09"));
+    assert_non_null(strstr(messages, "signal: 3 px is too large for a Taylor expansion at accuracy = 1e-09"));
     toliman_sim_destroy(sim);
-    heard[0] = '\0';
+    messages[0] = '\0';
     char *const outside = replaced(kBinaryScene, "\"separation_arcsec\": 4", "\"separation_arcsec\": 12");
     assert_ok(toliman_sim_create_json(outside, strlen(outside), NULL, &options, &sim));
-    assert_non_null(strstr(heard, "star B is at (-22.5, 39.0) px, outside the frame of 64 x 64 by 7.0 px"));
+    assert_non_null(strstr(messages, "star B is at (-22.5, 39.0) px, outside the frame of 64 x 64 by 7.0 px"));
     free(outside);
     toliman_sim_destroy(sim);
     free(text);

@@ -170,7 +170,7 @@ static double difference_of(const toliman_sim *a, const toliman_sim *b, double d
 }
 
 /* With a signal far smaller than the motion of the stars. */
-static char *calm_scene(double date, const char *moving, const char *cadence, const char *more) {
+static char *small_signal_scene(double date, const char *moving, const char *cadence, const char *more) {
     return replaced_again(scene_at(date, moving, cadence, more), "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1e-7");
 }
 
@@ -187,16 +187,16 @@ static void shapes_follow_the_anchors(void **state) {
     for (int kind = 0; kind < 2; kind++) {
         char more[200];
         snprintf(more, sizeof more, "\"systematics\": {%s}, \"accuracy\": 1e-9", kinds[kind]);
-        char *text = calm_scene(2027, ", \"moving\": true", cadence, more);
+        char *text = small_signal_scene(2027, ", \"moving\": true", cadence, more);
         toliman_sim *const sim = sim_of(text);
         free(text);
-        text = calm_scene(2027, ", \"moving\": true", "\"frames\": 600, \"interval_days\": 1", more);
+        text = small_signal_scene(2027, ", \"moving\": true", "\"frames\": 600, \"interval_days\": 1", more);
         toliman_sim *const even = sim_of(text);
         free(text);
-        text = calm_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", more);
+        text = small_signal_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", more);
         toliman_sim *const still = sim_of(text);
         free(text);
-        text = calm_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", "\"accuracy\": 1e-9");
+        text = small_signal_scene(2027 + K / 365.25, "", "\"frames\": 600, \"interval_days\": 1", "\"accuracy\": 1e-9");
         toliman_sim *const calm = sim_of(text);
         free(text);
         const toliman_sim_plan_info plan = plan_of(sim);

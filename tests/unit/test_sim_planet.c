@@ -53,7 +53,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
     char sinusoid[300];
     toliman_sim *const circular = sim_with_signal(
         "{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3, \"phase_rad\": 0.7}");
-    toliman_sim *const turned =
+    toliman_sim *const shifted =
         sim_with_signal("{\"kind\": \"planet\", \"star\": \"B\", \"mass_earth\": 300, \"semi_major_au\": 0.3,"
                         " \"eccentricity\": 0, \"argument_deg\": 90, \"phase_rad\": 0.7}");
     const toliman_sim_info info = sim_info_of(circular);
@@ -62,19 +62,19 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
              " \"phase_rad\": 0.7}",
              info.amplitude_px, info.period_days);
     toliman_sim *const same = sim_with_signal(sinusoid);
-    double times[100], of_planet[100], of_turned[100], of_sinusoid[100];
+    double times[100], of_planet[100], of_shifted[100], of_sinusoid[100];
     assert_ok(toliman_sim_get_series(circular, 0, 100, times, of_planet));
-    assert_ok(toliman_sim_get_series(turned, 0, 100, NULL, of_turned));
+    assert_ok(toliman_sim_get_series(shifted, 0, 100, NULL, of_shifted));
     assert_ok(toliman_sim_get_series(same, 0, 100, NULL, of_sinusoid));
     for (int i = 0; i < 100; i++) {
         assert_close(of_planet[i], of_sinusoid[i], 0, 0);
         const double mean = 2 * kPi * times[i] / info.period_days + 0.7;
         assert_close(of_planet[i], info.amplitude_px * sin(mean), 0, 1e-14 * info.amplitude_px);
-        assert_close(of_turned[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
+        assert_close(of_shifted[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
     }
     assert_close(sim_info_of(same).amplitude_uas, info.amplitude_uas, 1e-14, 0);
     toliman_sim_destroy(circular);
-    toliman_sim_destroy(turned);
+    toliman_sim_destroy(shifted);
     toliman_sim_destroy(same);
 }
 

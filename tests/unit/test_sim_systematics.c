@@ -27,7 +27,7 @@ static char *text_with(const double places[4], const char *extra) {
 
 static char heard[1000];
 
-static void remember(int32_t level, const char *text, void *user_data) {
+static void record_log(int32_t level, const char *text, void *user_data) {
     (void)level;
     (void)user_data;
     strncat(heard, text, sizeof heard - strlen(heard) - 1);
@@ -36,7 +36,7 @@ static void remember(int32_t level, const char *text, void *user_data) {
 static toliman_sim *made(char *text) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
-    options.log = remember;
+    options.log = record_log;
     heard[0] = '\0';
     toliman_sim *sim = NULL;
     assert_ok(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim));
@@ -168,7 +168,7 @@ static void check_roll(double drift_deg, int64_t k) {
     check_places(extra, k, places);
 }
 
-static void roll_turns_the_stars_not_their_patterns(void **state) {
+static void roll_rotates_the_stars_not_their_patterns(void **state) {
     (void)state;
     check_roll(1e-3, 99);
     check_roll(0.04, 90);
@@ -207,7 +207,7 @@ static void fluxes_multiply(void **state) {
 }
 
 /* Error of frame 99 against a scene with the focus or scale of that frame, and the error stated in the log. */
-static void check_against_said(const char *systematics, char *disturbed, double least_effect) {
+static void check_against_log(const char *systematics, char *disturbed, double least_effect) {
     double image[PIXELS], bare[PIXELS], said = 0;
     toliman_sim *const sim = make(kStars, systematics), *const undisturbed = make(kStars, "");
     toliman_sim *const other = made(disturbed);
@@ -234,14 +234,14 @@ static void focus_and_scale_errors_are_as_logged(void **state) {
     char *focused = text_with(kStars, "");
     focused = replaced_again(focused, "\"aperture_m\"",
                              "\"aberrations\": {\"zernike_rms_nm\": {\"4\": 0.99}}, \"aperture_m\"");
-    check_against_said("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
+    check_against_log("\"systematics\": {\"focus_rms_nm\": {\"rms\": 0, \"drift_per_day\": 0.005}}", focused, 1e-3);
     double places[4];
     char pitch[60];
     for (size_t i = 0; i < 4; i++)
         places[i] = kStars[i] * (1 + 1.98e-4);
     snprintf(pitch, sizeof pitch, "\"pixel_scale_arcsec\": %.17g", 0.2 / (1 + 1.98e-4));
     char *const stretched = replaced_again(text_with(places, ""), "\"pixel_scale_arcsec\": 0.2", pitch);
-    check_against_said("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
+    check_against_log("\"systematics\": {\"scale_rms\": {\"rms\": 0, \"drift_per_day\": 1e-6}}", stretched, 1e-4);
 }
 
 /* Solves a x = b for several right-hand sides, largest pivot first; the solutions replace b[count][n]. */
@@ -489,7 +489,7 @@ int main(void) {
         cmocka_unit_test(the_plan_reports_the_positions),
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(pointing_moves_a_single_star),
-        cmocka_unit_test(roll_turns_the_stars_not_their_patterns),
+        cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),
         cmocka_unit_test(aliases_are_refused),
         cmocka_unit_test(fluxes_multiply),
         cmocka_unit_test(focus_and_scale_errors_are_as_logged),

@@ -76,9 +76,9 @@ static void existing_names(void **state) {
 }
 
 static mode_t mode_of(const char *name) {
-    struct stat facts;
-    assert_int_equal(stat(name, &facts), 0);
-    return facts.st_mode & 07777;
+    struct stat attributes;
+    assert_int_equal(stat(name, &attributes), 0);
+    return attributes.st_mode & 07777;
 }
 
 static void permissions(void **state) {

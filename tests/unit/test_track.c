@@ -153,7 +153,7 @@ static void estimators_may_refuse(void **unused) {
 static double seen_image[128];
 static size_t seen_rows, seen_cols;
 
-static int32_t look(const toliman_estimate_input *input, toliman_estimate *made, void *unused) {
+static int32_t record_input(const toliman_estimate_input *input, toliman_estimate *made, void *unused) {
     (void)unused;
     memcpy(seen_image, input->image, input->rows * input->cols * sizeof *seen_image);
     seen_rows = input->rows;
@@ -172,7 +172,7 @@ static int width_of(int32_t kind) {
     return kind == TOLIMAN_PIXEL_U16BE || kind == TOLIMAN_PIXEL_I16BE ? 2 : 4;
 }
 
-static void turn_round(unsigned char *pixel, int width) {
+static void reverse_bytes(unsigned char *pixel, int width) {
     for (int i = 0; i < width / 2; i++) {
         const unsigned char byte = pixel[i];
         pixel[i] = pixel[width - 1 - i];
@@ -218,12 +218,12 @@ static void pixels_of_all_kinds_are_cropped_and_binned(void **unused) {
                         break;
                     }
                     if (kind != native)
-                        turn_round(bytes + at * width_of(kind), width_of(kind));
+                        reverse_bytes(bytes + at * width_of(kind), width_of(kind));
                     if (c < COLS)
                         expected[r][c] = native >= TOLIMAN_PIXEL_F32 ? value / 2 : value;
                 }
             toliman_track_options options = small_options(NULL);
-            options.estimate = look;
+            options.estimate = record_input;
             options.rows = ROWS;
             options.cols = COLS;
             options.crop_row = 1;
@@ -290,7 +290,7 @@ static void bit_depth_limit_is_exact(void **unused) {
 }
 
 /* A frame of lower weight; its sigma is part of the frame's content. */
-static void frames_may_have_their_own_sigma(void **unused) {
+static void frames_can_have_their_own_sigma(void **unused) {
     (void)unused;
     const toliman_track_options options = small_options(NULL);
     toliman_track *track = make_track(&options);
@@ -558,7 +558,7 @@ int main(void) {
         cmocka_unit_test(gaps_between_rows_are_ignored),   cmocka_unit_test(impossible_frames_and_options_are_refused),
         cmocka_unit_test(full_tracker_keeps_its_frames),   cmocka_unit_test(threads_and_batches_change_no_bit),
         cmocka_unit_test(memory_is_allocated_at_creation), cmocka_unit_test(bit_depth_limit_is_exact),
-        cmocka_unit_test(frames_may_have_their_own_sigma), cmocka_unit_test(fit_includes_accepted_frames),
+        cmocka_unit_test(frames_can_have_their_own_sigma), cmocka_unit_test(fit_includes_accepted_frames),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

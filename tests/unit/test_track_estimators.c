@@ -23,7 +23,7 @@ static toliman_track_options options_of(const toliman_cae *cae, const toliman_li
 /* A frame of the scene in integer counts, inside a larger frame: crop (3, 5). */
 enum { ROWS = kSide + 10, COLS = kSide + 12 };
 
-static uint32_t *framed(const toliman_sim *sim, int64_t number, double *counts) {
+static uint32_t *frame_in_window(const toliman_sim *sim, int64_t number, double *counts) {
     uint32_t *pixels = calloc(ROWS * COLS, sizeof *pixels);
     assert_non_null(pixels);
     assert_ok(toliman_sim_frame(sim, 0, 1, number, counts, kSide));
@@ -65,7 +65,7 @@ static void values_match_the_estimators(void **unused) {
         toliman_track *track = NULL;
         assert_ok(toliman_track_create(&options, &track));
         for (int64_t id = 1; id <= 4; id++) {
-            uint32_t *pixels = framed(sim, id, counts);
+            uint32_t *pixels = frame_in_window(sim, id, counts);
             const toliman_frame frame = frame_of(id, pixels);
             toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done;

@@ -243,8 +243,8 @@ static void ledger_matches_its_format(void **unused) {
         frame.pixels[1] = (uint16_t)(frame.pixels[1] + (line == 1));
         frame.pixels[2] = line == 3 ? 4096 : frame.pixels[2];
         const uint64_t dropped = line < 2 ? 65535 : 0;
-        const uint64_t facts[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */, 0, 0, 0, 0};
-        const uint32_t content = crc32(crc32(0, facts, sizeof facts), frame.pixels, sizeof frame.pixels);
+        const uint64_t fields[] = {(uint64_t)frame.frame.camera_ns, dropped, 0, SIDE, SIDE, 1 /* u16 */, 0, 0, 0, 0};
+        const uint32_t content = crc32(crc32(0, fields, sizeof fields), frame.pixels, sizeof frame.pixels);
         assert_true(number_at(ledger, at, 8) == fnv1a("pass-1\0core", 11));
         assert_int_equal(number_at(ledger, at + 8, 4), content);
         assert_int_equal(number_at(ledger, at + 12, 8), ids[line]);
@@ -319,10 +319,10 @@ static void run_child(const toliman_track_options *options, int pipe_end) {
 }
 
 /* A reader sees a prefix of the writer's records at any moment. */
-static void look_beside_the_writer(const toliman_track_options *options, int64_t committed) {
+static void read_during_write(const toliman_track_options *options, int64_t committed) {
     toliman_track_options looking = *options;
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
-    for (int look = 0; look < 5; look++) {
+    for (int repeat = 0; repeat < 5; repeat++) {
         toliman_track *reader = make_track(&looking);
         const int64_t lines = info_of(reader).records;
         assert_true(lines >= committed && lines <= RUN);
@@ -357,15 +357,15 @@ static void readers_tolerate_recovery(void **unused) {
         _exit(0);
     }
     looking.flags = TOLIMAN_TRACK_READ_ONLY;
-    int status, looks = 0;
-    for (int64_t before = 0; waitpid(child, &status, WNOHANG) == 0; looks++) {
+    int status, reads = 0;
+    for (int64_t before = 0; waitpid(child, &status, WNOHANG) == 0; reads++) {
         toliman_track *reader = make_track(&looking);
         const int64_t lines = info_of(reader).records;
         assert_true(lines >= before);
         before = lines;
         toliman_track_destroy(reader);
     }
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0 && looks > 10);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0 && reads > 10);
 }
 
 static void killed_runs_are_resumed(void **unused) {
@@ -376,25 +376,25 @@ static void killed_runs_are_resumed(void **unused) {
     options.group = 16;
     uint64_t random = 11;
     for (int kill_number = 0; kill_number < kills; kill_number++) {
-        int ends[2];
+        int pipe_ends[2];
         int64_t committed = 0, next;
-        assert_int_equal(pipe(ends), 0);
+        assert_int_equal(pipe(pipe_ends), 0);
         const pid_t child = fork();
         assert_true(child >= 0);
         if (child == 0)
-            run_child(&options, ends[1]);
-        close(ends[1]);
+            run_child(&options, pipe_ends[1]);
+        close(pipe_ends[1]);
         const uint64_t reports = draw(&random, RUN);
         for (uint64_t i = 0; i < reports; i++)
-            if (read(ends[0], &next, sizeof next) == (ssize_t)sizeof next)
+            if (read(pipe_ends[0], &next, sizeof next) == (ssize_t)sizeof next)
                 committed = next;
         if (reports > 0)
-            look_beside_the_writer(&options, committed);
+            read_during_write(&options, committed);
         usleep((useconds_t)draw(&random, 3000));
         kill(child, SIGKILL);
-        while (read(ends[0], &next, sizeof next) == (ssize_t)sizeof next)
+        while (read(pipe_ends[0], &next, sizeof next) == (ssize_t)sizeof next)
             committed = next;
-        close(ends[0]);
+        close(pipe_ends[0]);
         int status;
         assert_int_equal(waitpid(child, &status, 0), child);
         assert_true(WIFSIGNALED(status) || WEXITSTATUS(status) == 0);

@@ -34,12 +34,12 @@ static int count_warnings(toliman_track_options options, uint32_t flags) {
 }
 
 /* A reader is warned each time; a writer is warned once and repairs the damage. */
-static void assert_told(const toliman_track_options *options, const char *text, int mended) {
+static void assert_warned(const toliman_track_options *options, const char *text, int repaired) {
     assert_int_equal(count_warnings(*options, TOLIMAN_TRACK_READ_ONLY), 1);
     assert_non_null(strstr(warnings, text));
     assert_int_equal(count_warnings(*options, 0), 1);
     assert_non_null(strstr(warnings, text));
-    assert_int_equal(count_warnings(*options, 0), !mended);
+    assert_int_equal(count_warnings(*options, 0), !repaired);
 }
 
 static void damage_is_reported_once(void **unused) {
@@ -50,22 +50,22 @@ static void damage_is_reported_once(void **unused) {
     assert_int_equal(count_warnings(options, TOLIMAN_TRACK_READ_ONLY), 0);
     assert_int_equal(count_warnings(options, 0), 0);
     flip_byte(checkpoint, size_of(checkpoint) / 2);
-    assert_told(&options, "checkpoint.tlmc: is damaged: the sums are computed again", 1);
+    assert_warned(&options, "checkpoint.tlmc: is damaged: the sums are computed again", 1);
     assert_int_equal(truncate(checkpoint, 100), 0);
-    assert_told(&options, "checkpoint.tlmc: is damaged", 1);
+    assert_warned(&options, "checkpoint.tlmc: is damaged", 1);
     assert_int_equal(unlink(checkpoint), 0);
-    assert_told(&options, "checkpoint.tlmc: is missing", 1);
+    assert_warned(&options, "checkpoint.tlmc: is missing", 1);
     toliman_track_options other = options;
     other.folder = copy;
     toliman_track_destroy(make_track(&other));
     char theirs[330];
     snprintf(theirs, sizeof theirs, "%s/checkpoint.tlmc", copy);
     assert_int_equal(rename(theirs, checkpoint), 0);
-    assert_told(&options, "checkpoint.tlmc: is of another ledger", 1);
+    assert_warned(&options, "checkpoint.tlmc: is of another ledger", 1);
     write_at(ledger, size_of(ledger), "half a line", 11);
-    assert_told(&options, "ledger.tlml: 11 bytes behind 65 whole records", 1);
+    assert_warned(&options, "ledger.tlml: 11 bytes behind 65 whole records", 1);
     flip_byte(names, 20);
-    assert_told(&options, "streams.txt: is damaged or incomplete: the names of 1 of 1 sessions", 0);
+    assert_warned(&options, "streams.txt: is damaged or incomplete: the names of 1 of 1 sessions", 0);
     toliman_track *track = make_track(&options);
     push_number(track, 61); /* a frame writes its names again */
     assert_ok(toliman_track_save(track));
@@ -80,12 +80,13 @@ static void damage_is_reported_once(void **unused) {
 static void one_writer_even_if_files_are_removed(void **unused) {
     (void)unused;
     char path[330];
-    static const char *const beside[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml.tmp"};
+    static const char *const other_files[] = {"lock", "checkpoint.tlmc", "setup.tlms", "streams.txt",
+                                              "ledger.tlml.tmp"};
     const toliman_track_options options = small_options(folder);
     toliman_track *writer = make_track(&options), *none = NULL;
     push_range(writer, 1, 3);
-    for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
-        snprintf(path, sizeof path, "%s/%s", folder, beside[i]);
+    for (size_t i = 0; i < sizeof other_files / sizeof *other_files; i++) {
+        snprintf(path, sizeof path, "%s/%s", folder, other_files[i]);
         unlink(path);
         assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_STATE, "another process is writing to it");
     }
@@ -98,7 +99,7 @@ static void one_writer_even_if_files_are_removed(void **unused) {
 
 enum { REMOVED, RENAMED, REPLACED, CUT, GROWN, WAYS };
 
-static void harm(int way) {
+static void damage_ledger(int way) {
     char aside[330], command[1400];
     snprintf(aside, sizeof aside, "%s/aside", folder);
     snprintf(command, sizeof command, "cp %s %s && mv %s %s", ledger, aside, aside, ledger);
@@ -125,7 +126,7 @@ static void a_ledger_that_changes_stops_its_writer(void **unused) {
             options.group = 4;
             toliman_track *track = make_track(&options);
             push_range(track, 1, 8);
-            harm(way);
+            damage_ledger(way);
             small_frame frame;
             toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             toliman_status status = TOLIMAN_OK;

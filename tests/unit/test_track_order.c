@@ -240,7 +240,7 @@ static void growing_shards_are_merged_once(void **unused) {
         small_frame frame;
         for (int64_t id = 10 * round - 9; id <= 10 * round; id++)
             push_number(shard, id);
-        push_number(shard, 10 * round); /* once more */
+        push_number(shard, 10 * round); /* again */
         make_frame(&frame, 10 * round - 5);
         frame.pixels[3] = 5000;
         push_one(shard, &frame.frame);
