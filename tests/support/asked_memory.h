@@ -1,5 +1,5 @@
-/* Counts the bytes that a program requests from malloc and aligned_alloc. To be included by one file of the program;
- * does not work with sanitizers, which replace these functions themselves. */
+/* Counts the bytes that a program requests from malloc and aligned_alloc. To be included by one file of the program.
+ * Counts nothing under AddressSanitizer and ThreadSanitizer, which replace these functions. */
 #ifndef TOLIMAN_TESTS_ASKED_MEMORY_H
 #define TOLIMAN_TESTS_ASKED_MEMORY_H
 
