@@ -69,7 +69,7 @@ class Headers(Tree):
         self.assertEqual(self.compare(), ([], []))
 
     def test_member_in_the_middle(self):
-        line = self.refuses((BASE, "    int32_t processors;\n", "    int32_t new_one;\n    int32_t processors;\n"),
+        line = self.refuses((BASE, "    int32_t processors;      /* number of online processors */\n", "    int32_t new_one;\n    int32_t processors;      /* number of online processors */\n"),
                             "member toliman_machine.processors at 4: int32_t -> at 8: int32_t (and 7 more)")
         self.assertEqual(line, "    member toliman_machine.processors at 4: int32_t")
 
@@ -95,7 +95,7 @@ class Headers(Tree):
                      "toliman_track_stream.session at ")
 
     def test_structs_that_may_not_grow(self):
-        last = "    const toliman_allocator *allocator; /* of the object's large arrays; NULL: the system's memory */\n"
+        last = "    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */\n"
         self.change(SIM, "toliman_sim_options_init(toliman_sim_options *options, size_t size)",
                     "toliman_sim_options_init(toliman_sim_options *options)")
         self.write(RECORD, interface.describe(self.top))
@@ -199,7 +199,7 @@ class Program(Tree):
 
     def test_break(self):
         """Found in the headers and, independently, in the library; recorded once the versions are raised."""
-        self.change(BASE, "    int32_t processors;\n", "    double new_one;\n    int32_t processors;\n")
+        self.change(BASE, "    int32_t processors;      /* number of online processors */\n", "    double new_one;\n    int32_t processors;      /* number of online processors */\n")
         self.build()
         self.refuses(RECORD + ":", "member toliman_machine.processors at 4: int32_t -> at 16: int32_t",
                      "tests/abi/libtoliman.abi: abidiff reports", "'int32_t processors' offset changed from 32 to 128")
