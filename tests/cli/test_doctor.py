@@ -1,4 +1,4 @@
-"""doctor: what it tells is so, and its verdict is right on machines made slow or useless on purpose."""
+"""doctor: its output is correct, and so is its verdict on machines made slow or unusable on purpose."""
 import json
 import os
 import re
@@ -24,21 +24,21 @@ class Doctor(ProgramTest):
     def test_a_good_machine(self):
         text = self.succeed("doctor", env=self.disk(0))
         self.assertTrue(text.splitlines()[-1].startswith("verdict      ready"), text)
-        facts = json.loads(self.succeed("doctor", "--json", env=self.disk(0)))
-        self.assertTrue(facts["ready"])
+        result = json.loads(self.succeed("doctor", "--json", env=self.disk(0)))
+        self.assertTrue(result["ready"])
         with open("/proc/cpuinfo", encoding="utf-8") as stream:
             cpu = stream.read()
         name = re.search(r"^model name\s*: (.*)$", cpu, re.M)
-        self.assertEqual(facts["cpu"], name.group(1) if name else "unknown")
-        self.assertEqual("avx2" in facts["isa_available"], " avx2 " in cpu and " fma " in cpu and " bmi2 " in cpu)
-        self.assertEqual(facts["isa"], facts["isa_available"][-1])
-        self.assertEqual(facts["fsync_folder"].rstrip("/"), os.path.realpath(self.folder))
-        self.assertFalse(facts["blas_is_slow"])
+        self.assertEqual(result["cpu"], name.group(1) if name else "unknown")
+        self.assertEqual("avx2" in result["isa_available"], " avx2 " in cpu and " fma " in cpu and " bmi2 " in cpu)
+        self.assertEqual(result["isa"], result["isa_available"][-1])
+        self.assertEqual(result["fsync_folder"].rstrip("/"), os.path.realpath(self.folder))
+        self.assertFalse(result["blas_is_slow"])
         for name, package in (("fftw", "libfftw3-dev"), ("zlib", "zlib1g-dev"), ("cjson", "libcjson-dev"),
                               ("cli11", "libcli11-dev")):
             shown = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", package], capture_output=True, text=True)
             if shown.returncode == 0:
-                self.assertIn(re.search(r"(?:\d+:)?(\d+\.\d+\.\d+)", shown.stdout).group(1), facts[name])
+                self.assertIn(re.search(r"(?:\d+:)?(\d+\.\d+\.\d+)", shown.stdout).group(1), result[name])
         self.assertEqual(list(self.folder.glob("toliman-doctor*")), [])
 
     def not_ready(self, text, *arguments, env=None):
@@ -51,19 +51,19 @@ class Doctor(ProgramTest):
         self.assertIn("GFLOP/s", done.stdout)
 
     def test_a_slow_disk(self):
-        self.not_ready(r"fsync is slow: (6|7|8|9|\d\d)\d ms in /.*: track with --sync group", env=self.disk(60))
+        self.not_ready(r"fsync is slow: (6|7|8|9|\d\d)\d ms in /.*: use track with --sync group", env=self.disk(60))
 
     def test_no_place(self):
-        self.not_ready("nothing can be written to /.*/none: No such file or directory", "none")
+        self.not_ready("/.*/none: cannot be written: No such file or directory", "none")
         done = self.run_program("doctor", "none", "--json", env=self.disk(0))
-        facts = json.loads(done.stdout)
-        self.assertEqual((done.returncode, facts["ready"], facts["fsync_ms"]), (4, False, None))
+        result = json.loads(done.stdout)
+        self.assertEqual((done.returncode, result["ready"], result["fsync_ms"]), (4, False, None))
 
     def test_old_kernels(self):
-        facts = json.loads(self.run_program("doctor", "--json").stdout)
-        if facts["isa"] == "baseline":
+        result = json.loads(self.run_program("doctor", "--json").stdout)
+        if result["isa"] == "baseline":
             self.skipTest("they fit this CPU")
-        self.not_ready("OpenBLAS runs Prescott kernels, which are older than this CPU, and is slow: set OPENBLAS_CORETYPE=",
+        self.not_ready("OpenBLAS is slow: it uses Prescott kernels, which are older than this CPU: set OPENBLAS_CORETYPE=",
                        env={**self.disk(0), "OPENBLAS_CORETYPE": "Prescott"})
 
 

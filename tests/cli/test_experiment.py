@@ -213,8 +213,8 @@ def short_scene(frames):
 
 class Unsupervised(Experiment):
     def test_is_that_of_train(self):
-        """On the series' own frames, for the first seed and large amplitudes alone. `train` takes other noise, beside
-        which a signal of 1e-2 px is large."""
+        """On the series' own frames, for the first seed and large amplitudes alone. `train` uses other noise, compared
+        with which a signal of 1e-2 px is large."""
         scene = short_scene(12)
         scene["signal"]["amplitude_px"] = 1e-2
         self.write(scene, "s.json")
@@ -306,7 +306,7 @@ class GoingOn(Experiment):
                 run.send_signal(number)
                 out, err = run.communicate(timeout=PATIENCE)
             self.assertEqual((run.returncode, out), (code, ""))
-            self.assertEqual(err, "toliman: stopped by a signal; the same command goes on where it was\n")
+            self.assertEqual(err, "toliman: stopped by a signal; the same command resumes the experiment\n")
             self.assertLess(journal.read_bytes().count(b"\n"), lines)
             self.assertEqual([p.name for p in journal.parent.iterdir()], ["journal.jsonl"])
         with open(journal, "ab") as file:
@@ -326,10 +326,10 @@ class GoingOn(Experiment):
         self.succeed(*short)
         kept = (self.folder / "x" / "experiment.json").read_bytes()
         for option, value, *texts in (
-            ("--amplitudes", "1e-4", "amplitudes_px = [0.001]: this experiment has [0.0001]"),
-            ("--seeds", "2", "seeds = 1: this experiment has 2"),
-            ("--blind", "1", "blind = 0: this experiment has 1"),
-            ("--tables", "equal", 'tables = ["real"]: this experiment has ["equal"]'),
+            ("--amplitudes", "1e-4", "amplitudes_px = [0.001]: must be [0.0001], as in this experiment"),
+            ("--seeds", "2", "seeds = 1: must be 2, as in this experiment"),
+            ("--blind", "1", "blind = 0: must be 1, as in this experiment"),
+            ("--tables", "equal", 'tables = ["real"]: must be ["equal"], as in this experiment'),
         ):
             changed = list(short)
             changed[changed.index(option) + 1] = value
@@ -348,13 +348,13 @@ class GoingOn(Experiment):
         good = journal.read_bytes()
         for damage in (b"nothing\n", b"{}\n", b'{"table":"real"}\n', good.splitlines()[1].replace(b"1", b"[]") + b"\n"):
             journal.write_bytes(good + damage)
-            self.refuse(3, "x/journal.jsonl:4: is no result of an experiment", arguments=short)
+            self.refuse(3, "x/journal.jsonl:4: is not a result of an experiment", arguments=short)
         journal.write_bytes(b"\x93NUMPY\n" + good)
-        self.refuse(3, "x/journal.jsonl:1: is no journal", arguments=short)
+        self.refuse(3, "x/journal.jsonl:1: is not the journal of an experiment", arguments=short)
         journal.write_bytes(good)
         with open(journal) as file:
             fcntl.flock(file, fcntl.LOCK_EX)
-            self.refuse(6, "x/journal.jsonl: another experiment", arguments=short)
+            self.refuse(6, "x/journal.jsonl: another process is writing to it", arguments=short)
         self.succeed(*short)
 
 
@@ -364,23 +364,23 @@ class Refusals(Experiment):
 
     def test_options(self):
         for word in ("0", "-1e-6", "0.2", "nan", "much", "1e-6x"):
-            self.refused(2, "--amplitudes", word, "above 0, at most 0.1 px", arguments=(f"--amplitudes={word}",))
-        self.refused(2, "1e-6: stands there twice", arguments=("--amplitudes", "1e-6,1e-6"))
+            self.refused(2, "--amplitudes", word, "must be in (0, 0.1] px", arguments=(f"--amplitudes={word}",))
+        self.refused(2, "1e-6: must be given once", arguments=("--amplitudes", "1e-6,1e-6"))
         self.refused(2, "--methods magic: must be one of cae, template, untrained, pca", arguments=("--methods", "magic"))
-        self.refused(2, "cae: stands there twice", arguments=("--methods", "cae,cae"))
+        self.refused(2, "cae: must be given once", arguments=("--methods", "cae,cae"))
         self.refused(2, "--tables", "kitchen", arguments=("--tables", "kitchen"))
         for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):
             self.refused(2, option[:7], arguments=(option,))
         self.refuse(2, "--out is required", arguments=("experiment", "tiny.json"))
-        self.refuse(6, "no/x: cannot be made",
+        self.refuse(6, "no/x: cannot be created",
                     arguments=("experiment", "--tables", "real", "--out", "no/x", "--methods", "template", "tiny.json"))
-        self.refuse(6, "no/x: cannot be made", arguments=("experiment", "tiny.json", "--out", "no/x", "--tables", "real"))
+        self.refuse(6, "no/x: cannot be created", arguments=("experiment", "tiny.json", "--out", "no/x", "--tables", "real"))
 
     def test_scenes(self):
         for change, text in (
-            ({"signal": {"kind": "none"}}, "tiny.json: signal: experiment needs one above 0 px"),
-            ({"noise": {"photon": False, "read_e": 5}}, "tiny.json: noise.photon: must be true"),
-            ({"cadence": {**tiny_scene()["cadence"], "frames": 4}}, "cadence.frames = 4: experiment takes 5 to 400000"),
+            ({"signal": {"kind": "none"}}, "tiny.json: signal: experiment needs a signal with an amplitude above 0 px"),
+            ({"noise": {"photon": False, "read_e": 5}}, "tiny.json: noise.photon = false: must be true"),
+            ({"cadence": {**tiny_scene()["cadence"], "frames": 4}}, "cadence.frames = 4: must be in [5, 400000] for experiment"),
             ({"detector": {"shape": [64, 64], "pixel_scale_arcsec": -1}}, "detector.pixel_scale_arcsec = -1"),
         ):
             self.write({**tiny_scene(), **change})
@@ -389,7 +389,7 @@ class Refusals(Experiment):
         del scene["stars"]["B"]
         scene["binary"]["offsets_px"] = {"A": [0, 0]}
         self.write(scene)
-        self.refused(2, "tiny.json: stars.B: is missing", "--tables real does not")
+        self.refused(2, "tiny.json: stars.B: is missing", "give --tables real")
 
 
 if __name__ == "__main__":

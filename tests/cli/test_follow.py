@@ -64,12 +64,12 @@ class Follow(ProgramTest):
             lines.insert(number - 1, bad[number])
         done = self.follow("".join(lines), "--save-state", "s.tlmp")
         self.assertEqual(done.returncode, 0, done.stderr)
-        told = done.stderr.splitlines()
-        for number, line in zip(sorted(bad), told):
+        messages = done.stderr.splitlines()
+        for number, line in zip(sorted(bad), messages):
             self.assertTrue(line.startswith(f"toliman: warning: standard input:{number}: "), line)
             self.assertTrue(line.endswith(": skipped"), line)
-        self.assertIn("(--value-bound)", told[5])
-        self.assertEqual(told[6:], ["toliman: warning: standard input: 6 lines skipped"])
+        self.assertIn("(--value-bound)", messages[5])
+        self.assertEqual(messages[6:], ["toliman: warning: standard input: 6 lines skipped"])
         self.assertEqual(len(done.stdout.splitlines()), len(ROWS) - 4)
         self.assert_state("s.tlmp", ROWS)
         done = self.follow("".join(lines), "--save-state", "s.tlmp", "--strict")
@@ -99,7 +99,7 @@ class Follow(ProgramTest):
     def test_a_last_line_that_may_be_cut(self):
         done = self.follow("".join(ROWS) + "40,1", "--save-state", "s.tlmp")
         self.assertEqual(done.returncode, 0)
-        self.assertIn("standard input:41: ends without a newline and may be cut: skipped", done.stderr)
+        self.assertIn("standard input:41: has no newline at its end and may be truncated: skipped", done.stderr)
         self.assert_state("s.tlmp", ROWS)
         whole = [self.succeed("period", "-", *GRID, "--json", input="".join(ROWS) + last) for last in ("40,1", "40,1\n")]
         self.assertEqual(whole[0], whole[1])
@@ -114,9 +114,9 @@ class Follow(ProgramTest):
             child.stdin.flush()
             time.sleep(0.2)
             child.send_signal(number)
-            _, told = child.communicate(timeout=PATIENCE)
+            _, messages = child.communicate(timeout=PATIENCE)
             self.assertEqual(child.returncode, code)
-            self.assertEqual(told, "toliman: state saved: 10 samples\ntoliman: stopped by a signal\n")
+            self.assertEqual(messages, "toliman: state saved: 10 samples\ntoliman: stopped by a signal\n")
             self.assert_state("s.tlmp", ROWS[:10])
 
     def test_a_signal_to_the_producer_as_well(self):
@@ -125,8 +125,8 @@ class Follow(ProgramTest):
         self.feed(child, ROWS[:10])
         child.stdin.write("10,1")
         child.send_signal(signal.SIGINT)
-        told = child.communicate(timeout=PATIENCE)[1]
-        self.assertEqual((child.returncode, "state saved: 10 samples" in told), (130, True), told)
+        messages = child.communicate(timeout=PATIENCE)[1]
+        self.assertEqual((child.returncode, "state saved: 10 samples" in messages), (130, True), messages)
 
     def test_a_signal_before_the_first_sample(self):
         for how in (["--follow", *map(str, GRID)], []):
@@ -136,8 +136,8 @@ class Follow(ProgramTest):
             while not self.catches(child, signal.SIGINT):
                 time.sleep(0.02)
             child.send_signal(signal.SIGINT)
-            told = child.communicate(timeout=PATIENCE)[1]
-            self.assertEqual((child.returncode, told), (130, "toliman: stopped by a signal\n"))
+            messages = child.communicate(timeout=PATIENCE)[1]
+            self.assertEqual((child.returncode, messages), (130, "toliman: stopped by a signal\n"))
 
     def test_an_ignored_hangup_stays_ignored(self):
         child = self.start(preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
@@ -153,9 +153,9 @@ class Follow(ProgramTest):
         child.stdout.close()
         child.stdin.write(ROWS[10])
         child.stdin.close()
-        told = child.stderr.read()
+        messages = child.stderr.read()
         self.assertEqual(child.wait(timeout=PATIENCE), 6)
-        self.assertEqual(told, "toliman: state saved: 11 samples\n")
+        self.assertEqual(messages, "toliman: state saved: 11 samples\n")
         self.assert_state("s.tlmp", ROWS[:11])
 
     def test_a_signal_while_nobody_reads(self):
@@ -192,21 +192,21 @@ class Follow(ProgramTest):
                           ("".join(f"{k},7\n" for k in range(9)), "not all equal")):
             done = self.follow(text)
             self.assertEqual((done.returncode, done.stdout), (0, ""))
-            self.assertIn("toliman: warning: no line was printed: ", done.stderr)
+            self.assertIn("toliman: warning: no update was printed: ", done.stderr)
             self.assertIn(why, done.stderr)
         self.follow("".join(ROWS), "--save-state", "s.tlmp")
         done = self.run_program("period", "-", "--follow", "--from-state", "s.tlmp", input="")
-        self.assertIn("no line was printed: no samples came", done.stderr)
+        self.assertIn("no update was printed: there were no samples", done.stderr)
         self.assertEqual(self.follow("").returncode, 3)
 
-    def test_a_coarse_grid_is_remarked_upon_once(self):
+    def test_a_coarse_grid_is_warned_of_once(self):
         """1/(5 T) falls below df when T passes 2000."""
         rows = [f"{100 * k},{k % 7}\n" for k in range(60)]
         self.assertEqual(self.follow("".join(rows[:15])).stderr, "")
-        told = self.follow("".join(rows)).stderr
-        self.assertEqual(told.count("--df 0.0001 is above 1/(5 T) = "), 1, told)
-        span = 1 / (5 * float(told.split("1/(5 T) = ")[1].split(":")[0]))
-        self.assertTrue(2000 < span < 2200, told)
+        messages = self.follow("".join(rows)).stderr
+        self.assertEqual(messages.count("--df 0.0001 is above 1/(5 T) = "), 1, messages)
+        span = 1 / (5 * float(messages.split("1/(5 T) = ")[1].split(",")[0]))
+        self.assertTrue(2000 < span < 2200, messages)
 
     def test_options_that_a_stream_has_not(self):
         (self.folder / "s.csv").write_text("".join(ROWS))

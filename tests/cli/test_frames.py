@@ -77,7 +77,7 @@ class Weights(Frames):
                 self.assertIn("is this frame of the network's scene", wrong.stderr)
 
     def test_a_damaged_frame_stands_out(self):
-        """Alternating columns are 3 sigma off, which the latent hardly tells."""
+        """Alternating columns are 3 sigma off, which hardly changes the latent."""
         self.succeed("train", self.quick, "--steps", "40", "--out", "w.tlmw")
         self.succeed("simulate", self.quick, "--frames", "0:3", "--out", "f.npy")
         frames = numpy.load(self.folder / "f.npy")
@@ -85,7 +85,7 @@ class Weights(Frames):
         numpy.save(self.folder / "bad.npy", frames)
         done = self.run_program("encode", "--weights", "w.tlmw", "bad.npy")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, "bad.npy: frame 1: a chi-square of [0-9.]+ is not the 1 .- 0.00552 of the scene's noise")
+        self.assertRegex(done.stderr, "bad.npy: frame 1: a chi-square of [0-9.]+ differs from 1 .- 0.00552, that of the scene's noise")
         squares = [float(line.split(",")[3]) for line in done.stdout.splitlines()[1:]]
         self.assertEqual([abs(square - 1) > 5 * (2 / 65536) ** 0.5 for square in squares], [False, True, False])
 
@@ -107,7 +107,7 @@ class Weights(Frames):
         for data, more, lines, text in (
             (b"", (), 0, "is empty"), (b"", layout, 0, "is empty"), (raw, (), 0, "is not a .npy file"),
             (npy[:-1], (), 3, "ends within a frame"), (raw[:-1], layout, 3, "ends within a frame"),
-            (npy + b"x", (), 4, "holds more than 3 frames of 256x256"), (raw, layout[:2], 0, "needs --shape"),
+            (npy + b"x", (), 4, "has more than 3 frames of 256x256"), (raw, layout[:2], 0, "needs --shape"),
         ):
             with self.subTest(text, more=more):
                 done = self.encode_input(data, *more)

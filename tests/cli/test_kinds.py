@@ -75,7 +75,7 @@ class Kinds(ProgramTest):
     def test_the_name_of_a_shipped_scene(self):
         track = ("track", "--weights", "chapter.json", "--state", "x", "--mission-days", "9", "--dtype", "u16le", "void")
         for wanted, command in (("a series of t, y[, sigma]", ("period", "chapter.json")), ("toliman weights", track)):
-            self.refuse(3, f"chapter.json: No such file here; the shipped scene of this name is not {wanted}\n",
+            self.refuse(3, f"chapter.json: No such file; the shipped scene of this name is not {wanted}\n",
                         arguments=command)
         self.refuse(3, "other.json: No such file or directory\n", arguments=("period", "other.json"))
 
@@ -89,13 +89,13 @@ class Kinds(ProgramTest):
             self.refuse(3, f"x.{suffix}: is not a {wanted} file; it is {self.names[name]}\n",
                         arguments=("convert", f"x.{suffix}", "y.npy"))
         (self.folder / "folder.npy").mkdir()
-        self.refuse(3, "folder.npy: not a regular file; it is an empty folder\n", arguments=("convert", "folder.npy", "y.npy"))
+        self.refuse(3, "folder.npy: is not a regular file; it is an empty folder\n", arguments=("convert", "folder.npy", "y.npy"))
 
     def test_folders(self):
         for name in ("w.tlmw", "s.json", "rv.csv"):
-            self.refuse(3, f"{name}: is no folder: ", f"; it is {self.names[name]}\n", arguments=("report", name))
-        self.refuse(3, "void: holds neither result.json", "; it is an empty folder\n", arguments=("report", "void"))
-        self.refuse(3, "plain: holds neither result.json", "; it is a folder\n", arguments=("report", "plain"))
+            self.refuse(3, f"{name}: is not a folder: ", f"; it is {self.names[name]}\n", arguments=("report", name))
+        self.refuse(3, "void: contains neither result.json", "; it is an empty folder\n", arguments=("report", "void"))
+        self.refuse(3, "plain: contains neither result.json", "; it is a folder\n", arguments=("report", "plain"))
 
     def test_a_forbidden_folder(self):
         (self.folder / "loop").symlink_to("loop")  # whom nothing is forbidden, this is
@@ -105,24 +105,24 @@ class Kinds(ProgramTest):
         self.addCleanup((self.folder / "run").chmod, 0o700)
         done = self.run_program("report", "run")
         self.assertEqual(done.returncode, 3)
-        self.assertNotIn("holds neither", done.stderr)
+        self.assertNotIn("contains neither", done.stderr)
 
     def test_frames_of_another_width(self):
         self.run_program("train", "s.json", "--steps", "1", "--out", "net")
         encode = ("encode", "--weights", "net", "--shape", "256x256", "--dtype")
         for name in ("s.json", "rv.csv", "s.tlmp"):
-            self.refuse(2, f"{name}: a headerless file needs --dtype", f"; it is {self.names[name]}\n",
+            self.refuse(2, f"{name}: a file without header needs --dtype", f"; it is {self.names[name]}\n",
                         arguments=("encode", "--weights", "net", name))
-            self.refuse(3, f"{name}: holds ", f"of a frame of 256x256; it is {self.names[name]}\n", arguments=(*encode, "u16le", name))
+            self.refuse(3, f"{name}: has ", f"the size of a frame of 256x256; it is {self.names[name]}\n", arguments=(*encode, "u16le", name))
         numpy.zeros((3, 256, 256), "<u2").tofile(self.folder / "narrow")
-        self.refuse(3, "not a multiple of the 262144 of a frame of 256x256, but 3 frames of --dtype u16le\n",
+        self.refuse(3, "must be a multiple of 262144, the size of a frame of 256x256; with --dtype u16le it has 3 frames\n",
                     arguments=(*encode, "u32le", "narrow"))
         self.succeed("simulate", "s.json", "--frames", "0:3", "--out", "wide.bin")
         done = self.run_program(*encode, "u16le", "wide.bin")
-        self.assertIn("exposure? As --dtype u32le the file holds 3 frames, as u16le 6.\n", done.stderr)
+        self.assertIn("exposure? With --dtype u32le the file has 3 frames, with u16le 6.\n", done.stderr)
         numpy.zeros((2, 256, 256), "<u2").tofile(self.folder / "narrow")
         done = self.run_program(*encode, "u32le", "narrow")
-        self.assertIn("exposure? As --dtype u16le the file holds 2 frames, as u32le 1.\n", done.stderr)
+        self.assertIn("exposure? With --dtype u16le the file has 2 frames, with u32le 1.\n", done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the program says of mistyped words, seeds, files and scenes: the name, the value and what is allowed."""
+"""Messages for mistyped words, seeds, files and scenes: the name, the value and what is allowed."""
 import json
 import os
 import signal
@@ -77,8 +77,8 @@ class Words(ProgramTest):
         self.refuse(2, "unknown option --a?[31mb", arguments=("track", "--a\x1b[31mb", "x"))
 
     def test_what_is_missing(self):
-        self.refuse(2, "toliman: needs a command: toliman --help lists them\n", arguments=())
-        self.refuse(2, "toliman: needs a command: toliman --help lists them\n", arguments=("--progress", "none"))
+        self.refuse(2, "toliman: a command is required: toliman --help lists them\n", arguments=())
+        self.refuse(2, "toliman: a command is required: toliman --help lists them\n", arguments=("--progress", "none"))
         self.refuse(2, "--out is required", arguments=("psf", CHAPTER))
         self.refuse(2, "--state is required", arguments=("track", "--weights", "w.tlmw", "f.npy"))
 
@@ -104,7 +104,7 @@ class Small(ProgramTest):
 
     def test_what_psf_cannot_do(self):
         self.scene()
-        self.refuse(2, "--star B: s.json has star A only", arguments=("psf", "s.json", "--star", "B", "--out", "x.npy"))
+        self.refuse(2, "--star B: s.json has only star A", arguments=("psf", "s.json", "--star", "B", "--out", "x.npy"))
         self.refuse(2, "--out x.txt: must end in .npy or .fits", arguments=("psf", "s.json", "--out", "x.txt"))
 
     def test_folder_that_is_a_file(self):
@@ -167,9 +167,9 @@ class Weights(ProgramTest):
         self.refuse(3, "e.npy: is empty", arguments=(*encode, "e.npy"))
         self.refuse(3, "e.fits: is empty", arguments=(*encode, "e.fits"))
         self.refuse(3, "e.bin: is empty", arguments=(*raw, "e.bin"))
-        self.refuse(3, "short.bin: holds 1000 bytes, not a multiple of the 131072 of a frame of 256x256",
+        self.refuse(3, "short.bin: has 1000 bytes: must be a multiple of 131072, the size of a frame of 256x256",
                     arguments=(*raw, "short.bin"))
-        self.refuse(2, "f.npy: --dtype and --shape are for headerless files", arguments=(*raw, "f.npy"))
+        self.refuse(2, "f.npy: --dtype and --shape are for files without header", arguments=(*raw, "f.npy"))
         out = self.succeed(*encode, "f.npy", "f.npy").splitlines()
         self.assertEqual([out[0], len(out)], ["file,frame,latent_px,chi_square", 3])
 
@@ -189,7 +189,7 @@ class Stopped(ProgramTest):
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             returned, lines = self.stop(number, "--steps", "100000", "--out", "w")
             self.assertEqual(returned, code)
-            self.assertEqual(lines[0], f"toliman: go on with: toliman train {CHAPTER} --resume w.part --out w")
+            self.assertEqual(lines[0], f"toliman: resume with: toliman train {CHAPTER} --resume w.part --out w")
             self.assertEqual(os.listdir(self.folder), ["w.part"])
             self.assertEqual(lines[1], "toliman: stopped by a signal")
 
@@ -204,7 +204,7 @@ class Stopped(ProgramTest):
         self.refuse(2, "was trained for another scene",
                     arguments=("train", MISSION, "--resume", "half.part", "--out", "x"))
         numpy.save(self.folder / "f.npy", numpy.zeros((256, 256)))
-        self.refuse(3, "half.part: holds a training that was stopped",
+        self.refuse(3, "half.part: contains an interrupted training, not a trained network",
                     arguments=("encode", "--weights", "half.part", "f.npy"))
         # Such a dark frame is none of the scene's.
         done = self.run_program("encode", "--weights", "whole", "f.npy", "f.npy")

@@ -45,27 +45,27 @@ class Mpi(ProgramTest):
         return subprocess.run(command, cwd=self.folder, env=plain, capture_output=True, text=True, timeout=PATIENCE)
 
     @staticmethod
-    def told(stderr):
+    def messages(stderr):
         """The program's own lines: MPI may add others, of the machine."""
         return [line for line in stderr.splitlines() if line.startswith("toliman")]
 
     def output(self, count, *arguments):
         done = self.ranks(count, *arguments)
-        self.assertEqual((done.returncode, self.told(done.stderr)), (0, []), done.stderr)
+        self.assertEqual((done.returncode, self.messages(done.stderr)), (0, []), done.stderr)
         schemas.check(done.stdout)
         return done.stdout
 
     def end(self, code, text, count, *arguments, more=()):
         done = self.ranks(count, *arguments, more=more)
         self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
-        told = self.told(done.stderr)
-        self.assertEqual(len(told), 1, done.stderr)
-        self.assertTrue(told[0].startswith("toliman-mpi: " + text), told[0])
+        messages = self.messages(done.stderr)
+        self.assertEqual(len(messages), 1, done.stderr)
+        self.assertTrue(messages[0].startswith("toliman-mpi: " + text), messages[0])
 
     def state_of(self, times, values, grid):
         """Digest of the state of one periodogram that takes the samples backwards."""
         from toliman import Periodogram
-        with Periodogram(grid["f0"], grid["df"], grid["nf"], time_offset=times[0], wide=True) as periodogram:
+        with Periodogram(grid["f0"], grid["df"], grid["nf"], time_offset=times[0], double_limb=True) as periodogram:
             for t, y in zip(reversed(times), reversed(values)):
                 periodogram.push(t, y)
             periodogram.save(str(self.folder / "state.tlmp"))
@@ -132,10 +132,10 @@ class Mpi(ProgramTest):
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertEqual(done.stderr, "toliman-mpi: unknown option --sede (did you mean --seed?)\n")
 
-    def test_what_fails_everywhere_is_told_once(self):
+    def test_what_fails_everywhere_is_reported_once(self):
         self.end(2, "unknown option --sede (did you mean --seed", 2, "s.json", "--sede", 1)
         self.end(2, "--campaign", 2, "s.json", "--campaign", 0)
-        self.end(2, "--campaign 2: its last seed", 2, "s.json", "--seed", 2**64 - 1, "--campaign", 2)
+        self.end(2, "--campaign 2: the last seed", 2, "s.json", "--seed", 2**64 - 1, "--campaign", 2)
         self.end(2, "--seed", 2, "s.json", "--seed", -1)
         self.end(3, "", 2, "none.json")
         self.end(3, "", 2, "s.json", "--weights", "none.tlmw")

@@ -53,16 +53,16 @@ class Output(ProgramTest):
                 self.assertEqual(select.select([controller], [], [], 0)[0], [])
 
     def test_a_reader_that_leaves(self):
-        """Silent, as after `| head`; a disk that is full is told."""
+        """Silent if the reader closed the pipe, as `| head` does; a full disk is reported."""
         for command in (("plan", "scene.json", "--json"), ("psf", "scene.json", "--out", "-")):
-            for full, told in ((False, ""), (True, "No space left on device")):
+            for full, message in ((False, ""), (True, "No space left on device")):
                 read, write = os.pipe()
                 os.close(read)
                 with open("/dev/full", "wb") if full else os.fdopen(write, "wb") as out:
                     done = subprocess.run([PROGRAM, *command], cwd=self.folder, stdout=out, stderr=subprocess.PIPE, text=True)
                 if full:
                     os.close(write)
-                self.assertEqual((done.returncode, told in done.stderr, done.stderr == told), (6, True, not full), command)
+                self.assertEqual((done.returncode, message in done.stderr, done.stderr == message), (6, True, not full), command)
 
     def test_a_pipe_is_no_scene(self):
         os.mkfifo(self.folder / "pipe.json")

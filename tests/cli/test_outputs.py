@@ -24,7 +24,7 @@ def fnv1a(data):
 
 
 def write_scene(path, **changes):
-    """The chapter's scene made small, quick and not square, with groups updated."""
+    """The chapter's scene made small, fast and not square, with groups updated."""
     scene = json.loads((SCENES / "chapter.json").read_text())
     small = {"telescope": {"pupil_samples": 64}, "band": {"step_nm": 10}, "binary": {"separation_arcsec": 2},
              "detector": {"shape": [ROWS, COLS]}}
@@ -165,14 +165,14 @@ class Cube(OutputTest):
 
 class Space(OutputTest):
     def test_more_than_the_disk_holds(self):
-        """1e7 frames of 512x512 are 10 TB of u32: said at once, before anything is written."""
+        """1e7 frames of 512x512 are 10 TB of u32: refused at once, before anything is written."""
         self.scene("endless.json", cadence={"frames": 10000000}, detector={"shape": [512, 512]},
                    telescope={"pupil_samples": 256})
         for out in (["f.npy"], ["f.bin"], ["f.fits"], ["pair", "--session", "s", "--dtype", "u32le"]):
             with self.subTest(out):
                 size = "21.0 TB" if out == ["f.npy"] else "10.5 TB"
                 command = ("simulate", "endless.json", "--out", *out)
-                self.refuse(6, f"takes {size}, the disk has ", arguments=command)
+                self.refuse(6, f"needs {size}, the disk has ", arguments=command)
                 self.assertRegex(self.run_program(*command).stderr, r"has (\d{3}|\d\d\.\d|\d\.\d\d) [kMGT]B free\n")
 
     def test_the_limit_of_a_file(self):
@@ -231,11 +231,11 @@ class Pair(OutputTest):
         command = ("simulate", "deep.json", "--frames", "0", "--out", "pair", "--session", "s", "--dtype", "u16le")
         self.succeed(*command)
         self.assertGreater(numpy.fromfile(self.folder / "pair" / "s_frames.bin", "<u2").max(), 4095)
-        self.refuse(6, "pair/s_frames.bin: is there already: give another --session", arguments=command)
+        self.refuse(6, "pair/s_frames.bin: exists already: give another --session", arguments=command)
         (self.folder / "pair" / "s_frames.bin").unlink()
-        self.refuse(6, "pair/s_meta.jsonl: is there already: give another --session", arguments=command)
+        self.refuse(6, "pair/s_meta.jsonl: exists already: give another --session", arguments=command)
         (self.folder / "pair" / "s_meta.jsonl").unlink()
-        self.refuse(2, "12 bits hold 0 to 4095", arguments=(*command, "--bit-depth", "12"))
+        self.refuse(2, "must be in [0, 4095] for bit depth 12", arguments=(*command, "--bit-depth", "12"))
         self.scene("deep.json", detector={"bit_depth": 20}, cadence={"peak_photons": 12000})
         self.refuse(2, "deep.json: detector.bit_depth = 20: must be 1 to 16 bits for u16le", arguments=command)
         self.succeed(*command, "--bit-depth", "16")
@@ -246,13 +246,13 @@ class Pair(OutputTest):
         image = numpy.load(self.folder / "f.npy")[0]
         at = numpy.flatnonzero(image > 4095)[0]
         command = ("simulate", "scene.json", "--frames", "3:7", "--out")
-        text = f"frame 3, row {at // COLS}, column {at % COLS}: {image.flat[at]:.0f} counts: bit depth overflow: 12 bits hold 0 to 4095"
+        text = f"frame 3, row {at // COLS}, column {at % COLS}: {image.flat[at]:.0f} counts: bit depth overflow: must be in [0, 4095] for bit depth 12"
         self.refuse(2, "pair/s_frames.bin: " + text,
                     arguments=(*command, "pair", "--session", "s", "--dtype", "u16le"))
-        self.refuse(2, "1 bits hold 0 to 1", arguments=(
+        self.refuse(2, "must be in [0, 1] for bit depth 1", arguments=(
             *command, "pair", "--session", "s", "--dtype", "u32le", "--bit-depth", "1"))
         self.scene(cadence={"peak_photons": 5e9})
-        self.refuse(2, "32 bits hold 0 to 4294967295", arguments=(*command, "f.bin"))
+        self.refuse(2, "must be in [0, 4294967295] for bit depth 32", arguments=(*command, "f.bin"))
 
     def test_counts_below_zero(self):
         """Cut off at 0 they would bias the light: 16 counts a dark pixel at read_e = 40."""
@@ -262,7 +262,7 @@ class Pair(OutputTest):
         at = numpy.flatnonzero(image < 0)[0]
         text = f"frame 3, row {at // COLS}, column {at % COLS}: {image.flat[at]:.0f} counts"
         for out in (["f.bin"], ["pair", "--session", "s", "--dtype", "u16le"]):
-            self.refuse(2, text, "noise.read_e", ".npy and .fits",
+            self.refuse(2, text, "noise.read_e", "write .npy or .fits",
                         arguments=("simulate", "dark.json", "--frames", "3:7", "--out", *out))
         self.scene("quiet.json", cadence={"peak_photons": 3000}, noise={"read_e": 0.05})  # rounds to 0 at the least
         self.simulate("f.bin", scene="quiet.json")
@@ -362,23 +362,23 @@ class Encode(OutputTest):
         (self.folder / "folder.fits").mkdir()
         os.mkfifo(self.folder / "pipe.fits")
         for name, *texts in (
-            ("nan", "frame 1, row 3, column 4", "not a finite number"),
-            ("inf", "frame 1, row 3, column 4", "not a finite number"),
+            ("nan", "frame 1, row 3, column 4", "must be a finite number"),
+            ("inf", "frame 1, row 3, column 4", "must be a finite number"),
             ("blank", "frame 1, row 3, column 4", "blank"),
             ("small", "64x32", "256x256"),
             ("line", "has 1 axes", "2 or 3"),
             ("four", "has 4 axes"),
-            ("none", "holds no image"),
+            ("none", "contains no image"),
             ("empty", "is empty"),
             ("junk", "is not a FITS file"),
             ("text", "cannot be read as FITS"),
             ("header", "cannot be read as FITS"),
-            ("cut", "holds %d bytes" % (len(whole) - 2880), "takes %d" % len(whole)),
-            ("last", "takes %d" % len(whole)),
-            ("blocks", "takes %d" % len(whole)),
+            ("cut", "is truncated: it has %d bytes" % (len(whole) - 2880), "ends at byte %d" % len(whole)),
+            ("last", "ends at byte %d" % len(whole)),
+            ("blocks", "ends at byte %d" % len(whole)),
             ("huge", "sides of 1 to 16384"),
             ("many", "must be at most 16777216 frames"),
-            ("long", "up to the end of its image it takes 524"),
+            ("long", "its image ends at byte 524"),
             ("missing", "No such file"),
             ("folder", "not a regular file"),
             ("pipe", "not a regular file"),
@@ -403,13 +403,13 @@ class Encode(OutputTest):
 
         side = 1 << 24
         for name, content, text in (
-            ("two", npy(head("(1, 1)"), bytes(8), 2), ".npy version 2: version 1 is read"),
-            ("three", npy(head("(1, 1)"), bytes(8), 3), ".npy version 3: version 1 is read"),
+            ("two", npy(head("(1, 1)"), bytes(8), 2), "unsupported .npy version 2: must be 1"),
+            ("three", npy(head("(1, 1)"), bytes(8), 3), "unsupported .npy version 3: must be 1"),
             ("big", npy(head("(1, 1)", ">f8"), bytes(8)), "little-endian"),
             ("wraps", npy(head(f"({side}, {side}, {side})")), "sides of 1 to 16384"),  # 2^75 bytes, 0 modulo 2^64
             ("endless", npy(head("(1, 99999999999999999999999, 2)")), "sides of 1 to 16384"),
-            ("hollow", npy(head("(0, 16384, 16384)")), "holds no frames"),
-            ("large", npy(head("(9999, 16384, 16384)")), "holds 8"),
+            ("hollow", npy(head("(0, 16384, 16384)")), "contains no frames"),
+            ("large", npy(head("(9999, 16384, 16384)")), "has 8"),
             ("line", npy(head("(8,)"), bytes(64)), "has 1 axes"),
         ):
             (self.folder / f"{name}.npy").write_bytes(content)

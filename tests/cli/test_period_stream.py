@@ -103,18 +103,18 @@ class Streams(Series):
         self.succeed("period", "all.csv", "--follow", "--f0", 2e-3, "--df", 1e-4, "--nf", 900, *BOUNDS,
                      "--save-state", "b.tlmp")
         self.refuse(3, "b.tlmp: merge: a grid of 900 frequencies", arguments=("merge", "a.tlmp", "b.tlmp", "--out", "c"))
-        self.refuse(2, "--fap bootstrap draws from the samples", arguments=("period", "--from-state", "a.tlmp", "--fap", "bootstrap"))
+        self.refuse(2, "--fap bootstrap: needs the samples", arguments=("period", "--from-state", "a.tlmp", "--fap", "bootstrap"))
         self.refuse(2, "--from-state", "--f0", arguments=("period", "--from-state", "a.tlmp", "--f0", 1))
         for text, why in (('{"t": 1, "y": 2}\n3,4\n', "3,4"), ('1,2\n{"t": 1, "y": 2}\n', "is a JSON object"),
-                          ('{"t": 1}\n', 'has no number "y"'), ('{"t": 1, "y": "x"}\n', 'has no number "y"'),
-                          ('{"t": 1, "y": 2, "sigma": -1}\n', "must be above 0"), ('{"t": 1, "y": 2\n', "is no JSON"),
-                          ('{"t": 1, "y": 2} 3\n', "is no JSON"),
-                          ('{"t": 1, "y": 2, "sigma": 1}\n{"t": 1, "y": 2}\n', "sigma in all or none")):
+                          ('{"t": 1}\n', "y: must be a number"), ('{"t": 1, "y": "x"}\n', "y: must be a number"),
+                          ('{"t": 1, "y": 2, "sigma": -1}\n', "must be in [1e-98, 1e98]"), ('{"t": 1, "y": 2\n', "is not a JSON object"),
+                          ('{"t": 1, "y": 2} 3\n', "is not a JSON object"),
+                          ('{"t": 1, "y": 2, "sigma": 1}\n{"t": 1, "y": 2}\n', "either all or none must have sigma")):
             (self.folder / "bad.jsonl").write_text(text)
-            self.refuse(3, "bad.jsonl:", why if why != "3,4" else "is no JSON object, as the lines before",
+            self.refuse(3, "bad.jsonl:", why if why != "3,4" else "is not a JSON object: the lines before are",
                         arguments=("period", "bad.jsonl"))
         for array, why in ((numpy.zeros((4, 4)), "of shape [samples][2 or 3]"), (numpy.zeros(4), "of shape"),
-                           (numpy.zeros((0, 2)), "holds no samples"),
+                           (numpy.zeros((0, 2)), "contains no samples"),
                            (numpy.array([[1, 2], [3, math.nan]]), "row 1, y = nan")):
             numpy.save(self.folder / "bad.npy", array)
             self.refuse(3, "bad.npy: ", why, arguments=("period", "bad.npy"))
@@ -135,7 +135,7 @@ class Streams(Series):
 
 
 class States(Series):
-    """What is saved by one run and taken up by another."""
+    """Sums that one run saves and another continues."""
 
     def test_margins(self):
         """Other samples than those at hand may come."""
@@ -166,11 +166,11 @@ class States(Series):
             for how in ("", "--follow"):
                 self.succeed("period", name + ".csv", *GRID, *how.split(), "--save-state", f"{name}{how}.tlmp")
         for how in ("", "--follow"):
-            self.refuse(3, "plain.csv:2: has no sigma, the samples in first", "have one",
+            self.refuse(3, "plain.csv:2: has no sigma: the samples in first", "have one",
                         arguments=("period", "plain.csv", "--from-state", f"first{how}.tlmp"))
-            self.refuse(3, "first.csv:2: has a sigma, the samples in plain", "have none",
+            self.refuse(3, "first.csv:2: has a sigma: the samples in plain", "have none",
                         arguments=("period", "first.csv", "--from-state", f"plain{how}.tlmp"))
-            self.refuse(3, "plain--follow.tlmp: its samples have no sigma, those before have one",
+            self.refuse(3, "plain--follow.tlmp: its samples have no sigma, those of the files before have one",
                         arguments=("merge", f"first{how}.tlmp", "plain--follow.tlmp", "--out", "x.tlmp"))
         # Those without, saved either way, weigh the same.
         self.succeed("merge", "plain--follow.tlmp", "plain.tlmp", "--out", "x.tlmp")
@@ -185,11 +185,11 @@ class States(Series):
         (self.folder / "copy.tlmp").write_bytes(self.bytes_of("a.tlmp"))
         self.write("other.csv", self.series[:20])
         self.succeed("period", "other.csv", *GRID, "--save-state", "b.tlmp")
-        self.refuse(3, "a.tlmp: holds the same samples as a.tlmp", arguments=("merge", "a.tlmp", "a.tlmp", "--out", "c"))
-        self.refuse(3, "copy.tlmp: holds the same samples as a.tlmp",
+        self.refuse(3, "a.tlmp: has the same samples as a.tlmp", arguments=("merge", "a.tlmp", "a.tlmp", "--out", "c"))
+        self.refuse(3, "copy.tlmp: has the same samples as a.tlmp",
                     arguments=("merge", "a.tlmp", "b.tlmp", "copy.tlmp", "--out", "c"))
-        self.refuse(2, "one state alone", arguments=("merge", "a.tlmp", "--out", "c"))
-        self.refuse(3, "a.tlmp: is a saved state: --from-state takes it", arguments=("period", "a.tlmp"))
+        self.refuse(2, "only one state", arguments=("merge", "a.tlmp", "--out", "c"))
+        self.refuse(3, "a.tlmp: is a saved state: give it to --from-state", arguments=("period", "a.tlmp"))
         self.refuse(6, "no/c: cannot be written: No such file",
                     arguments=("merge", "a.tlmp", "b.tlmp", "--out", "no/c"))
 
@@ -201,7 +201,7 @@ class States(Series):
                     arguments=("merge", "a.tlmp", "far.tlmp", "--out", "c"))
 
     def test_what_cannot_be_written_is_told_first(self):
-        (self.folder / "bad.csv").write_text("t,y\n1,junk\n")  # would be told once it is read
+        (self.folder / "bad.csv").write_text("t,y\n1,junk\n")  # an error if it were read
         for option in ("--save-state", "--power"):
             self.refuse(6, "no/x: cannot be written: No such file", arguments=("period", "bad.csv", option, "no/x"))
         self.refuse(6, "no/x", arguments=("period", "bad.csv", "--follow", *GRID, "--save-state", "no/x"))

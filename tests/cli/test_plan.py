@@ -41,20 +41,20 @@ class Plan(ProgramTest):
     def test_marks_what_is_above_the_accuracy(self):
         rows = self.rows(self.scene("a.json", systematics={"scale_rms": 1e-5}))
         self.assertTrue(rows["pupil"].endswith("  > accuracy: see below"))
-        note = " ".join(self.succeed("plan", "a.json").partition("              The pupil's error ")[2].split())
-        for words in ("periods in its frames are not disturbed", "the image of a real mask differs by it",
-                      "telescope.pupil_samples (at most 2048) lessen it. once "):
+        note = " ".join(self.succeed("plan", "a.json").partition("              The pupil error ")[2].split())
+        for words in ("periods in its frames are not disturbed", "the image of a real mask differs by this error",
+                      "telescope.pupil_samples (at most 2048) reduces it. set-up "):
             self.assertIn(words, note)
         finer = self.rows(self.scene("b.json", telescope={"pupil_samples": 512}))
         error = [float(re.search(r"\d\.\de[-+]\d+", row["pupil"]).group()) for row in (rows, finer)]
         self.assertLess(error[1], error[0] / 2)
         self.assertTrue(rows["scale, focus"].endswith("  > accuracy"))
         self.assertTrue(rows["displacement"].endswith(" of the signal  > accuracy: rounding of double precision"))  # 1e-6 px: 1e-14 of the peak
-        self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["places"])
+        self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["positions"])
         taken = json.loads(self.succeed("plan", "b.json", "--json"))["bytes"]
         self.assertEqual(finer["memory"], f"{taken / 1e6:.1f} MB on all processors")
         rows = self.rows(self.scene("b.json", signal={"amplitude_px": 3}))
-        self.assertIn("every frame propagated: no series pays", rows["displacement"])
+        self.assertIn("every frame propagated, no expansion", rows["displacement"])
 
     @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
     def test_memory(self):

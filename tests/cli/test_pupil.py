@@ -1,4 +1,4 @@
-"""toliman pupil: what it finds is better, the same every time, and stands in the scene that it writes."""
+"""toliman pupil: the mask found is better, the same in every run, and contained in the scene that is written."""
 import json
 import os
 import signal
@@ -72,7 +72,7 @@ class Pupil(ProgramTest):
         self.assertNotEqual(first["mask"], self.search("tiny.json", "--count", 70, "--seed", 4)["mask"])
 
     def test_peak_is_bounded_where_it_costs_nothing(self):
-        """With a given exposure a sharper peak tells more, but it needs more range of the detector."""
+        """For a given exposure a sharper peak has a smaller bound, but needs more dynamic range of the detector."""
         for m, gain in ((1, 0.97), (8, 1)):
             scene = tiny_scene()
             scene["telescope"]["mask"]["terms"] = [{"a": 1, "m": m}]

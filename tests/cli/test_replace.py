@@ -8,7 +8,7 @@ from astropy.io import fits
 from program import SCENES, ProgramTest, one_wavelength
 from test_output import SCENE
 
-REASON = "exists and is not recognised as written by toliman: give --force to replace it\n"
+REASON = "exists and was not written by toliman: give --force to replace it\n"
 SERIES = "t,y\n" + "".join(f"{k},{k % 7 / 7}\n" for k in range(50))
 CHAPTER = SCENES / "chapter.json"
 
@@ -105,7 +105,7 @@ class Replace(ProgramTest):
         self.succeed("report", "r", "--force")
 
     def test_the_input(self):
-        """By whatever name, and with --force too."""
+        """Under any name, and also with --force."""
         self.succeed("psf", "s.json", "--out", "x.npy")
         os.link(self.folder / "x.npy", self.folder / "hard.npy")
         (self.folder / "soft.npy").symlink_to("x.npy")

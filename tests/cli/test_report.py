@@ -379,10 +379,10 @@ class Run(ReportTest):
     def test_refusals(self):
         self.refuse(3, "none: No such folder", arguments=("report", "none"))
         (self.folder / "empty").mkdir()
-        self.refuse(3, "empty: holds neither result.json", "experiment.json", "ledger.tlml", "toliman-bench/1",
+        self.refuse(3, "empty: contains neither result.json", "experiment.json", "ledger.tlml", "toliman-bench/1",
                     arguments=("report", "empty"))
         (self.folder / "file").write_text("{}")
-        self.refuse(3, "file: is no folder", arguments=("report", "file"))
+        self.refuse(3, "file: is not a folder", arguments=("report", "file"))
         self.copy(schema="toliman-run/1")
         self.refuse(3, "copy/result.json: schema = toliman-run/1: must be toliman-run/2", arguments=("report", "copy"))
         self.copy(template=None)

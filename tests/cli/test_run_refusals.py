@@ -27,7 +27,7 @@ class Scenes(ProgramTest):
         self.scene(noise={"photon": False, "read_e": 5})
         done = self.run_program("run", "s.json", "--out", "results")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("no efficiency", done.stderr)
+        self.assertIn("efficiency is not defined", done.stderr)
         self.assertIn("efficiency not defined\n", done.stdout)
         result = json.loads((self.folder / "results/result.json").read_text())
         self.assertIsNone(result["efficiency"])
@@ -64,7 +64,7 @@ class Scenes(ProgramTest):
         (self.folder / "r" / "report" / "report.html").write_text("")
         done = self.run_program("run", "s.json", "--out", "r")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("r/report is of the run before; toliman report r makes it anew\n", done.stderr)
+        self.assertIn("r/report shows the previous run; update it with: toliman report r\n", done.stderr)
         result = json.loads((self.folder / "r" / "result.json").read_text())
         period, error = result["period_days"], result["period_error_days"]
         self.assertLess(error, 0.001)
@@ -77,7 +77,7 @@ class Scenes(ProgramTest):
     def test_frames(self):
         for frames in (4, 400001):
             self.scene(cadence={"frames": frames})
-            self.refuse(2, f"s.json: cadence.frames = {frames}: run takes 5 to 400000", arguments=("run", "s.json"))
+            self.refuse(2, f"s.json: cadence.frames = {frames}: must be in [5, 400000] for run", arguments=("run", "s.json"))
 
     def test_what_the_network_takes(self):
         self.scene(detector={"shape": [128, 256]})

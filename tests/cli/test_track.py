@@ -394,7 +394,7 @@ class Folders(Track):
         self.refuse(3, "shard_0", "same ledger", arguments=("merge", "shard_0", "shard_1", "shard_0", "--out", "no"))
         self.run_program("merge", "m1", "m2", "--out", "m3")
         self.assertEqual(self.sums("m3"), clean)
-        self.refuse(2, "one state alone: give two or more, or --salvage for a damaged folder\n",
+        self.refuse(2, "only one state: give two or more, or --salvage for a damaged folder\n",
                     arguments=("merge", "shard_0", "--out", "m4"))
         self.refuse(6, "m3: exists: give a new folder to merge into\n", arguments=("merge", *names, "--out", "m3"))
         self.track("other", "in_1", "--value-limit", "1")
@@ -435,9 +435,9 @@ class Folders(Track):
         self.track("slower", "all", "--clock", "clock.csv", grid=("--grid", "0.02:0.001:50"))
         self.assertEqual(self.sums("slow"), self.sums("slower"))
         (self.folder / "slower" / "setup.tlms").unlink()  # had the clock: nothing is guessed
-        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --clock and --grid or --mission-days",
+        self.refuse(2, "slower: setup.tlms with grid and clock is missing: give --clock, and --grid or --mission-days",
                     arguments=("rebuild", "slower", "--grid", "0.02:0.001:50"))
-        self.refuse(2, "slower: setup.tlms, which had grid and clock, is lost: needs --clock",
+        self.refuse(2, "slower: setup.tlms with grid and clock is missing: give --clock",
                     arguments=("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le",
                                "--grid", "0.02:0.001:50", "all"))
         self.succeed("rebuild", "slower", "--grid", "0.02:0.001:50", "--clock", "clock.csv")
@@ -500,7 +500,7 @@ class Folders(Track):
         self.succeed("merge", "s", "--salvage", *GRID, "--clock", "camera", "--out", "again")
         self.assertEqual(self.sums("again"), self.sums("saved"))
         (self.folder / "x.tlmp").write_text("")
-        self.refuse(2, "--salvage, grid and clock are for state folders", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
+        self.refuse(2, "--salvage, --grid, --mission-days and --clock are for state folders only", arguments=("merge", "x.tlmp", "--salvage", "--out", "y.tlmp"))
 
     def test_files_with_a_header(self):
         numpy.save(self.folder / "day.npy", self.frames)

@@ -283,7 +283,7 @@ class Files(Fits):
             self.assertEqual([line["tai_ns"] for line in out], [start + k * DAY * 5 // 4 for k in range(FRAMES)])
         self.assertIn("from there on by its table FRAMES", self.errors)
         self.track("v", "few.fits", "--strict", code=4)
-        self.assertIn("5 rows for 48 frames", self.errors)
+        self.assertIn("5 rows: must have 48", self.errors)
 
     def test_numbers_times_cadence(self):
         """Without a time FRAME1 tells a file's place, by --session or names; the same files again are no overlap."""

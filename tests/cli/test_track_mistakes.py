@@ -65,8 +65,8 @@ class Options(Mistakes):
                 (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
             ):
                 self.refuse(2, text, arguments=("track", *estimator, *words))
-        self.refuse_track(2, "needs either --weights or --template, both are given\n", arguments=("--weights", "w.tlmw", *PAIRS))
-        self.refuse(2, "needs either --weights or --template\n", arguments=("track", "--state", "s", *GRID, *PAIRS))
+        self.refuse_track(2, "give either --weights or --template, not both\n", arguments=("--weights", "w.tlmw", *PAIRS))
+        self.refuse(2, "give either --weights or --template\n", arguments=("track", "--state", "s", *GRID, *PAIRS))
 
     def test_a_shape_without_its_crop(self):
         """Where the image lies in a larger frame is never guessed."""
@@ -144,8 +144,8 @@ class Pixels(Mistakes):
         self.pair("narrow/x", self.lines[:2], self.frames[:2].astype("<u2").tobytes())
         for dtype, other, depth, given in (("u16le", "u32le", "12", "narrow"), ("u32le", "u16le", "32", "all")):
             self.run_program("track", *TEMPLATE, "--state", dtype, *GRID, "--dtype", dtype, given)
-            self.refuse_track(2, f"--dtype {other}: {dtype} holds frames of {depth} bits: give --dtype {dtype}, or a "
-                              f"new folder; if these {other} files have {depth} bits too, add --bit-depth {depth}\n",
+            self.refuse_track(2, f"--dtype {other}: the frames of {dtype} have {depth} bits: give --dtype {dtype}, or "
+                              f"a new folder; if these {other} files also have {depth} bits, add --bit-depth {depth}\n",
                               state=dtype, arguments=("--dtype", other, "all"))
             meant = ("--dtype", other, "--bit-depth", depth, "-")
             self.succeed("track", *TEMPLATE, "--state", dtype, *GRID, *meant, input="")
@@ -386,7 +386,7 @@ class Folders(Mistakes):
         scene = json.loads(self.scene)
         for group, change in (("binary", {"separation_arcsec": 8}), ("detector", {"shape": [SIDE, SIDE - 2]})):
             (self.folder / "scene.json").write_text(json.dumps({**scene, group: {**scene[group], **change}}))
-            self.refuse_track(2, "the weights or the scene are not those that the folder was made with", "a new folder")
+            self.refuse_track(2, "the weights or the scene differ from those that the folder was created with", "a new folder")
         self.assertEqual([(folder / name).read_bytes() for name in files], before)
 
     def test_rebuild_takes_what_track_takes(self):
@@ -416,7 +416,7 @@ class Folders(Mistakes):
     def test_merge(self):
         self.track("s", "all")
         (self.folder / "rv.csv").write_text("t,y\n1,2\n")
-        for given, code, text in ((("none", "nor", "--out", "s"), 3, "none: No such file"), (("s", "--out", "no"), 2, "one state alone"),
+        for given, code, text in ((("none", "nor", "--out", "s"), 3, "none: No such file"), (("s", "--out", "no"), 2, "only one state"),
                                   (("rv.csv", "--out", "no"), 3, 'rv.csv: is a CSV file, not a saved state of toliman period'),
                                   (("all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),
                                   (("s", "all", "--out", "no"), 3, "all: is no state folder of `toliman track`"),

@@ -34,19 +34,19 @@ class Resumed(ProgramTest):
         resume = ("train", "s.json", "--resume", "half", "--out", "x")
         for option in (("--seed", "7"), ("--mode", "tied"), ("--layout", "paper"), ("--input", "raw"), ("--steps", "9")):
             self.refuse(2, "--resume", option[0], arguments=(*resume, *option))
-        self.refuse(2, "half: has seen 3 epochs: --epochs must be at least that, not 2",
+        self.refuse(2, "--epochs 2: must be at least 3, the epochs done in half",
                     arguments=(*resume, "--epochs", "2"))
 
     def test_nothing_to_go_on_with(self):
         self.succeed("train", "s.json", "--steps", "2", "--out", "tied")
         self.succeed(*UNSUPERVISED, "--epochs", "1", "--payload", "fp16", "--out", "narrow")
         for name in ("tied", "narrow"):
-            self.refuse(2, name + ": holds no training to go on with",
+            self.refuse(2, name + ": contains no training to resume",
                         arguments=("train", "s.json", "--resume", name, "--out", "x"))
 
     def test_options_of_the_other_mode(self):
-        self.refuse(2, "--epochs: of unsupervised training", arguments=("train", "s.json", "--epochs", "2", "--out", "x"))
-        self.refuse(2, "--steps: of tied training", arguments=(*UNSUPERVISED, "--steps", "2", "--out", "x"))
+        self.refuse(2, "--epochs: is for unsupervised training", arguments=("train", "s.json", "--epochs", "2", "--out", "x"))
+        self.refuse(2, "--steps: is for tied training", arguments=(*UNSUPERVISED, "--steps", "2", "--out", "x"))
         self.refuse(2, "--input raw", "--mode unsupervised", arguments=("train", "s.json", "--input", "raw", "--out", "x"))
         self.write_scene(1)
         self.refuse(2, "s.json: cadence.frames = 1", arguments=(*UNSUPERVISED, "--out", "x"))

@@ -1,4 +1,4 @@
-"""toliman train --payload: what stands in the files, by a reader of its own with numpy's roundings."""
+"""toliman train --payload: the content of the files, read by an independent reader with numpy's rounding."""
 import pathlib
 import sys
 import unittest

@@ -75,7 +75,7 @@ class Header final : public cli::FrameFile {
 
   private:
     void next(double *) override {}
-    void pass() override {}
+    void skip_next() override {}
     std::map<std::string, std::string> values_;
 };
 

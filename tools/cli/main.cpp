@@ -1,4 +1,4 @@
-// toliman: the command line of libtoliman.
+// toliman: the command line program of libtoliman.
 #include <algorithm>
 #include <cstdio>
 #include <utility>
@@ -12,13 +12,13 @@ namespace {
 
 using namespace cli;
 
-int complain(int code, const char *text) {
+int print_error(int code, const char *text) {
     std::fprintf(stderr, "toliman: %s\n", text);
     return code;
 }
 
-// The words of the command line, last first as CLI11 takes them; `help [COMMAND]` is `[COMMAND] --help`.
-std::vector<std::string> asked_words(int argc, char **argv) {
+// The words of the command line in reverse order, as CLI11 expects them; `help [COMMAND]` means `[COMMAND] --help`.
+std::vector<std::string> command_line_words(int argc, char **argv) {
     std::vector<std::string> words(argv + 1, argv + argc);
     if (!words.empty() && words[0] == "help") {
         words[0] = "--help";
@@ -34,18 +34,18 @@ int parse_and_run(int argc, char **argv) {
     CLI::App app;
     add_commands(app, context);
     try {
-        app.parse(asked_words(argc, argv));
+        app.parse(command_line_words(argc, argv));
     } catch (const CLI::Success &success) { // --help, --version
         return app.exit(success);
     } catch (const CLI::ParseError &error) {
-        throw Failure(kExitUsage, complaint(error, app, argc, argv));
+        throw Failure(kExitUsage, command_line_error(error, app, argc, argv));
     }
     watch_signals();
     try {
         context.action();
     } catch (const toliman::error &error) {
         if (error.status() == TOLIMAN_E_CANCELLED)
-            stop_if_asked(); // in the words of the program
+            stop_if_asked(); // with the program's own message
         throw;
     }
     return kExitOk;
@@ -61,5 +61,5 @@ int main(int argc, char **argv) {
     });
     if (ending.code == kExitOk)
         return code;
-    return ending.why.empty() ? static_cast<int>(ending.code) : complain(ending.code, ending.why.c_str());
+    return ending.why.empty() ? static_cast<int>(ending.code) : print_error(ending.code, ending.why.c_str());
 }

@@ -1,4 +1,4 @@
-// toliman-mpi: frames of a scene over the ranks of a job, and one exact periodogram of them all.
+// toliman-mpi: distributes the frames of a scene over the ranks of an MPI job and adds up their exact sums.
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -25,12 +25,18 @@ constexpr char kDescription[] =
     R"(Simulate a scene, estimate its frames and find the period, on all ranks of an MPI job.
 
 Examples:
+  # least squares on four processors
   mpirun -n 4 toliman-mpi chapter.json
+  # a trained network, another seed, the result as one JSON line
   mpirun -n 4 toliman-mpi chapter.json --weights chapter.tlmw --seed 7 --json
+  # 20 series with 20 seeds, one JSON line each
   mpirun -n 4 toliman-mpi chapter.json --campaign 20 >campaign.jsonl
 
-Each rank makes a range of the frames on one processor, and their exact sums are added up: what is printed has the same
-bits for any number of ranks. The grid is that of `toliman run`. Exit codes are those of `toliman`.)";
+Each rank simulates and estimates a range of the frames on one processor. The exact sums of all ranks are added up, so
+the output has the same bits for any number of ranks. The frequency grid is that of `toliman run`.
+
+Output: the highest peak with its period, widths and log10 FAP, and a digest of the sums; with --json as one line of
+schema toliman-mpi/2. Exit codes are those of `toliman`.)";
 
 struct Options {
     std::string scene, weights;
@@ -39,17 +45,20 @@ struct Options {
     bool seed_given = false, as_json = false;
 };
 
-// The text where the command line asks for --help or --version, and empty otherwise.
+// The text of --help or --version if the command line asks for it, otherwise empty.
 std::string parse(int argc, char **argv, Options &options) {
     CLI::App app(kDescription, "toliman-mpi");
     app.formatter(std::make_shared<HelpFormatter>());
     app.set_version_flag("--version", std::string("toliman-mpi ") + toliman_version());
     add_scene(app, options.scene);
-    CLI::Option *seed = add_seed(app, options.seed, "seed of the noise, default the scene's");
-    CLI::Option *campaign = app.add_option("--campaign", options.campaign, "series, with as many seeds from the first");
+    CLI::Option *seed = add_seed(app, options.seed, "seed of the noise; default: the scene's");
+    CLI::Option *campaign = app.add_option("--campaign", options.campaign,
+                                           "K: K series with the seeds from --seed on; a JSON line for each");
     campaign->check(CLI::Range(1, 1000000));
-    app.add_option("--weights", options.weights, "weights file of `toliman train`; without it the template estimates");
-    app.add_flag("--json", options.as_json, "a line of JSON, as a campaign has for each series");
+    app.add_option("--weights", options.weights,
+                   "weights file of `toliman train`; default: least squares on the scene's derivative image")
+        ->type_name("FILE");
+    app.add_flag("--json", options.as_json, "print a JSON line, schema toliman-mpi/2");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success &success) {
@@ -57,19 +66,19 @@ std::string parse(int argc, char **argv, Options &options) {
         app.exit(success, text);
         return text.str();
     } catch (const CLI::ParseError &error) {
-        throw Failure(kExitUsage, complaint(error, app, argc, argv));
+        throw Failure(kExitUsage, command_line_error(error, app, argc, argv));
     }
     options.seed_given = seed->count() > 0;
     options.as_json = options.as_json || campaign->count() > 0;
     return "";
 }
 
-// One thread a rank; one rank alone speaks.
-toliman_sim_options quiet_but(bool speaks, Progress &progress) {
+// One thread per rank; only one rank prints messages.
+toliman_sim_options rank_options(bool prints, Progress &progress) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
     options.threads = 1;
-    if (speaks)
+    if (prints)
         options.log = Progress::log;
     options.log_data = &progress;
     return options;
@@ -77,12 +86,12 @@ toliman_sim_options quiet_but(bool speaks, Progress &progress) {
 
 class Job {
   public:
-    Job(const Options &options, bool speaks)
-        : progress_(Progress::Style::none), scene_(options.scene, quiet_but(speaks, progress_)),
+    Job(const Options &options, bool prints)
+        : progress_(Progress::Style::none), scene_(options.scene, rank_options(prints, progress_)),
           first_seed_(options.seed_given ? options.seed : scene_.info.seed) {
         check_cadence(scene_, "toliman-mpi");
         if (first_seed_ > UINT64_MAX - static_cast<uint64_t>(options.campaign - 1))
-            throw Failure(kExitUsage, "--campaign " + std::to_string(options.campaign) + ": its last seed must be at " +
+            throw Failure(kExitUsage, "--campaign " + std::to_string(options.campaign) + ": the last seed must be at " +
                                           "most 18446744073709551615, the first is " + std::to_string(first_seed_));
         times_ = Cadence(scene_).times;
         grid_ = default_grid({scene_.path, times_, {}, {}});
@@ -95,7 +104,7 @@ class Job {
     int64_t frames() const noexcept { return scene_.info.frames; }
     uint64_t seed(int64_t series) const noexcept { return first_seed_ + static_cast<uint64_t>(series); }
 
-    // Without samples. Its options do not depend on the values, for no rank knows them all.
+    // A periodogram without samples. Its options do not depend on the values, since no rank knows all of them.
     toliman::periodogram empty() const {
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
@@ -124,8 +133,8 @@ class Job {
         network_.emplace(weights);
         const toliman_cae_info &info = network_->info;
         if (info.rows != scene_.info.rows || info.cols != scene_.info.cols)
-            throw Failure(kExitInput, weights + ": the weights take frames of " + std::to_string(info.rows) + "x" +
-                                          std::to_string(info.cols) + ", those of " + scene_.path + " have " +
+            throw Failure(kExitInput, weights + ": is for frames of " + std::to_string(info.rows) + "x" +
+                                          std::to_string(info.cols) + ", those of " + scene_.path + " are " +
                                           std::to_string(scene_.info.rows) + "x" + std::to_string(scene_.info.cols));
     }
 
@@ -165,7 +174,7 @@ class Job {
         std::snprintf(text, sizeof text,
                       "scene         %.80s: %lld frames, seed %llu, %s\n"
                       "highest peak  %.2f days, half width %.2f, FWHM %.2f, log10 FAP %.1f%s\n"
-                      "state         %s\n",
+                      "digest        %s\n",
                       toliman_sim_get_name(scene_.sim.get()), static_cast<long long>(toliman_period_count(sum.get())),
                       static_cast<unsigned long long>(seed), network_ ? "autoencoder" : "template", peak.period,
                       peak.half_width_period, peak.fwhm_period, peak.log10_fap,
@@ -210,7 +219,7 @@ void run(const mpi::Ranks &ranks, int argc, char **argv) {
     }
 }
 
-// A process without a launcher has no other ranks to agree with: help and a refused command line need no MPI.
+// Without a launcher there are no other ranks to agree with: --help and an invalid command line need no MPI.
 bool answered_alone(int argc, char **argv) {
     Options options;
     const std::string text = mpi::launched() ? "" : parse(argc, argv, options);
@@ -222,7 +231,7 @@ bool answered_alone(int argc, char **argv) {
 
 int main(int argc, char **argv) {
     try {
-        const Ending ending = ending_of([&] { // what the ranks do together ends in Ended
+        const Ending ending = ending_of([&] { // a failure inside Ranks::together arrives as Ended
             restart_with_fast_blas(argv);
             if (answered_alone(argc, argv))
                 return;

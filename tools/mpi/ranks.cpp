@@ -1,3 +1,7 @@
+// Method: each rank holds the exact sums of its share of the samples as a TLMP state. MPI_Reduce adds them up with a
+// user-defined operation on one contiguous element per rank, which loads two states, merges them and saves the result.
+// The sums are integers, so the result has the same bits in any order of reduction and for any number of ranks. After
+// every step the ranks exchange their exit codes, so that a failure on one of them ends all with the same code.
 #include "ranks.hpp"
 
 #include <algorithm>
@@ -15,7 +19,8 @@ toliman::periodogram state_from(const void *bytes, int size) {
     return toliman::make<toliman::periodogram>(toliman_period_load, bytes, static_cast<size_t>(size), nullptr);
 }
 
-// The operation of the reduction: every element of the type is a whole state. It cannot return an error.
+// The MPI operation of the reduction: every element of the type is a whole state. It cannot return an error, so it
+// aborts.
 void add_states(void *more, void *sums, int *count, MPI_Datatype *type) {
     const cli::Ending ending = cli::ending_of([&] {
         int size = 0;
@@ -31,7 +36,7 @@ void add_states(void *more, void *sums, int *count, MPI_Datatype *type) {
     });
     if (ending.code == cli::kExitOk)
         return;
-    std::fprintf(stderr, "toliman-mpi: adding up states: %s\n", ending.why.c_str());
+    std::fprintf(stderr, "toliman-mpi: cannot add up the sums of the ranks: %s\n", ending.why.c_str());
     MPI_Abort(MPI_COMM_WORLD, ending.code);
 }
 

@@ -1,4 +1,4 @@
-// The ranks of an MPI job: they fail together, and add up their exact sums.
+// The ranks of an MPI job: common failure, and the sum of their exact periodograms.
 #pragma once
 #include <functional>
 #include <vector>
@@ -9,12 +9,12 @@
 
 namespace mpi {
 
-// What together() throws on every rank, after the reason was told.
+// Thrown by together() on every rank, after the reason was printed.
 struct Ended {
     cli::ExitCode code;
 };
 
-// Whether mpirun, srun or the like started this process: each sets a variable with its rank. Needs no MPI.
+// Whether mpirun, srun or a similar launcher started this process: each sets a variable with the rank. Needs no MPI.
 bool launched();
 
 class Ranks {
@@ -25,16 +25,16 @@ class Ranks {
     Ranks &operator=(const Ranks &) = delete;
 
     bool first() const noexcept { return rank_ == 0; }
-    // Where this rank's share of `count` things starts and ends.
+    // First index, and index after the last, of this rank's share of `count` items.
     int64_t share_begin(int64_t count) const noexcept { return count * rank_ / size_; }
     int64_t share_end(int64_t count) const noexcept { return count * (rank_ + 1) / size_; }
 
-    // Does the work on every rank and waits for all. Where it fails on some, the lowest of them tells why, and all
-    // throw Ended with its code.
+    // Does the work on every rank and waits for all. If it fails on some ranks, the lowest of them prints the reason,
+    // and all throw Ended with its code.
     void together(const std::function<void()> &work) const;
 
-    // The sums of all ranks' periodograms, on the first rank; nothing on the others. All must have one grid and one set
-    // of options, so that the result has the same bits whatever the ranks.
+    // The sum of all ranks' periodograms on the first rank; an empty pointer on the others. All must have the same grid
+    // and options; then the result has the same bits for any number of ranks.
     toliman::periodogram sum(const toliman::periodogram &own) const;
 
   private:

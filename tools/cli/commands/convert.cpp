@@ -15,21 +15,25 @@ struct Options {
     std::string in, out;
 };
 
-constexpr char kDescription[] = R"(Convert an image or a cube between FITS and .npy, as float64.
+constexpr char kDescription[] = R"(Convert an image or a cube of images between FITS and .npy.
 
 Examples:
-  toliman convert mask.fits mask.npy      a scene names .npy files only
+  # a mask for a scene: scenes can name .npy files only
+  toliman convert mask.fits mask.npy
+  # an image for a FITS viewer
   toliman convert psf.npy psf.fits
 
-Of a FITS file the first image is read, tiles compressed by fpack included (.fits.fz). Blank and NaN pixels are errors.)";
+The output is float64. From a FITS file the first image is read, also if it is tile-compressed by fpack (.fits.fz).
+Blank and NaN pixels are errors.
+
+Exit codes are listed in `toliman --help`.)";
 
 void convert(const Options &options, Progress &progress) {
     if (!ends_with(options.in, ".npy") && !is_fits(options.in))
-        throw Failure(kExitUsage,
-                      "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_remark(options.in));
+        throw Failure(kExitUsage, "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_of(options.in));
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "OUT " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
-    check_apart(options.out, {options.in});
+    check_not_input(options.out, {options.in});
     const auto in = open_frames(options.in);
     const auto out = image_output(options.out, in->axes());
     std::vector<double> image(in->rows() * in->cols());
@@ -47,8 +51,9 @@ void convert(const Options &options, Progress &progress) {
 void add_convert(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("convert", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("IN", options->in, "the .npy or FITS file to read")->required();
-    command->add_option("OUT", options->out, "the .npy or .fits file to write; - is .npy on standard output")
+    command->add_option("IN", options->in, "file to read: .npy, .fits or .fits.fz")->type_name("")->required();
+    command->add_option("OUT", options->out, "file to write: .npy or .fits; - writes .npy to standard output")
+        ->type_name("")
         ->required();
     command->callback([&context, options] {
         context.action = [&context, options] {

@@ -1,4 +1,4 @@
-// toliman doctor: what this machine offers, and whether that will do.
+// toliman doctor: checks that this machine is fit to run toliman.
 #include <CLI/Version.hpp>
 #include <cerrno>
 #include <chrono>
@@ -23,24 +23,29 @@ namespace cli {
 
 namespace {
 
-constexpr double kSlowSync = 50;                                       // ms: 20 lines a second with --sync frame
-constexpr char kLine[] = "a line as long as those of a ledger, or so"; // that is brought to the disk
+constexpr double kSlowSync = 50;                                    // ms: 20 records per second with --sync frame
+constexpr char kRecord[] = "about as long as a record of a ledger"; // written and fsync'ed
 constexpr const char *kSets[] = {"baseline", "avx2", "avx512"};
 
-constexpr char kDescription[] = R"(Report CPU, kernels, BLAS speed, fsync latency and versions, and whether they will do
+constexpr char kDescription[] = R"(Check that this machine is fit to run toliman.
 
 Examples:
-  toliman doctor                    this machine, and how quick the disk of the current folder is
-  toliman doctor /data/mission      the disk of another folder, as one for track
-  toliman doctor --json             for scripts
+  # this machine, and the disk of the current folder
+  toliman doctor
+  # the disk of another folder, such as the state folder of track
+  toliman doctor /data/mission
+  # for scripts
+  toliman doctor --json
 
-The last line is the verdict: ready, or what is wrong and what to do about it. Exit codes: 0 ready (also with a remark),
-4 something is to be mended; all that works is printed in any case.)";
+Output: the CPU, the compute kernels in use, the speed of OpenBLAS, the versions of the libraries and the latency of
+fsync. The last line is the verdict: ready, or what is wrong and how to fix it.
+
+Exit codes: 0 ready, possibly with a warning; 4 not ready. Everything is printed in either case.)";
 
 struct Sync {
     std::string folder;
     double milliseconds = NAN; // median of write + fsync
-    std::string error;         // why there is none
+    std::string error;         // reason if it could not be measured
 };
 
 Sync sync_in(const std::string &folder) {
@@ -53,7 +58,7 @@ Sync sync_in(const std::string &folder) {
     bool good = descriptor >= 0;
     for (int i = 0; good && i < 9; i++) {
         const auto start = std::chrono::steady_clock::now();
-        good = ::write(descriptor, kLine, sizeof kLine) > 0 && ::fsync(descriptor) == 0;
+        good = ::write(descriptor, kRecord, sizeof kRecord) > 0 && ::fsync(descriptor) == 0;
         times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     if (!good)
@@ -68,10 +73,10 @@ Sync sync_in(const std::string &folder) {
     return sync;
 }
 
-// As Linux names it.
+// The model name that Linux reports.
 std::string cpu_name() {
-    std::ifstream facts("/proc/cpuinfo");
-    for (std::string line; std::getline(facts, line);)
+    std::ifstream cpuinfo("/proc/cpuinfo");
+    for (std::string line; std::getline(cpuinfo, line);)
         if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
             return line.substr(line.find(": ") + 2);
     return "unknown";
@@ -80,11 +85,11 @@ std::string cpu_name() {
 struct Health {
     toliman_machine machine = {};
     std::string cpu = cpu_name();
-    std::vector<std::string> sets; // that the CPU has
+    std::vector<std::string> sets; // instruction sets of the CPU
     double gflops = 0;
     std::string cfitsio;
     Sync sync;
-    std::vector<std::string> problems, remarks;
+    std::vector<std::string> problems, warnings;
 };
 
 std::string rounded(double value) {
@@ -93,26 +98,27 @@ std::string rounded(double value) {
     return text;
 }
 
-void judge(Health &health) {
+void find_problems(Health &health) {
     const toliman_machine &machine = health.machine;
     if (toliman_abi_version() != TOLIMAN_ABI_VERSION)
         health.problems.push_back("the program was built for ABI " + std::to_string(TOLIMAN_ABI_VERSION) +
-                                  ", libtoliman.so has " + std::to_string(toliman_abi_version()) +
-                                  ": install both from one version");
+                                  ", libtoliman.so has ABI " + std::to_string(toliman_abi_version()) +
+                                  ": install both from the same version");
     if (machine.blas_is_slow != 0)
-        health.problems.push_back(std::string("OpenBLAS runs ") + machine.blas_core +
-                                  " kernels, which are older than this CPU, and is slow: set OPENBLAS_CORETYPE=" +
-                                  machine.blas_better + ", or leave it unset for this program to choose");
+        health.problems.push_back(std::string("OpenBLAS is slow: it uses ") + machine.blas_core +
+                                  " kernels, which are older than this CPU: set OPENBLAS_CORETYPE=" +
+                                  machine.blas_better + ", or leave it unset so that this program sets it");
     if (!health.sync.error.empty())
-        health.problems.push_back("nothing can be written to " + health.sync.folder + ": " + health.sync.error +
-                                  ": name a folder that can be written to");
+        health.problems.push_back(health.sync.folder + ": cannot be written: " + health.sync.error +
+                                  ": give a writable folder");
     if (health.sync.milliseconds > kSlowSync)
         health.problems.push_back("fsync is slow: " + rounded(health.sync.milliseconds) + " ms in " +
-                                  health.sync.folder + ": track with --sync group, or keep the state on another disk");
+                                  health.sync.folder +
+                                  ": use track with --sync group, or a state folder on another disk");
     if (health.sets.size() < 2)
-        health.remarks.push_back("slow: this CPU has no AVX2, the baseline kernels take several times as long");
+        health.warnings.push_back("slow: this CPU has no AVX2; the baseline kernels are several times slower");
 #if !defined(__x86_64__)
-    health.remarks.push_back("untested: only x86-64 is");
+    health.warnings.push_back("untested: only x86-64 is tested");
 #endif
 }
 
@@ -123,7 +129,7 @@ Health examine(const std::string &folder) {
     for (const char *set : kSets) {
         health.sets.emplace_back(set);
         if (std::strcmp(set, health.machine.isa) == 0)
-            break; // it takes the widest
+            break; // the library uses the widest available
     }
     toliman::check(toliman_get_blas_speed(&health.gflops));
     float version = 0;
@@ -132,7 +138,7 @@ Health examine(const std::string &folder) {
     std::snprintf(text, sizeof text, "%.2f", static_cast<double>(version));
     health.cfitsio = text;
     health.sync = sync_in(folder);
-    judge(health);
+    find_problems(health);
     return health;
 }
 
@@ -146,7 +152,7 @@ std::string joined(const std::vector<std::string> &words, const char *between) {
 std::string verdict(const Health &health) {
     if (!health.problems.empty())
         return joined(health.problems, "; ");
-    return health.remarks.empty() ? "ready" : "ready, but " + joined(health.remarks, "; ");
+    return health.warnings.empty() ? "ready" : "ready, but " + joined(health.warnings, "; ");
 }
 
 JsonTree array_of(const std::vector<std::string> &words) {
@@ -177,7 +183,7 @@ void print(const Health &health) {
     std::printf("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors);
     std::printf("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets, ", ").c_str());
     std::printf("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
-                machine.blas_is_slow != 0 ? "older than the CPU" : "which fit the CPU", machine.blas_threads,
+                machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
                 health.gflops, machine.blas_config);
     std::printf("FFTW         %s\n", machine.fftw);
     std::printf("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
@@ -210,8 +216,9 @@ void add_doctor(CLI::App &app, Context &context) {
     };
     CLI::App *command = app.add_subcommand("doctor", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("FOLDER", options->folder, "whose disk to try (default: the current one)");
-    command->add_flag("--json", options->json, "as JSON, schema toliman-doctor/1");
+    command->add_option("FOLDER", options->folder, "folder whose disk is tested; default: the current one")
+        ->type_name("");
+    command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");
     command->callback([&context, options] { context.action = [options] { doctor(options->folder, options->json); }; });
 }
 

@@ -18,23 +18,38 @@ struct EncodeOptions {
     std::vector<std::string> files;
 };
 
-constexpr char kEncodeDescription[] = R"(Encode frames: one line per frame on stdout, file,frame,latent_px,chi_square.
+constexpr char kEncodeDescription[] = R"(Encode frames: print one separation in pixels per frame, as CSV.
 
 Examples:
+  # .npy and FITS files, also those compressed by fpack
   toliman encode --weights chapter.tlmw frames.npy night1.fits night2.fits.fz
+  # a file of unsigned 32-bit frames without header
   toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
+  # simulated frames, their latents and the period, through pipes
   toliman simulate chapter.json --out - | toliman encode --weights chapter.tlmw - | toliman period - --columns frame,latent_px
+  # frames of a receiver as they arrive
   receiver | toliman encode --weights chapter.tlmw --dtype u16be --shape 256x256 -
 
-The column is called latent where it has no unit, after unsupervised training. The column chi_square is what the scene
-leaves of a frame, per degree of freedom: 1 +- 0.0055 for frames of the scene (1 sigma), other values for damaged ones and
-for systematics that the network was not trained against. The first frame that cannot be encoded, as one with a NaN, ends
-the command; the lines before it are whole. A warning names the first frame whose latent is above 1000 times the
-Cramer-Rao bound or whose chi_square is more than 5 sigma from 1: a frame 0.1 % brighter than the scene's is 6e-6 px off
-(chapter), one that is shifted far more, unless the network was trained with preprocess.project.
+Input: frames of the size that the weights were trained for. From a FITS file the first image is read: one frame or a
+cube, of any BITPIX, also tile-compressed. Standard input (-) is .npy or, with --dtype and --shape, frames without
+header until the input ends.
 
-Of a FITS file the first image is read: one frame or a cube, any BITPIX, compressed tiles included. On standard input (-)
-comes .npy or, with --dtype and --shape, headerless frames until it ends; a line is printed as soon as its frame is there.)";
+Output: one line per frame, printed as soon as the frame has been read.
+  file        the input, as named on the command line
+  frame       number of the frame in that input, from 0
+  latent_px   measured separation in pixels, relative to that of the undisturbed scene
+  chi_square  residual of the frame against the scene, per degree of freedom
+
+The column is called latent, not latent_px, if it has no unit (after unsupervised training). chi_square is 1 +- 0.0055
+(1 sigma) for frames of the scene. It differs for damaged frames and for systematic effects that the network was not
+trained against.
+
+A warning names the first frame whose latent is above 1000 times the Cramer-Rao bound or whose chi_square is more than
+5 sigma from 1. For scale: a frame that is 0.1 % brighter than the scene's has an error of 6e-6 px (chapter scene). A
+shifted frame has a much larger error, unless the network was trained with `preprocess.project`.
+
+A frame that cannot be encoded, for example because of a NaN, ends the command with exit code 3. The lines before it
+are complete. The other exit codes are listed in `toliman --help`.)";
 
 constexpr double kFarSigmas = 1000;
 constexpr double kChiSquareSigma = 0.00552; // sqrt(2/65536)
@@ -56,13 +71,13 @@ void shape_of(const std::string &text, size_t &rows, size_t &cols) {
         throw Failure(kExitUsage, "--shape " + text + ": must be ROWSxCOLS, e.g. 256x256");
 }
 
-// What the file holds as frames of the other width, which is a likely mistake where latents are far off.
+// The number of frames in the file if its pixels had the other width: a likely mistake where latents are far off.
 std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
     const bool wide = options.dtype.substr(0, 3) == "u32";
     if (options.dtype.empty() || options.dtype[0] != 'u' || !frames.counted() || (!wide && frames.count() % 2 != 0))
         return "";
-    return " As --dtype " + std::string(wide ? "u16" : "u32") + options.dtype.substr(3) + " the file holds " +
-           std::to_string(wide ? frames.count() * 2 : frames.count() / 2) + " frames, as " + options.dtype + " " +
+    return " With --dtype " + std::string(wide ? "u16" : "u32") + options.dtype.substr(3) + " the file has " +
+           std::to_string(wide ? frames.count() * 2 : frames.count() / 2) + " frames, with " + options.dtype + " " +
            std::to_string(frames.count()) + ".";
 }
 
@@ -71,20 +86,20 @@ void encode_frame(const Network &network, const std::vector<double> &pixels, con
     const toliman_image image = plain_image(pixels.data());
     if (toliman_cae_encode_many(network.cae.get(), &image, 1, 1, &latent, &chi_square) == TOLIMAN_OK)
         return;
-    const toliman_status status = // again, for a message that does not count frames
+    const toliman_status status = // once more alone, for a message without the frame's number in the batch
         toliman_cae_encode(network.cae.get(), pixels.data(), frames.cols(), &latent);
     throw Failure(kExitInput, frames.path() + ": frame " + std::to_string(k) + ": " +
                                   (status != TOLIMAN_OK ? toliman_last_error() : "out of memory"));
 }
 
-// What is wrong with a frame of the network's scene, "" if nothing; of a latent without a unit only its chi-square
-// tells.
+// Why a frame seems not to be of the network's scene, "" if it seems to be. A latent without unit is not judged, only
+// the chi-square.
 std::string complaint_of(double latent, double chi_square, const toliman_cae_info &info) {
     if (info.cosine > 0 && std::fabs(latent) > kFarSigmas * info.crb_px)
         return "a latent of " + text_of(latent) + " px is far beyond the noise of " + text_of(info.crb_px) + " px";
     if (!(std::fabs(chi_square - 1) <= kFarChiSquare))
-        return "a chi-square of " + text_of(chi_square) + " is not the 1 +- " + text_of(kChiSquareSigma) +
-               " of the scene's noise";
+        return "a chi-square of " + text_of(chi_square) + " differs from 1 +- " + text_of(kChiSquareSigma) +
+               ", that of the scene's noise";
     return "";
 }
 
@@ -94,7 +109,7 @@ void encode(const EncodeOptions &options, Progress &progress) {
     size_t rows, cols;
     shape_of(options.shape, rows, cols);
     const bool in_pixels = info.cosine > 0; // unsupervised training leaves the latent without a unit
-    // Printed with the first line.
+    // Printed together with the first line: a failure on the first frame leaves standard output empty.
     const char *head = in_pixels ? "file,frame,latent_px,chi_square\n" : "file,frame,latent,chi_square\n";
     bool far = false;
     for (const std::string &path : options.files) {
@@ -102,17 +117,17 @@ void encode(const EncodeOptions &options, Progress &progress) {
         FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
             throw Failure(kExitInput, frames.path() + ": frames of " + std::to_string(frames.rows()) + "x" +
-                                          std::to_string(frames.cols()) + ", the weights take " +
+                                          std::to_string(frames.cols()) + ": the weights are for " +
                                           std::to_string(info.rows) + "x" + std::to_string(info.cols));
         std::vector<double> image(frames.rows() * frames.cols());
         for (size_t k = 0; frames.more(); k++) {
             frames.read(image.data());
             double latent, chi_square;
             encode_frame(network, image, frames, k, latent, chi_square);
-            const std::string complaint = far ? "" : complaint_of(latent, chi_square, info);
-            if (!complaint.empty()) {
+            const std::string command_line_error = far ? "" : complaint_of(latent, chi_square, info);
+            if (!command_line_error.empty()) {
                 far = true;
-                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": " + complaint +
+                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": " + command_line_error +
                               ": is this frame of the network's scene, pointing and exposure?" +
                               other_width(options, frames));
             }
@@ -133,15 +148,20 @@ void encode(const EncodeOptions &options, Progress &progress) {
 void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("encode", kEncodeDescription);
     auto options = std::make_shared<EncodeOptions>();
-    command->add_option("--weights", options->weights, "weights file of `toliman train`")->required();
+    command->add_option("--weights", options->weights, "weights file of `toliman train`")
+        ->type_name("FILE")
+        ->required();
     command
         ->add_option("--dtype", options->dtype,
-                     "of headerless files: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, i16be, f32be")
+                     "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
+                     "i16be, f32be")
         ->check(CLI::IsMember(dtypes()));
-    command->add_option("--shape", options->shape, "of headerless files: ROWSxCOLS");
+    command->add_option("--shape", options->shape, "size of the frames in files without header: ROWSxCOLS")
+        ->type_name("ROWSxCOLS");
     command
         ->add_option("FRAMES", options->files,
-                     ".npy and FITS files, or headerless ones with --dtype and --shape; - reads standard input")
+                     ".npy and FITS files, or files without header with --dtype and --shape; - reads standard input")
+        ->type_name("")
         ->required();
     command->callback([&context, options] {
         context.action = [&context, options] {

@@ -1,4 +1,4 @@
-// toliman period: the period of a series.
+// toliman period: the period of a time series.
 #include <cmath>
 #include <map>
 #include <optional>
@@ -10,7 +10,7 @@
 #include "options/command.hpp"
 #include "series/columns.hpp"
 #include "series/fap.hpp"
-#include "series/grid_remarks.hpp"
+#include "series/grid_warnings.hpp"
 #include "series/period_report.hpp"
 #include "series/period_stream.hpp"
 
@@ -29,50 +29,69 @@ struct Options {
     bool as_json = false, follow = false, strict = false;
 };
 
-constexpr char kDescription[] = R"(Period of a series: text with columns t,y or t,y,sigma, JSON Lines, or a .npy table.
+constexpr char kDescription[] = R"(Find the period of a time series with columns t, y and optionally sigma.
 
 Examples:
+  # the highest peak of the default frequency grid
   toliman period velocities.csv
+  # five peaks of a given grid as JSON, and the power at every frequency as .npy
   toliman period rv.csv --f0 1e-4 --df 2e-5 --nf 2500 --peaks 5 --json --power power.npy
+  # false alarm probability by bootstrap, for noise of any distribution
   toliman period rv.csv --fap bootstrap --resamplings 10000
+  # columns with other names
   toliman period chapter.run/series.csv --columns t,template
+  # one result after every sample; the sums are saved
   receiver | toliman period - --follow --f0 1e-3 --df 1e-4 --nf 5000 --save-state now.tlmp
+  # more samples for the saved sums
   toliman period tonight.csv --from-state now.tlmp
 
-Columns of text are separated by semicolons if the first line has one, else by commas if it has one, else by white space.
-Numbers have a decimal point. Empty lines and lines that begin with # are passed over. A first line of names tells which
-columns are t, y and sigma; others are passed over. Without one they stand in this order. --columns takes columns of other
-names.
+Input: text, JSON Lines, or a .npy table of float64 [samples][2 or 3]. Columns of text are separated by semicolons if
+the first line contains one, otherwise by commas if it contains one, otherwise by white space. The decimal separator
+is a point. Empty lines and lines that begin with # are ignored. If the first line contains names, the columns t, y
+and sigma are used and the others are ignored; --columns selects other names. If it contains numbers, the columns are
+t, y and sigma in this order.
 
-Frequencies are f0 + k df, k = 0 ... nf - 1, in cycles per unit of t. By default f0 = 1.5/T, df = 1/(10 T), up to
-1/(2 median dt), with T the time span plus one median step; where these are more than 2e6 they must be given. The FAP
-depends on the grid, so it stands in the result. Remarks tell of a peak at the edge of the grid, beyond which the period
-may lie, of a grid coarser than 1/(5 T), of one that goes beyond 1/(2 median dt), and of powers that may be wrong by more than
-0.001, at frequencies of which the samples cover too small a part of a cycle.
+The periodogram is that of Lomb and Scargle with a floating mean. Its frequencies are f0 + k df, k = 0 ... nf - 1, in
+cycles per unit of t. By default f0 = 1.5/T and df = 1/(10 T), up to 1/(2 median dt), where T is the time span plus
+one median step. A grid of more than 2e6 frequencies must be given explicitly.
 
---fap: baluev, the chance that noise peaks so high somewhere on the grid (an upper bound, nearly reached); naive, the same
-were there f T independent frequencies, too small by some 3 at 0.01; single, at a frequency known beforehand; bootstrap,
-counted among resamplings of the samples, whatever the noise is like; sequential, somewhere on the grid at any number of
-samples, for those who look again and again and stop when they like.
+The highest peak is refined by a least-squares fit of
+  y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase)
+where time_offset is the first time. If the signal is not a sinusoid, as for an eccentric orbit, its peak may be some
+standard errors away from its period. A standard error that the samples cannot determine, for example at a frequency
+where cosine and sine coincide, is printed as inf (null in JSON).
 
---peaks lists more peaks, highest first; those that the sampling could make of a higher one are marked as aliases.
+The false alarm probability (FAP) is the probability that noise alone has a peak this high. --fap selects the method:
+  baluev      anywhere on the grid; an upper bound that is nearly reached (default)
+  naive       as if the grid had f T independent frequencies; about 3 times too small at 0.01
+  single      at one frequency that was known beforehand
+  bootstrap   the fraction of resampled series with a peak this high, for noise of any distribution
+  sequential  anywhere on the grid at any number of samples: for repeated (sequential) monitoring
+The FAP depends on the grid, so the result contains the grid.
 
---follow prints a line of JSON after every sample from the fifth on, once values differ, and needs a grid or a state. Act
-on its log10_fap_sequential: of streams of noise one in three has a log10_fap (baluev) of -2 at some time, one in a
-hundred a log10_fap_sequential. Lines that are no samples or beyond the bounds, and a last one without newline, which may
-be cut, are told with their number, passed over and counted; with --strict the exit code is then 4 in the end.
+Warnings report a peak at the edge of the grid (the period may lie beyond it), a grid step above 1/(5 T), a grid that
+exceeds 1/(2 median dt), and powers that may be wrong by more than 0.001 at frequencies where the samples cover too
+small a part of a cycle.
 
---save-state keeps the exact sums; with --follow every minute and whatever ends it, an error or a signal as well.
---from-state goes on from them, with or without more samples, to the same bits as all samples at once (`toliman merge`
-adds up such files). The first samples set limits for all later ones. Sigmas: from 1/8 of the least to 4 times the
-largest. Values with --follow: within 2^20 of the first. Otherwise: from the median by up to 2^20 times their spread.
---sigma-floor, --sigma-ceiling and --value-bound set other limits. Samples with and without sigma do not mix. From sums
-alone the peak is refined by a parabola, without an error of its own; amplitude, phase and offset are those of the
-grid's frequency nearest to it.
+--peaks lists more peaks, the highest first. Peaks that the sampling may have produced from a higher one are marked as
+aliases.
 
-The fit is y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase); time_offset is the first time. A
-signal that is no sinusoid, as of an eccentric orbit, may have its peak some standard errors from its period.
-An error that the samples cannot tell, as of a frequency at which cosine and sine coincide, is inf, in JSON null.)";
+--follow prints one JSON line (schema toliman-period-update/1) after every sample from the fifth on, once the values
+differ. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in three
+reaches -2 in log10_fap (baluev) at some time, but only one in a hundred reaches -2 in log10_fap_sequential. Some
+lines are skipped: those that are not samples, those beyond the limits below, and a last line without newline, which
+may be truncated. They are reported by number and counted; with --strict the exit code is then 4.
+
+--save-state writes the exact sums; with --follow it writes them every minute and at the end, also after an error or a
+signal. --from-state continues from these sums and gives the same bits as all samples at once. `toliman merge` adds up
+such files. From sums alone, without the samples, the peak is interpolated by a parabola and has no standard error;
+amplitude, phase and offset are those of the nearest frequency of the grid.
+
+The first samples set limits for all later ones. Sigma: from 1/8 of the smallest to 4 times the largest of the first
+samples. Value: within 2^20 times their spread of their median; with --follow, within 2^20 of the first value.
+--sigma-floor, --sigma-ceiling and --value-bound set other limits. Either all samples have a sigma or none.
+
+Exit codes are listed in `toliman --help`.)";
 
 const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PERIOD_POWER_STANDARD},
                                                         {"model", TOLIMAN_PERIOD_POWER_MODEL},
@@ -90,7 +109,7 @@ FrequencyGrid grid_of(const Options &options, const Series &series) {
     if (!options.f0 && !options.df && !options.nf)
         return default_grid(series);
     if (!options.f0 || !options.df || !options.nf)
-        throw Failure(kExitUsage, "--f0, --df and --nf go together: give all three or none");
+        throw Failure(kExitUsage, "--f0, --df and --nf: give all three or none");
     return {*options.f0, *options.df, *options.nf};
 }
 
@@ -104,7 +123,7 @@ Periodogram search(const Series &series, const FrequencyGrid &grid, const SumOpt
     }
 }
 
-// What the sums tell: no samples to refine the peak against. The model is that of the grid's nearest frequency.
+// The peak from the sums alone, without samples to refine it. The model is that of the nearest frequency of the grid.
 Periodogram from_sums(toliman::periodogram &&handle) {
     const toliman_period_info info = info_of(handle);
     Periodogram result = {std::move(handle), info.time_offset, {}};
@@ -139,11 +158,11 @@ void write_power(const std::string &path, const std::vector<double> &power) {
     out.commit();
 }
 
-// series: NULL where the sums are all there is.
-void deliver(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
+// Writes and prints the results. series: NULL if only the sums are known.
+void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
     const Fap fap(options.fap, periodogram.handle, series, progress);
     progress.clear();
-    remark(periodogram, series, progress);
+    warn_of_grid(periodogram, series, progress);
     const toliman_period_info info = info_of(periodogram.handle);
     if (!options.power_file.empty())
         write_power(options.power_file,
@@ -158,7 +177,7 @@ void deliver(const Options &options, const Series *series, const Periodogram &pe
 
 void stream(const Options &options, Progress &progress) {
     if (options.follow && options.save_state == "-")
-        throw Failure(kExitUsage, "--save-state -: standard output has the stream's lines, the state needs a file");
+        throw Failure(kExitUsage, "--save-state -: must be a file with --follow, which prints to standard output");
     StreamOptions how = {options.file, columns_of(options), options.from_state, options.save_state,
                          {},           options.sums,        options.follow,     options.strict};
     if (options.from_state.empty()) {
@@ -169,7 +188,7 @@ void stream(const Options &options, Progress &progress) {
     }
     toliman::periodogram handle = stream_samples(how, progress);
     if (!options.follow)
-        deliver(options, nullptr, from_sums(std::move(handle)), progress);
+        write_results(options, nullptr, from_sums(std::move(handle)), progress);
 }
 
 void period(const Options &options, Progress &progress) {
@@ -179,14 +198,14 @@ void period(const Options &options, Progress &progress) {
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
     const Series series = read_series(options.file, columns_of(options));
-    if (!series.remark.empty())
-        progress.warn(series.remark);
+    if (!series.warning.empty())
+        progress.warn(series.warning);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    deliver(options, &series, periodogram, progress);
+    write_results(options, &series, periodogram, progress);
 }
 
 } // namespace
@@ -195,35 +214,49 @@ void add_period(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("period", kDescription);
     auto options = std::make_shared<Options>();
     CLI::Option *file =
-        command->add_option("FILE", options->file, "text, JSON Lines or .npy: t, y[, sigma]; - reads standard input");
-    command->add_option("--columns", options->columns, "names of the columns: T,Y or T,Y,SIGMA, default t,y,sigma");
-    command->add_option("--f0", options->f0, "first frequency, cycles per unit of t, default 1.5/T");
-    command->add_option("--df", options->df, "frequency step, likewise, default 1/(10 T)");
-    command->add_option("--nf", options->nf, "number of frequencies, default up to 1/(2 median dt)");
+        command
+            ->add_option("FILE", options->file,
+                         "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text from standard input")
+            ->type_name("");
+    command
+        ->add_option("--columns", options->columns,
+                     "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma")
+        ->type_name("NAMES");
+    command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
+    command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
+    command->add_option("--nf", options->nf, "number of frequencies, default up to the frequency 1/(2 median dt)");
     command->add_flag("--fixed-mean", options->sums.fixed_mean,
-                      "subtract the weighted mean once instead of fitting it at each frequency");
+                      "subtract the weighted mean once instead of fitting an offset at each frequency");
     command->add_option("--value-bound", options->sums.value_bound,
-                        "largest distance from the first or median value, default by the samples");
+                        "largest distance of a value from the median (with --follow: from the first value); default "
+                        "from the samples");
     command->add_option("--sigma-floor", options->sums.sigma_floor,
-                        "smallest sigma to come, that of samples without; default by the samples");
+                        "smallest sigma allowed, and the sigma of samples without one; default from the samples");
     command->add_option("--sigma-ceiling", options->sums.sigma_ceiling,
-                        "largest sigma to come, default by the samples");
-    command->add_option("--peaks", options->peaks, "list so many peaks, default 1")->check(CLI::Range(1u, 64u));
-    command->add_option("--save-state", options->save_state,
-                        "keep the sums in this file (.tlmp), for --from-state and merge");
-    CLI::Option *state = command->add_option("--from-state", options->from_state, "go on from the sums in this file");
+                        "largest sigma allowed; default from the samples");
+    command->add_option("--peaks", options->peaks, "number of peaks to list, default 1")->check(CLI::Range(1u, 64u));
+    command
+        ->add_option("--save-state", options->save_state,
+                     "write the sums to this file (.tlmp), for --from-state and merge")
+        ->type_name("FILE");
+    CLI::Option *state = command->add_option("--from-state", options->from_state, "continue from the sums in this file")
+                             ->type_name("FILE");
     for (const char *name :
          {"--f0", "--df", "--nf", "--fixed-mean", "--value-bound", "--sigma-floor", "--sigma-ceiling"})
-        state->excludes(command->get_option(name)); // the state has them
-    command->add_flag("--json", options->as_json, "result as JSON on stdout");
-    command->add_option("--power", options->power_file, "write the power of every frequency to this file, as .npy");
-    command->add_option("--normalisation", options->normalisation, "of --power: standard (default), model, log or psd")
+        state->excludes(command->get_option(name)); // contained in the state
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
+    command->add_option("--power", options->power_file, "write the power at every frequency to this .npy file")
+        ->type_name("FILE");
+    command
+        ->add_option("--normalisation", options->normalisation,
+                     "normalisation of --power: standard (default), model, log or psd, as in astropy")
         ->check(CLI::IsMember(kNormalisations));
     add_fap(*command, options->fap);
-    CLI::Option *follow = command->add_flag("--follow", options->follow, "a line of JSON after every sample");
+    CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
-    command->add_flag("--strict", options->strict, "with --follow: exit code 4 if lines were skipped")->needs(follow);
+    command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
+        ->needs(follow);
     command->callback([&context, options, file] {
         if (file->count() == 0 && (options->from_state.empty() || options->follow))
             throw CLI::RequiredError("FILE");

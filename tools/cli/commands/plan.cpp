@@ -1,4 +1,4 @@
-// toliman plan: what a scene needs, before anything is computed.
+// toliman plan: approximations, errors and cost of a scene, before anything is computed.
 #include <cstdio>
 #include <string>
 
@@ -18,18 +18,25 @@ struct Options {
     bool as_json = false;
 };
 
-constexpr char kDescription[] = R"(Say what a scene needs and what it costs, without computing it.
+constexpr char kDescription[] = R"(Show what a scene requires and what it costs to compute, without computing it.
 
 Examples:
+  # effects, approximations, errors and cost of a scene
   toliman plan mission.json
+  # the same for padded FFTs, as JSON
   toliman plan scene.json --engine fft --json
 
-The scene's `accuracy` decides how many wavelengths are propagated, how many terms the series of the displacement has
-and how pixels are sampled. Errors are largest pixel error over peak; those above the accuracy are marked. That of the
-pupil's cells is not held to it, because the scene gives their number, nor is the rounding of double precision. The
-error of the pupil compares the image of a mask that is drawn on these cells with the image of the ideal mask. Frames,
-template and network of a scene share the cells, so that this error does not disturb a period that is found in simulated
-frames. What `simulate` would warn of is said on standard error.)";
+Output: which effects the scene models; each approximation with its error; the number of operations, the time and the
+memory. Errors are the largest pixel error divided by the peak of the image.
+
+The scene's `accuracy` determines how many wavelengths are propagated, the order of the expansion in the displacement
+and the sampling of the pixels. Errors above the accuracy are marked. Two errors do not depend on it: the rounding of
+double precision, and the error of the pupil, whose number of cells (telescope.pupil_samples) the scene gives.
+
+The pupil error compares the image of the mask drawn on these cells with the image of the ideal mask. Frames, template
+and network of a scene use the same cells, so this error does not disturb a period that is found in simulated frames.
+
+Standard error has the warnings that `toliman simulate` would give. Exit codes are listed in `toliman --help`.)";
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::string text;
@@ -45,27 +52,27 @@ const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
 
 constexpr char kAbove[] = "  > accuracy", kRounding[] = "  > accuracy: rounding of double precision";
 
-// Whether this error spoils a result.
+// States which results the pupil error affects.
 void print_pupil_note(const toliman_sim_plan_info &plan) {
     if (plan.pupil_error > plan.accuracy)
         std::printf(
-            "              The pupil's error compares the mask drawn on these cells with the ideal mask. Frames,\n"
-            "              template and network of a scene share the cells: periods in its frames are not\n"
-            "              disturbed, but the image of a real mask differs by it. More\n"
-            "              telescope.pupil_samples (at most 2048) lessen it.\n");
+            "              The pupil error compares the mask drawn on these cells with the ideal mask. Frames,\n"
+            "              template and network of a scene use the same cells, so periods in its frames are not\n"
+            "              disturbed, but the image of a real mask differs by this error. A larger\n"
+            "              telescope.pupil_samples (at most 2048) reduces it.\n");
 }
 
 void print_summary(const toliman_sim_plan_info &plan) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
     std::printf("not modelled  %s\n", stages(plan, false).c_str());
-    std::printf("accuracy      %.2g asked for                            error/peak\n", plan.accuracy);
+    std::printf("accuracy      %.2g requested                            error/peak\n", plan.accuracy);
     const auto line = [&](const char *what, const std::string &how, double error, const char *of,
                           const char *above = kAbove) {
         std::printf("%-13s %-42s %.1e%s%s\n", what, how.c_str(), error, of, error > plan.accuracy ? above : "");
     };
     line("engine", engine_name(plan), plan.rounding_error, "", kRounding);
     if (plan.plate_scale_error > 0)
-        line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, each wavelength its own");
+        line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, different per wavelength");
     const std::string samples = std::to_string(plan.pupil_samples);
     line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "", "  > accuracy: see below");
     line("wavelengths",
@@ -74,27 +81,26 @@ void print_summary(const toliman_sim_plan_info &plan) {
              : "all " + std::to_string(plan.wavelengths),
          plan.spectrum_error, "");
     if (plan.exact_frames != 0)
-        line("displacement", "every frame propagated: no series pays", plan.rounding_error, "", kRounding);
-    else // a series is as long as the accuracy needs: what is above it is the rounding of so small a signal
-        line("displacement", "series of order " + std::to_string(plan.order), plan.series_error, " of the signal",
+        line("displacement", "every frame propagated, no expansion", plan.rounding_error, "", kRounding);
+    else // the order meets the accuracy: an error above it is the rounding of a very small signal
+        line("displacement", "expansion of order " + std::to_string(plan.order), plan.series_error, " of the signal",
              kRounding);
     if (plan.place_order > 0)
-        line("places",
-             "series of order " + std::to_string(plan.place_order) +
-                 (plan.anchors > 0 ? " about " + std::to_string(plan.anchors) + " points of the orbit"
-                                   : " for systematics"),
+        line("positions",
+             "expansion of order " + std::to_string(plan.place_order) +
+                 (plan.anchors > 0 ? ", " + std::to_string(plan.anchors) + " orbit points" : " for systematics"),
              plan.place_error, " of the signal");
     if (plan.scale_focus_error > 0)
         line("scale, focus", "to first and second order", plan.scale_focus_error, "");
     if (plan.filter_taps > 0)
         line("pixels",
-             std::to_string(plan.oversampling) + " sample(s) a side, filter of " + std::to_string(plan.filter_taps),
+             std::to_string(plan.oversampling) + " sample(s) per side, filter of " + std::to_string(plan.filter_taps),
              plan.pixel_error, "");
     else
         line("pixels", "sampled at their centres", 0, "");
     print_pupil_note(plan);
-    std::printf("once          %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
-    std::printf("each frame    %.3g MFLOP, %.2g ms with its noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
+    std::printf("set-up        %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
+    std::printf("per frame     %.3g MFLOP, %.2g ms including noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
     std::printf("memory        %s on all processors\n", size_text(plan.bytes).c_str());
     print_stdout("");
 }
@@ -130,7 +136,7 @@ void plan(const Options &options, Progress &progress) {
                                             : 0;
     toliman_sim_plan_info found = {};
     found.struct_size = sizeof found;
-    toliman::check(toliman_sim_plan_file(found_scene(options.scene, how).c_str(), &how, &found));
+    toliman::check(toliman_sim_plan_file(scene_path(options.scene, how).c_str(), &how, &found));
     if (options.as_json)
         print_stdout(as_json(found, options.scene));
     else
@@ -143,9 +149,11 @@ void add_plan(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("plan", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--engine", options->engine, "auto (default), mdft or fft, the chapter's baseline")
+    command
+        ->add_option("--engine", options->engine,
+                     "propagation: matrix DFT (mdft), padded FFT (fft, that of the book chapter) or auto (default)")
         ->check(CLI::IsMember({"auto", "mdft", "fft"}));
-    command->add_flag("--json", options->as_json, "as JSON");
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-plan/1");
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());

@@ -1,4 +1,4 @@
-// toliman pupil: a better mask for a scene.
+// toliman pupil: searches for a better phase mask for a scene.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -25,22 +25,34 @@ struct Options {
 constexpr uint64_t kDefaultCount = 4000;
 constexpr double kMostMinutes = 100000;
 
-constexpr char kDescription[] = R"(Search a spiral mask with a small Cramer-Rao bound of the separation.
+constexpr char kDescription[] = R"(Search for a spiral phase mask with a smaller Cramer-Rao bound of the separation.
 
 Examples:
-  toliman pupil chapter.json                                       4000 masks: some minutes
-  toliman pupil chapter.json --minutes 10 --out better.json        as many as ten minutes allow
+  # 4000 masks, some minutes
+  toliman pupil chapter.json
+  # as many masks as ten minutes allow; the scene with the best mask goes to better.json
+  toliman pupil chapter.json --minutes 10 --out better.json
+  # another seed of the random masks; the result as JSON
   toliman pupil chapter.json --count 1000 --seed 7 --json
 
-Masks are drawn at random, the best and the scene's own are varied, all on a sketch of the scene (six wavelengths, half
-the pupil samples); then the whole scene judges and improves the best. A mask is accepted only if its peak-to-mean ratio,
-brightest pixel over mean pixel of the noise-free frame, is not above that of the scene's own mask: it needs no more
-dynamic range of the detector. Light that leaves the frame is reported; in a scene of given peak it costs nothing.
+Method: masks are drawn at random; then the best of them and the scene's own mask are varied. Both steps use a coarse
+version of the scene (six wavelengths, half the pupil samples). Finally the best masks are evaluated and improved with
+the full scene.
 
---count is that of the masks drawn and varied; the scene's own and those judged on the whole scene again do not count.
-Without --minutes the result depends on scene, seed and count alone. Ctrl-C ends the search with the best mask so far.)";
+A mask is accepted only if its peak-to-mean ratio (brightest pixel over mean pixel of the noise-free frame) is not
+above that of the scene's own mask, so it needs no more dynamic range of the detector. The fraction of the light that
+falls in the frame is reported. In a scene that gives the peak, light outside the frame does not count as a loss.
 
-// File names that are relative to one folder made relative to another, throughout the scene.
+Output: bound, peak-to-mean ratio and light in the frame, of the scene's own mask and of the best one found, and that
+mask as JSON. --out writes the scene with this mask.
+
+--count limits the masks drawn and varied; evaluations of the scene's own mask and those with the full scene do not
+count. Without --minutes the result depends only on scene, seed and count. Ctrl-C ends the search and keeps the best
+mask so far.
+
+Exit codes are listed in `toliman --help`.)";
+
+// Rewrites file names of the scene that are relative to one folder, relative to another one.
 void move_files(cJSON *item, const std::filesystem::path &from, const std::filesystem::path &to) {
     for (cJSON *child = item->child; child != nullptr; child = child->next) {
         const std::string name = child->string != nullptr ? child->string : "";
@@ -89,7 +101,7 @@ void print_summary(const Scene &whole, const MaskedScene &scene, const Score &ow
                 static_cast<unsigned long long>(tried));
     print_line("own mask", own);
     if (best.terms.empty()) {
-        print_stdout("found         nothing better\n");
+        print_stdout("found         no better mask\n");
         return;
     }
     print_line("found", best.score);
@@ -100,16 +112,16 @@ void print_summary(const Scene &whole, const MaskedScene &scene, const Score &ow
 
 void pupil(const Options &options, Progress &progress) {
     if (options.as_json && options.out == "-")
-        throw Failure(kExitUsage, "--json with --out -: standard output can hold only one of them");
+        throw Failure(kExitUsage, "--json with --out -: only one of them can go to standard output");
     std::optional<OutputFile> out;
-    check_apart(options.out, {options.scene});
+    check_not_input(options.out, {options.scene});
     if (!options.out.empty())
         out.emplace(options.out, Replaces::scenes);
     const Scene whole(options.scene, progress);
     const MaskedScene scene(whole.path, whole.sim.get());
     const Score before = score_of(whole.sim.get());
     if (!std::isfinite(before.crb_px))
-        throw Failure(kExitUsage, options.scene + ": no mask can be judged: the separation has no bound");
+        throw Failure(kExitUsage, options.scene + ": masks cannot be compared: the separation has no Cramer-Rao bound");
     PupilSearch search(scene, before, options.limits, progress);
     const Found best = search.run();
     progress.clear();
@@ -128,15 +140,19 @@ void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("pupil", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out,
-                        "file for the scene with the new mask, default none; - is standard output");
-    CLI::Option *minutes = command->add_option("--minutes", options->limits.minutes,
-                                               "stop after so many minutes, default when --count is done");
+    command
+        ->add_option("--out", options->out,
+                     "write the scene with the best mask to this file; - writes to standard output")
+        ->type_name("FILE");
+    CLI::Option *minutes =
+        command->add_option("--minutes", options->limits.minutes, "time limit in minutes; default: none");
     CLI::Option *count =
-        command->add_option("--count", options->limits.count, "masks to draw and vary at most, default 4000")
+        command
+            ->add_option("--count", options->limits.count,
+                         "largest number of masks to draw and vary; default 4000, with --minutes no limit")
             ->check(CLI::Range(1u, 1000000000u));
-    add_seed(*command, options->limits.seed, "of the masks drawn, default 1");
-    command->add_flag("--json", options->as_json, "result as JSON on stdout");
+    add_seed(*command, options->limits.seed, "seed of the random masks, default 1");
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-pupil/1");
     command->callback([&context, options, minutes, count] {
         if (minutes->count() > 0 && !(options->limits.minutes > 0 && options->limits.minutes <= kMostMinutes))
             throw CLI::ValidationError("--minutes", "must be above 0 and at most 100000");

@@ -1,4 +1,4 @@
-// toliman report: what other commands left in folders, as a page with figures.
+// toliman report: results of other commands as an HTML page with figures.
 #include <cerrno>
 #include <cstring>
 #include <unistd.h>
@@ -15,18 +15,30 @@ namespace cli {
 
 namespace {
 
-constexpr char kDescription[] = R"(A page with figures and tables of what run, experiment, track or `make bench` left.
+constexpr char kDescription[] = R"(Write an HTML page with figures from results of run, experiment, track or make bench.
 
 Examples:
+  # the page chapter.run/report/report.html
   toliman report chapter.run
-  toliman report chapter.run table --out paper      both on one page
-  toliman report mission                            a state folder of track, also while it is written
+  # two folders on one page
+  toliman report chapter.run table --out paper
+  # a state folder of track, also while track writes to it
+  toliman report mission
 
-Writes report.html, which needs no other file and no network, and each figure as figures/NAME.svg and figures/NAME.png
-into a folder, in place of the page and the figures that another report left there, then prints the path of the page. What
-a folder is it is told by: result.json (run), experiment.json (experiment), ledger.tlml (track), *.json of schema
-toliman-bench/1 (make bench). Images are computed anew from the scene and the weights that `toliman run` leaves; frames are
-those of the run. Figures are drawn by gnuplot (Debian: gnuplot-nox).)";
+Input: the type of a folder is recognised by its files.
+  result.json                       a folder of toliman run
+  experiment.json                   a folder of toliman experiment
+  ledger.tlml                       a state folder of toliman track
+  *.json of toliman-bench/1         a folder of make bench
+
+Output: report.html, which needs no other file and no network, and each figure as figures/NAME.svg and
+figures/NAME.png. They replace the page and the figures of an earlier report in the same folder. The path of the page
+is printed.
+
+Images are computed from the scene and the weights in the folder of `toliman run`; frames are those of the run.
+Figures are drawn by gnuplot (Debian package gnuplot-nox).
+
+Exit codes: 1 if gnuplot is missing or fails; the others are listed in `toliman --help`.)";
 
 struct Options {
     std::vector<std::string> folders;
@@ -40,7 +52,7 @@ Section section_of(const std::string &folder) {
         malformed(folder, errno == ENOENT ? "No such folder" : std::strerror(errno));
     if (!is_folder(folder))
         malformed(folder,
-                  "is no folder: give the one that run, experiment, track or `make bench` wrote" + kind_remark(folder));
+                  "is not a folder: give one written by run, experiment, track or `make bench`" + kind_of(folder));
     if (::access(folder.c_str(), R_OK | X_OK) != 0)
         malformed(folder, std::strerror(errno));
     if (exists(folder + "/result.json"))
@@ -51,9 +63,10 @@ Section section_of(const std::string &folder) {
         return add_state_section;
     if (!bench_files(folder).empty())
         return add_bench_section;
-    malformed(folder, "holds neither result.json (of toliman run), nor experiment.json (experiment), nor ledger.tlml "
-                      "(track), nor a *.json of schema toliman-bench/1 (make bench)" +
-                          kind_remark(folder));
+    malformed(folder,
+              "contains neither result.json (of toliman run), nor experiment.json (experiment), nor ledger.tlml "
+              "(track), nor a *.json of schema toliman-bench/1 (make bench)" +
+                  kind_of(folder));
 }
 
 void report(Options &options, Progress &progress) {
@@ -78,8 +91,12 @@ void report(Options &options, Progress &progress) {
 void add_report(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("report", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("DIR", options->folders, "folders of results, on one page in this order")->required();
-    command->add_option("--out", options->out, "folder for the page and its figures, default report in the first DIR");
+    command->add_option("DIR", options->folders, "folders of results, shown on one page in this order")
+        ->type_name("")
+        ->required();
+    command
+        ->add_option("--out", options->out, "folder for the page and its figures, default DIR/report of the first DIR")
+        ->type_name("FOLDER");
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());

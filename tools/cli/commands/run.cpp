@@ -1,4 +1,4 @@
-// toliman run: the whole job, and its results on paper.
+// toliman run: the whole chain from scene to period, and its result files.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -26,28 +26,42 @@ struct Options {
     bool seed_given = false, as_json = false;
 };
 
-constexpr char kDescription[] = R"(Simulate a scene, train the autoencoder, encode fresh frames, find the period.
+constexpr char kDescription[] = R"(Simulate a scene, train the network, encode fresh frames and find the period.
 
 Examples:
+  # the scene of the book chapter; the results go to the folder chapter.run
   toliman run chapter.json
+  # another seed and another folder; the result as JSON on standard output
   toliman run mission.json --seed 7 --out mission7 --json
 
-Frames must have 256x256 pixels or more, and noise; 5 to 400000 of them. Writes result.json (schema toliman-run/2),
-series.csv, periodogram.csv, training.csv, the scene and the weights into the folder (see formats.md), of which
-`toliman report` makes a page with figures. Beside the network stand the template estimator, the
-untrained network, frames without signal and the Cramer-Rao bound of a frame; efficiency is the bound over the scatter.
+Input: a scene with noise and 5 to 400000 frames of at least 256x256 pixels.
 
-The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1, in the means of up to 110
-frames: the mean squared error (in parentheses: of noise alone), and 1 - the structural similarity, 0 for equal images.
-These are mmse, photon_floor and mssim of result.json.)";
+Output: a summary on standard output and a folder with these files. `toliman report` draws figures from them.
+  result.json      all results (schema toliman-run/2)
+  series.csv       frame number, t in days; in pixels: true displacement, latent, value of the template
+  periodogram.csv  frequency in 1/day, power of the latents, power of the template's values
+  training.csv     loss after each training step
+  scene.json       the scene as it was read
+  weights.tlmw     the trained network, for toliman encode
 
-void remark(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
+The summary compares the network with four references: the template estimator (least squares on the scene's derivative
+image), the untrained network, the network on frames without signal, and the Cramer-Rao bound of one frame. Efficiency
+is this bound divided by the scatter of the latents over frames without signal. A peak counts as a period that was
+found if its log10 FAP is at most -2.
+
+The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1, averaged over at most 110
+frames: the mean squared error (in parentheses: of the noise alone) and 1 - the structural similarity, which is 0 for
+equal images. In result.json these are mmse, photon_floor and mssim.
+
+Exit codes are listed in `toliman --help`.)";
+
+void print_warnings(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
-        progress.warn("the peak stands at the edge of the grid and the period may lie beyond");
+        progress.warn("the peak is at the edge of the frequency grid; the period may lie beyond");
     if (std::isnan(pipeline.efficiency))
-        progress.warn("the Cramer-Rao bound counts photon noise, which these frames do not have: no efficiency");
+        progress.warn("efficiency is not defined: the Cramer-Rao bound assumes photon noise, which these frames lack");
     if (exists(folder + "/report/report.html"))
-        progress.warn(folder + "/report is of the run before; toliman report " + folder + " makes it anew");
+        progress.warn(folder + "/report shows the previous run; update it with: toliman report " + folder);
 }
 
 Json result_json(const Scene &scene, const Pipeline &pipeline) {
@@ -116,7 +130,7 @@ void write_training(OutputFile &out, const Pipeline &pipeline) {
         out.print("%zu,%.17g\n", k + 1, pipeline.losses[k]);
 }
 
-// The files of a run, all or none: written in the end, found to be writable before the work.
+// The files of a run, all or none: opened before the computation, so that an unwritable folder fails at once.
 class RunFolder {
   public:
     RunFolder(const std::string &path, const Scene &scene)
@@ -134,12 +148,12 @@ class RunFolder {
         write_training(training_, pipeline);
         for (OutputFile *file : {&scene_, &weights_, &series_, &periodogram_, &training_})
             file->commit();
-        result_.commit(); // last: whoever finds a result.json finds all of it
+        result_.commit(); // last: a result.json implies that all other files are complete
         folder_.keep();
     }
 
   private:
-    std::string scene_text_; // read before the work: the file may be another by the end
+    std::string scene_text_; // read before the computation: the file may change meanwhile
     OutputFolder folder_;
     OutputFile result_, series_, periodogram_, training_, scene_, weights_;
 };
@@ -188,7 +202,7 @@ void run(const Options &options, Progress &progress) {
     const std::string json = result_json(scene, pipeline).text();
     folder.write(cadence, pipeline, json);
     progress.clear();
-    remark(pipeline, path, progress);
+    print_warnings(pipeline, path, progress);
     if (options.as_json)
         print_stdout(json);
     else
@@ -201,10 +215,13 @@ void add_run(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("run", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->folder,
-                        "folder for the results, default ./<scene name>.run, scene.run without a name");
-    CLI::Option *seed = add_seed(*command, options->seed, "seed of noise and weights, default the scene's");
-    command->add_flag("--json", options->as_json, "result as JSON on stdout");
+    command
+        ->add_option("--out", options->folder,
+                     "folder for the results; default NAME.run with the scene's name, or scene.run")
+        ->type_name("FOLDER");
+    CLI::Option *seed =
+        add_seed(*command, options->seed, "seed of the noise and the initial weights; default: the scene's");
+    command->add_flag("--json", options->as_json, "print result.json instead of the summary");
     command->callback([&context, options, seed] {
         options->seed_given = seed->count() > 0;
         context.action = [&context, options] {

@@ -16,45 +16,62 @@ namespace {
 
 struct Options {
     std::string scene, out, star = "both", frames, session, dtype;
-    int bit_depth = 0; // 0: the scene's, else 12 for u16le, 32 for u32le
+    int bit_depth = 0; // 0: that of the scene or, if it has none, 12 for u16le and 32 for u32le
     uint64_t seed = 0;
     bool seed_given = false;
 };
 
 constexpr size_t kFramesAtOnce = 32;
 
-constexpr char kPsfDescription[] =
-    R"(Expected (noise-free) image of a scene as float64 .npy or FITS, in the unit of its frames.
-
-Example:
-  toliman psf chapter.json --out psf.npy --star A
-
-FITS has a header of the scene: CREATOR, SCENE, SCENEID, PIXSCALE and more.)";
-
-constexpr char kSimulateDescription[] = R"(Noisy frames of a scene.
+constexpr char kPsfDescription[] = R"(Write the expected (noise-free) image of a scene.
 
 Examples:
-  toliman simulate chapter.json --frames 0:100 --out frames.npy    float64, exact counts (with read noise where asked)
-  toliman simulate chapter.json --frames 0:100 --out frames.bin    u32 little-endian, rounded to counts, no header
-  toliman simulate chapter.json --frames 0:100 --out frames.fits   cube with full header and a table of times
+  # star A alone, as a NumPy array
+  toliman psf chapter.json --out psf.npy --star A
+  # both stars, as FITS
+  toliman psf chapter.json --out psf.fits
+
+Output: one float64 image [row][column] in the unit of the scene's frames: photons, or electrons or DN if the scene's
+detector converts to them (BUNIT of the FITS header). The FITS header also contains CREATOR, SCENE, SCENEID, PIXSCALE,
+APERTURE, WAVEMIN, WAVEMAX and NWAVES.
+
+Exit codes are listed in `toliman --help`.)";
+
+constexpr char kSimulateDescription[] = R"(Write noisy frames of a scene.
+
+Examples:
+  # frames 0 to 99 as a NumPy array [frame][row][column] of float64, not rounded
+  toliman simulate chapter.json --frames 0:100 --out frames.npy
+  # the same rounded to whole counts: unsigned 32-bit, little-endian, without header
+  toliman simulate chapter.json --frames 0:100 --out frames.bin
+  # the same as a FITS cube with header and a table of the frames' times
+  toliman simulate chapter.json --frames 0:100 --out frames.fits
+  # the same as the mission's pair of files: downlink/day1_frames.bin and downlink/day1_meta.jsonl
   toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
 
-With --session the mission's own pair of files, <session>_frames.bin and <session>_meta.jsonl, goes into the folder
---out. Unsigned counts hold nothing below 0: where read noise takes a pixel there, .bin and the pair are refused.
-Frame k depends on the scene, the seed and k alone: any part of the cadence may be made anywhere, in any order.)";
+The suffix of --out selects the format. Pixel values are photons, or electrons or DN if the scene's detector converts
+to them. A FITS cube contains unsigned 32-bit integers if the frames are whole counts, and float64 otherwise. Its
+table FRAMES contains the frame number, the time in days and the true displacement in pixels.
+
+Unsigned counts cannot be negative: if read noise makes a pixel negative, .bin and --session fail with exit code 2.
+
+Frame k depends only on the scene, the seed and k. Any part of the cadence can therefore be simulated separately, in
+any order.
+
+Exit codes are listed in `toliman --help`.)";
 
 void check_star(const Scene &scene) {
     auto places = toliman::sized<toliman_sim_offsets>();
     toliman::check(toliman_sim_get_offsets(scene.sim.get(), &places));
     if (std::isnan(places.b_x_px))
-        throw Failure(kExitUsage, "--star B: " + scene.path + " has star A only");
+        throw Failure(kExitUsage, "--star B: " + scene.path + " has only star A");
 }
 
 void psf(const Options &options, Progress &progress) {
     if (options.out != "-" && !ends_with(options.out, ".npy") && !ends_with(options.out, ".fits"))
         throw Failure(kExitUsage, "--out " + options.out + ": must end in .npy or .fits, or be - for .npy on stdout");
     const Scene scene(options.scene, progress);
-    check_apart(options.out, {scene.path});
+    check_not_input(options.out, {scene.path});
     if (options.star == "B")
         check_star(scene);
     std::vector<double> image(scene.pixels());
@@ -101,7 +118,7 @@ std::unique_ptr<FrameOutput> output_of(const Options &options, const Simulated &
 void simulate(const Options &options, Progress &progress) {
     check_out(options);
     const Scene scene(options.scene, progress);
-    check_apart(options.out, {scene.path});
+    check_not_input(options.out, {scene.path});
     const Simulated frames = {scene, FrameRange(options.frames, scene.info.frames),
                               options.seed_given ? options.seed : scene.info.seed};
     const size_t total = frames.count();
@@ -125,7 +142,7 @@ std::string session_complaint(const std::string &name) {
     const char *letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
     const bool good =
         !name.empty() && name.size() <= 64 && name[0] != '.' && name.find_first_not_of(letters) == std::string::npos;
-    return good ? "" : name + ": must be 1 to 64 of A-Z a-z 0-9 . _ - and not begin with a dot";
+    return good ? "" : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
 }
 
 } // namespace
@@ -134,9 +151,11 @@ void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("psf", kPsfDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out, "the .npy or .fits file to write; - is .npy on standard output")
+    command->add_option("--out", options->out, "output file, .npy or .fits; - writes .npy to standard output")
+        ->type_name("FILE")
         ->required();
-    command->add_option("--star", options->star, "A, B or both (default)")->check(CLI::IsMember({"A", "B", "both"}));
+    command->add_option("--star", options->star, "stars in the image: A, B or both (default)")
+        ->check(CLI::IsMember({"A", "B", "both"}));
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());
@@ -151,18 +170,22 @@ void add_simulate(CLI::App &app, Context &context) {
     add_scene(*command, options->scene);
     command
         ->add_option("--out", options->out,
-                     "the .npy, .bin or .fits file to write, with --session a folder; - is .npy on standard output")
+                     "output file, .npy, .bin or .fits; with --session a folder; - writes .npy to standard output")
+        ->type_name("PATH")
         ->required();
-    command->add_option("--frames", options->frames,
-                        "FIRST:END, FIRST:, :END or one number; default all of the cadence");
-    CLI::Option *seed = add_seed(*command, options->seed, "noise seed, default the scene's");
-    CLI::Option *session = command->add_option("--session", options->session, "name of the pair of files");
-    CLI::Option *dtype = command->add_option("--dtype", options->dtype, "of the pair's frames: u16le or u32le");
+    command
+        ->add_option("--frames", options->frames,
+                     "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence")
+        ->type_name("RANGE");
+    CLI::Option *seed = add_seed(*command, options->seed, "seed of the noise; default: the scene's");
+    CLI::Option *session = command->add_option("--session", options->session,
+                                               "write the mission's pair of files, with this session name, into --out");
+    CLI::Option *dtype = command->add_option("--dtype", options->dtype, "pixel type of the pair: u16le or u32le");
     session->needs(dtype)->check(CLI::Validator(session_complaint, "NAME"));
     dtype->needs(session)->check(CLI::IsMember({"u16le", "u32le"}));
     command
         ->add_option("--bit-depth", options->bit_depth,
-                     "of the pair's frames, default the scene's, without one 12 for u16le, 32 for u32le")
+                     "bits per pixel of the pair; default: the scene's, otherwise 12 for u16le and 32 for u32le")
         ->needs(session)
         ->check(CLI::Range(1, 32));
     command->callback([&context, options, seed] {

@@ -1,4 +1,4 @@
-// toliman status, toliman rebuild: what a state folder tells, and the same on another grid or clock.
+// toliman status, toliman rebuild: the contents of a state folder, and its sums for another grid, clock or epoch.
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
@@ -15,29 +15,51 @@ namespace cli {
 
 namespace {
 
-constexpr char kStatusDescription[] = R"(What a folder of `toliman track` holds; also while it is written.
+constexpr char kStatusDescription[] = R"(Show what a state folder of track contains.
 
 Examples:
+  # counts of frames, the period and the sessions
   toliman status mission
+  # the same as JSON
   toliman status mission --json
+  # frame ids to request again
   toliman status mission --missing
+  # the accepted values, searched on another grid
   toliman status mission --series | toliman period - --f0 1e-3 --df 1e-4 --nf 5000
 
-Shows frames by what became of them, sessions and how many frame ids are missing between the first and the last of each,
-and the period with its false alarm probability at one look and for who looks after every frame (sequential). Received
-are all arrivals; repeated those that had come before, also by giving the same files again. Of rejected frames every
-arrival counts, as a good copy may still come. A session whose name is lost is shown as # and its digest. Quarantined
-frames are not used, but since they arrived they are not listed as missing. What the end of a short file or a bad line had is not in the folder: the lines of track have told of it.)";
+The folder may be read while `toliman track` writes to it. The period is that of the highest peak, with its false
+alarm probability for one query and for repeated monitoring (sequential). The counts are:
+  received     all arrivals of frames
+  accepted     frames in the periodogram now
+  outlier      good frames that are not used: the value exceeds --value-limit of track, or the time
+               has no place in the periodogram after a change of grid or clock
+  quarantined  frames that arrived with two different contents; not used, but not missing either
+  repeated     arrivals of a frame that had arrived before, also because a file was given again
+  rejected     arrivals that could not be used; every arrival counts, since a good copy may still come
+  expected     frame ids from the first to the last of each session and region
+  missing      expected frame ids that are neither accepted nor outliers nor quarantined
+  dropped      frames that the camera reports as dropped
 
-constexpr char kRebuildDescription[] = R"(Sums of a state folder made anew from its ledger, without the frames.
+A session whose name is lost is shown as # and its digest. Frames beyond the end of a truncated file and malformed
+lines are not in the folder: only the output of `toliman track` has reported them.
+
+Exit codes are listed in `toliman --help`.)";
+
+constexpr char kRebuildDescription[] =
+    R"(Rebuild the sums of a state folder from its ledger, for another grid, clock or epoch.
 
 Examples:
+  # another frequency grid, in cycles per day
   toliman rebuild mission --grid 1e-3:1e-5:50000
+  # a better clock correlation
   toliman rebuild mission --clock clock.csv
+  # the default grid of a longer mission; the camera's time is TAI
   toliman rebuild mission --mission-days 1500 --clock camera
 
-For another grid or epoch, or when a better clock correlation has come: a CSV of pairs camera_ns,tai_ns, or `camera` where
-that time is TAI. What is not said stays as it is. Frames that were rejected for their time must come again.)";
+The frames themselves are not needed. Settings that are not given stay as they are. --clock names a CSV of pairs
+camera_ns,tai_ns. Frames that were rejected because of their time must be given to `toliman track` again.
+
+Output: as that of `toliman status`. Exit codes are listed in `toliman --help`.)";
 
 struct Options {
     std::string folder;
@@ -60,17 +82,17 @@ std::string row(const char *format, ...) {
     return text;
 }
 
-// What the folder was made with.
+// The settings that the folder was created with.
 std::string settings_text(const toliman::tracker &tracker, const toliman_track_options &how) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
-    std::string text = row("  grid        %.6g + k %.6g a day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
+    std::string text = row("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
                            how.df, number(how.nf), number(how.time_offset_ns));
     text += row("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
     text += row("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
     if (how.image_rows != how.rows || how.image_cols != how.cols)
-        text += row(", of which %lldx%lld from row %lld, column %lld%s are taken", number(how.image_rows * how.bin),
+        text += row(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
                     number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
-                    how.bin > 1 ? row(", %lldx%lld added up,", number(how.bin), number(how.bin)).c_str() : "");
+                    how.bin > 1 ? row(", binned %lldx%lld", number(how.bin), number(how.bin)).c_str() : "");
     return text + row("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
                       static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
 }
@@ -85,7 +107,7 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
                     static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
     }
     if (streams.size() > kShownSessions)
-        text += row("  and %zu more: --json\n", streams.size() - kShownSessions);
+        text += row("  and %zu more, listed by --json\n", streams.size() - kShownSessions);
     return text;
 }
 
@@ -149,8 +171,9 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0 && !(options.setup.has_grid() && options.setup.has_clock()))
-        throw Failure(kExitUsage, options.folder + ": setup.tlms, which had grid and clock, is lost: needs --clock and "
-                                                   "--grid or --mission-days");
+        throw Failure(kExitUsage, options.folder +
+                                      ": setup.tlms with grid and clock is missing: give --clock, and --grid "
+                                      "or --mission-days");
     options.setup.set(how, progress);
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
@@ -163,13 +186,14 @@ void rebuild(RebuildOptions &options, Progress &progress) {
 void add_status(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("status", kStatusDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("DIR", options->folder, "a state folder")->required();
-    CLI::Option *json = command->add_flag("--json", options->as_json, "as JSON on stdout");
-    CLI::Option *records =
-        command->add_flag("--records", options->records, "every record of the ledger as a line of JSON");
-    CLI::Option *series = command->add_flag("--series", options->series, "CSV t,y,sigma of what is in the periodogram");
+    command->add_option("DIR", options->folder, "a state folder")->type_name("")->required();
+    CLI::Option *json = command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
+    CLI::Option *records = command->add_flag(
+        "--records", options->records, "print every record of the ledger as a JSON line, schema toliman-record/1");
+    CLI::Option *series = command->add_flag(
+        "--series", options->series, "print CSV t,y,sigma of the samples in the periodogram (t in days, y in px)");
     CLI::Option *missing =
-        command->add_flag("--missing", options->missing, "CSV session,roi,first,last of missing frame ids");
+        command->add_flag("--missing", options->missing, "print CSV session,roi,first,last of missing frame ids");
     records->excludes(json);
     series->excludes(json)->excludes(records);
     missing->excludes(json)->excludes(records)->excludes(series);
@@ -184,9 +208,9 @@ void add_status(CLI::App &app, Context &context) {
 void add_rebuild(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
     auto options = std::make_shared<RebuildOptions>();
-    command->add_option("DIR", options->folder, "a state folder")->required();
+    command->add_option("DIR", options->folder, "a state folder")->type_name("")->required();
     options->setup.add_to(*command);
-    command->add_flag("--json", options->as_json, "as JSON on stdout");
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());

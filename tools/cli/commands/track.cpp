@@ -1,4 +1,4 @@
-// toliman track: frames off the downlink -> the period.
+// toliman track: frames from the spacecraft, in any order, to the period.
 #include <algorithm>
 #include <cstdio>
 #include <tuple>
@@ -29,36 +29,52 @@ struct Options {
     DownlinkOptions downlink;
 };
 
-constexpr char kDescription[] = R"(Period from frames as they come off the downlink: late, twice, out of order, damaged.
+constexpr char kDescription[] = R"(Process frames as they arrive from the spacecraft and keep the period up to date.
 
 Examples:
+  # a folder of raw pairs; the first run creates the state folder
   toliman track --weights w.tlmw --state mission --mission-days 1095 --dtype u16le downlink/
+  # resume, and wait for new frames until a signal
   toliman track --weights w.tlmw --state mission --dtype u16le --follow downlink/
+  # files named on standard input; least squares instead of a network; an explicit frequency grid
   ls passes/*_meta.jsonl | toliman track --template scene.json --state mission --dtype u32le --grid 1e-3:1e-4:5000 -
+  # a NumPy cube of one frame per day
   toliman track --template scene.json --state lab --mission-days 100 --cadence 86400 cube.npy
+  # FITS files with times in their headers
   toliman track --template scene.json --state sky --mission-days 1095 2029-*.fits
+  # one shard of many: frames 3000 to 3999 only
   toliman track --template scene.json --state shard_3 --frames 3000:4000 --mission-days 1095 --dtype u32le downlink/
+  # frames and period so far
   toliman status mission
 
-A frame is known by session, frame id and region. It comes as a raw pair (X_frames.bin or X_meta.jsonl, the other beside
-it), in a folder of pairs, in .npy or FITS files, or by names of these, one a line on standard input (-). The state folder
-holds a ledger of every frame, so that the same command goes on where it was stopped, and any order of arrival gives the
-same bits. A duplicate is ignored; a frame that comes with two contents is quarantined and taken back.
+Input: a frame is identified by session, frame id and region of interest (ROI). INPUT is a raw pair (X_frames.bin and
+X_meta.jsonl in one folder; name one of them), a folder of such pairs, a .npy or FITS file, or - for names of these on
+standard input, one per line. Frames may be late, duplicated, out of order or damaged.
 
-On standard output stand a line of JSON a frame, printed once it is safe on the disk, and updates of the period. Damaged
-frames, bad lines, short files and jumps of the clock are named and counted on both outputs and end nothing; with --strict
-the exit code is then 4. Where the sizes of a pair do not add up, only frames before its first bad line count.
+The state folder contains a ledger with a record of every frame. The same command therefore resumes where it was
+stopped, and frames in any order of arrival give the same bits. A duplicate is ignored. A frame that arrives with two
+different contents is quarantined and removed from the sums. A new state folder needs --grid or --mission-days. An
+existing one remembers grid, clock, shape and limits.
 
-FITS files tell their time, mid-exposure, by the first of MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2 and
-DATE-OBS + EXPTIME/2, in the scale TIMESYS: UTC (also if it is missing), TAI, TT or GPS. It becomes TAI in ns since
-1970-01-01T00:00:00 TAI, for folders without --clock. Without XPOSURE or EXPTIME a time is taken as mid-exposure, with a
-warning. It is that of a cube's first frame; the others follow as the table FRAMES of `toliman simulate` says, or by
---cadence. A file without these keywords has the times of that table, or those of its frames' numbers times --cadence.
-Times in a file override --cadence; stderr says for each file which rule was used. FRAME1 is the number of a file's first frame,
-default 0: with it many files may have one --session. .npy files have no FRAME1: each begins at time 0. A warning tells
-where files have the same times by --cadence.
+Output: one JSON line per frame (schema toliman-frame/2), printed once the frame's record is durable as --sync says,
+and updates of the period (toliman-track-update/2). Damaged frames, malformed lines, truncated files and clock jumps
+are reported and counted on standard output and standard error and do not stop the run; with --strict the exit code is
+then 4. If the sizes of a pair do not add up, only the frames before its first malformed line are used.
 
-A new folder needs --grid or --mission-days; one that exists remembers grid, clock, shape and limits.)";
+Times of FITS frames: the first of these keywords that is present gives the middle of the exposure.
+  MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2, DATE-OBS + EXPTIME/2
+TIMESYS gives the time scale: UTC (also if it is missing), TAI, TT or GPS. The time is converted to TAI in ns since
+1970-01-01T00:00:00 TAI; the state folder must not have a clock table. If XPOSURE or EXPTIME is missing, the time is
+used as the middle of the exposure, with a warning. In a cube it is the time of the first frame; the others follow
+from the table FRAMES of `toliman simulate`, or from --cadence. A file without these keywords has the times of that
+table, or frame number times --cadence. Times in a file take precedence over --cadence. Standard error states which
+rule was used for each file.
+
+FRAME1 in a FITS header is the number of the file's first frame (default 0); with it many files may share one
+--session. .npy files have no FRAME1, so each begins at time 0. A warning names files whose times by --cadence
+overlap.
+
+Exit codes are listed in `toliman --help`.)";
 
 // "16,24" or "256x256".
 void two_numbers(const std::string &text, const char *option, const char *form, int64_t least, int64_t &a, int64_t &b) {
@@ -69,7 +85,7 @@ void two_numbers(const std::string &text, const char *option, const char *form, 
     if (std::sscanf(text.c_str(), form, &first, &second, &rest) != 2 || first < least || second < least ||
         first > 65536 || second > 65536)
         throw Failure(kExitUsage, std::string(option) + " " + text + ": must be two whole numbers from " +
-                                      std::to_string(least) + " to 65536, as in the examples of --help");
+                                      std::to_string(least) + " to 65536, e.g. " + (least == 0 ? "16,24" : "256x256"));
     a = first;
     b = second;
 }
@@ -81,11 +97,11 @@ FrameIds frame_ids(const std::string &text) {
     long long first = 0, end = 0;
     char rest = '\0';
     if (std::sscanf(text.c_str(), "%lld:%lld%c", &first, &end, &rest) != 2 || first >= end)
-        throw Failure(kExitUsage, "--frames " + text + ": must be A:B, two frame ids of which the first is less");
+        throw Failure(kExitUsage, "--frames " + text + ": must be A:B, two frame ids with A < B");
     return {first, end};
 }
 
-// The estimator, which must outlive the tracker.
+// The estimator; it must outlive the tracker.
 struct Estimator {
     Estimator(const Options &options, Progress &progress) {
         if (!options.weights.empty()) {
@@ -101,47 +117,47 @@ struct Estimator {
     }
     std::optional<Network> network;
     toliman::linear_estimator linear;
-    int64_t rows, cols; // of the images it takes
+    int64_t rows, cols; // of its images
 };
 
 constexpr char kOtherEstimator[] =
-    "the weights or the scene are not those that the folder was made with: give these, or "
+    "the weights or the scene differ from those that the folder was created with: give the same ones, or "
     "a new folder";
 
-// Grid and clock that neither the command nor the folder tells.
+// Refuses a folder whose grid or clock is neither stored in it nor given.
 void check_setup(const Options &options, const std::optional<toliman_track_options> &made) {
     if (made && made->nf > 0)
         return;
-    const std::string lost = made ? ": setup.tlms, which had grid and clock, is lost" : ": is new";
+    const std::string lost = made ? ": setup.tlms with grid and clock is missing" : ": is new";
     if (made && !options.setup.has_clock())
-        throw Failure(kExitUsage, options.state + lost + ": needs --clock and --grid or --mission-days");
+        throw Failure(kExitUsage, options.state + lost + ": give --clock, and --grid or --mission-days");
     if (!options.setup.has_grid())
-        throw Failure(kExitUsage, options.state + lost + ": needs --grid F0:DF:NF or --mission-days N");
+        throw Failure(kExitUsage, options.state + lost + ": give --grid F0:DF:NF or --mission-days N");
 }
 
-// Raw frames that the folder would take for others.
+// Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
 void check_depth(const Options &options, const toliman_track_options &made) {
     const std::string &dtype = options.downlink.dtype;
     const bool wide = dtype == "u32le";
     if (dtype.empty() || options.bit_depth || made.bit_depth == 0 || wide == (made.bit_depth > 16))
         return;
     const std::string depth = std::to_string(made.bit_depth);
-    throw Failure(kExitUsage, "--dtype " + dtype + ": " + options.state + " holds frames of " + depth +
+    throw Failure(kExitUsage, "--dtype " + dtype + ": the frames of " + options.state + " have " + depth +
                                   " bits: give --dtype " + (wide ? "u16le" : "u32le") + ", or a new folder; if these " +
-                                  dtype + " files have " + depth + " bits too, add --bit-depth " + depth);
+                                  dtype + " files also have " + depth + " bits, add --bit-depth " + depth);
 }
 
-// Where in a larger frame the image is has to be said.
+// The place of the image in a larger frame is never guessed.
 void check_crop(const Options &options, const Estimator &estimator, const toliman_track_options &how) {
     const int64_t bin = std::max<int64_t>(1, how.bin), rows = bin * estimator.rows, cols = bin * estimator.cols;
     if (options.crop.empty() && (how.rows > rows || how.cols > cols))
         throw Failure(kExitUsage, "--shape " + options.shape + ": is larger than the " + std::to_string(rows) + "x" +
                                       std::to_string(cols) +
-                                      " pixels that are taken of it: needs --crop ROW,COL, the "
-                                      "first of them");
+                                      " pixels that are used: give the first of these with "
+                                      "--crop ROW,COL");
 }
 
-// What is asked for, upon what an existing folder was made with.
+// The options given, with the settings of an existing folder as defaults.
 toliman_track_options track_options(Options &options, const Estimator &estimator,
                                     const std::optional<toliman_track_options> &made, Progress &progress) {
     toliman_track_options how;
@@ -173,17 +189,18 @@ toliman_track_options track_options(Options &options, const Estimator &estimator
     return how;
 }
 
-bool takes_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
+bool uses_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
     const auto frames = [](const toliman_track_options &how) {
         return std::make_tuple(how.rows, how.cols, how.crop_row, how.crop_col, how.bin, how.bit_depth, how.value_limit);
     };
     return frames(a) == frames(b);
 }
 
-// What to do where the folder was made with something else, as the file `field` has it.
-std::string way_out(const Options &options, bool same_frames, const std::string &field) {
+// What to do if the folder was created with other settings, which the file `field` contains.
+std::string remedy_of(const Options &options, bool same_frames, const std::string &field) {
     if (!same_frames)
-        return "these stay as they are: leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a new "
+        return "these cannot be changed: leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a "
+               "new "
                "folder";
     return field == options.state + "/setup.tlms"
                ? "`toliman rebuild " + options.state + options.setup.text() + "`, or give a new folder"
@@ -195,10 +212,10 @@ toliman::tracker open_folder(const Options &options, const toliman_track_options
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
-        const bool same_frames = made && takes_same_frames(*made, how);
+        const bool same_frames = made && uses_same_frames(*made, how);
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || same_frames))
             throw;
-        throw Failure(kExitUsage, std::string(error.what()) + ": " + way_out(options, same_frames, error.field()));
+        throw Failure(kExitUsage, std::string(error.what()) + ": " + remedy_of(options, same_frames, error.field()));
     }
 }
 
@@ -206,8 +223,8 @@ void track(Options &options, Progress &progress) {
     DownlinkOptions &downlink = options.downlink;
     options.state = plain(options.state);
     if (options.weights.empty() == options.scene.empty())
-        throw Failure(kExitUsage, std::string("needs either --weights or --template") +
-                                      (options.scene.empty() ? "" : ", both are given"));
+        throw Failure(kExitUsage,
+                      std::string("give either --weights or --template") + (options.scene.empty() ? "" : ", not both"));
     check_inputs(downlink);
     const FrameIds frames = frame_ids(options.frames);
     downlink.leap_seconds = LeapSeconds(options.leap_seconds);
@@ -233,7 +250,8 @@ void track(Options &options, Progress &progress) {
     if (options.strict && tracking.troubles() > 0)
         throw Failure(kExitRejected,
                       options.state + ": " + std::to_string(tracking.troubles()) +
-                          " frames or inputs were not as they should be; the good ones are in, and status counts all");
+                          " frames or inputs were damaged or quarantined; the others are processed, and `toliman "
+                          "status` counts all");
 }
 
 } // namespace
@@ -242,51 +260,72 @@ void add_track(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("track", kDescription);
     auto options = std::make_shared<Options>();
     DownlinkOptions &downlink = options->downlink;
-    // An option group would have a wrong word anywhere blamed on these two.
-    command->add_option("--weights", options->weights, "weights file of `toliman train`");
-    command->add_option("--template", options->scene,
-                        "or, instead of weights, a scene file: least squares on its derivative image");
+    // Not a CLI11 option group of --weights and --template: it would report any mistyped word as a missing one of
+    // these.
+    command->add_option("--weights", options->weights, "weights file of `toliman train`: encode frames by its network")
+        ->type_name("FILE");
     command
-        ->add_option("--state", options->state, "folder of the ledger and what is made of it, made unless it is there")
+        ->add_option("--template", options->scene,
+                     "instead of --weights: scene file; encode frames by least squares on its derivative image")
+        ->type_name("SCENE");
+    command
+        ->add_option("--state", options->state, "state folder: ledger, settings and sums; created if it does not exist")
+        ->type_name("FOLDER")
         ->required();
     options->setup.add_to(*command);
     command
         ->add_option("--sync", options->sync,
-                     "bring lines to the disk each (frame), by 64 or a second (group, default), or leave it to the "
-                     "system (none)")
+                     "durability of ledger records: fsync after each record (frame), after 64 records or a second "
+                     "(group, default), or never (none)")
         ->check(CLI::IsMember({"frame", "group", "none"}));
-    command->add_option("--every", options->every, "an update after so many accepted frames, default 1")
+    command->add_option("--every", options->every, "accepted frames between two updates of the period, default 1")
         ->check(CLI::Range(1u, 1000000000u));
     command->add_option("--jobs", options->jobs,
-                        "threads that estimate the frames between two updates, default 1; 0: one a processor");
-    command->add_option("--dtype", downlink.dtype, "of raw pairs, which need it: u16le or u32le")
+                        "threads that estimate frames between two updates, default 1; 0: one per processor");
+    command->add_option("--dtype", downlink.dtype, "pixel type of raw pairs, required for them: u16le or u32le")
         ->check(CLI::IsMember({"u16le", "u32le"}));
     command
         ->add_option("--bit-depth", options->bit_depth,
-                     "pixels of 2^N or more reject a frame; default 12 of u16le, 32 of u32le")
+                     "N: a frame with a pixel of 2^N or more is rejected; default 12 for u16le, 32 for u32le")
         ->check(CLI::Range(1, 32));
-    command->add_option("--shape", options->shape, "ROWSxCOLS of frames, default as many as the scene or weights take");
-    command->add_option("--crop", options->crop, "ROW,COL of the first pixel taken, default 0,0");
-    command->add_option("--bin", options->bin, "so many pixels a side are added up, default 1")
+    command
+        ->add_option("--shape", options->shape, "size of the frames, ROWSxCOLS; default: that of the scene or weights")
+        ->type_name("ROWSxCOLS");
+    command
+        ->add_option("--crop", options->crop,
+                     "first pixel used of larger frames, ROW,COL; default 0,0 for frames of the default size")
+        ->type_name("ROW,COL");
+    command->add_option("--bin", options->bin, "N: add up blocks of N x N pixels, default 1")
         ->check(CLI::Range(1, 65536));
     command
         ->add_option("--value-limit", options->value_limit,
-                     "px: values further from 0 are outliers; default 10,000 times the bound of a frame")
+                     "largest absolute value in px, beyond which a frame is an outlier; default 10,000 times the "
+                     "Cramer-Rao bound of a frame")
         ->check(CLI::PositiveNumber);
-    command->add_option("--capacity", options->capacity, "frames at most, 24 bytes each, default 2^20")
+    command
+        ->add_option("--capacity", options->capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
-    command->add_option("--frames", options->frames,
-                        "A:B, only frames with ids from A to B - 1, of a shard; default all");
+    command
+        ->add_option("--frames", options->frames,
+                     "A:B: use only frames with ids from A to B - 1 (a shard); default all")
+        ->type_name("RANGE");
     command
         ->add_option("--cadence", downlink.cadence,
-                     "s from frame to frame of .npy and FITS files, needed unless they tell it")
+                     "seconds from frame to frame of .npy and FITS files; required if the files contain no times")
         ->check(CLI::PositiveNumber);
-    command->add_option("--session", downlink.session, "of .npy and FITS files, default their names");
-    command->add_option("--leap-seconds", options->leap_seconds,
-                        "leap-seconds.list of the IERS, default the table built in");
-    command->add_flag("--follow", downlink.follow, "go on as folders and pairs grow, until a signal");
-    command->add_flag("--strict", options->strict, "exit code 4 if anything was damaged or quarantined");
-    command->add_option("INPUT", downlink.inputs, "pairs, folders, .npy and FITS files; - reads names")->required();
+    command->add_option("--session", downlink.session, "session name for .npy and FITS files, default their file names")
+        ->type_name("NAME");
+    command
+        ->add_option("--leap-seconds", options->leap_seconds,
+                     "leap-seconds.list of the IERS, default the built-in table")
+        ->type_name("FILE");
+    command->add_flag("--follow", downlink.follow, "wait for folders and pairs to grow, until a signal");
+    command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
+    command
+        ->add_option("INPUT", downlink.inputs,
+                     "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
+        ->type_name("")
+        ->required();
     command->callback([&context, options] {
         context.action = [&context, options] {
             Progress progress(context.style());

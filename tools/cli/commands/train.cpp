@@ -20,28 +20,42 @@ struct Options {
 };
 
 constexpr uint32_t kEpochs = 300;                       // the default
-constexpr uint64_t kTrainingNoise = 0x5452414900000000; // turns the seed of weights into that of frames
+constexpr uint64_t kTrainingNoise = 0x5452414900000000; // XORed with the seed of the weights: seed of the frames' noise
 
-constexpr char kDescription[] = R"(Train the autoencoder for a scene and write its weights.
+constexpr char kDescription[] = R"(Train the autoencoder for a scene and write its weights file.
 
 Examples:
+  # tied training, the default: needs no frames
   toliman train chapter.json --out chapter.tlmw
+  # a weights file of 1.2 MB instead of 2.0 MB
   toliman train chapter.json --out small.tlmw --payload fp16
+  # the training of the book chapter: unsupervised, on simulated frames
   toliman train big.json --mode unsupervised --layout paper --input raw --epochs 300 --out paper.tlmw
+  # another 300 epochs
   toliman train big.json --resume paper.tlmw --epochs 600 --out paper.tlmw
 
-Frames must have 256x256 pixels or more. The weights hold all that `encode` needs: layout, preprocessing and reference
-images. Tied training needs no frames; the cosine that is printed is the share of the photon limit that the encoder
-reaches. Unsupervised training, the chapter's, learns to give the scene's own noisy frames back, a tenth of them kept
-for validation; its latent has no unit, and signals below about 1e-4 px are beyond it.
+Input: a scene with frames of at least 256x256 pixels.
 
-A training stopped by a signal after its first step or epoch leaves what it has learnt in OUT.part, beside what --out
-held, and goes on with --resume to the same result; so does a finished unsupervised one with more --epochs. Mode, steps
-and seed are then those of the file. Unsupervised training takes 7 ms of processor time a frame and epoch (`paper`; `flight`
-2.5 ms) and 256 KiB of memory a frame; the noise of its frames is of another seed than `simulate` would take.
+Output: a weights file with everything that `toliman encode` needs (layout, preprocessing, reference images), and one
+line with the training result on standard error.
 
---payload bf16 or fp16 stores all but the reference in half the bytes, rounded to 8 or 11 bits; formats.md has what
-that costs. A training can only be taken up from float32, in which a stopped one is always written.)";
+Tied training (--mode tied) needs no frames. Its result includes the cosine: the fraction of the photon limit that the
+encoder reaches.
+
+Unsupervised training, that of the book chapter, teaches the network to reproduce the scene's own noisy frames. One
+tenth of the frames is held out for validation. The latent has no unit, and signals below about 1e-4 px are not found.
+The training takes 7 ms of processor time per frame and epoch with layout `paper` (2.5 ms with `flight`) and 256 KiB
+of memory per frame. Its frames have other noise than those of `toliman simulate` with the same seed.
+
+A training that is stopped by a signal after its first step or epoch is saved as OUT.part; an existing OUT stays
+unchanged. --resume continues it and gives the same result as a training without interruption. A finished unsupervised
+training can be continued in the same way with more --epochs. Mode, steps and seed are then those of the file.
+
+--payload bf16 or fp16 rounds all numbers except the reference images to 8 or 11 bits and stores them in half the
+bytes; tools/docs/formats.md lists the resulting errors. Only a float32 file can be resumed. OUT.part is always
+float32.
+
+Exit codes are listed in `toliman --help`.)";
 
 using Names = std::map<std::string, int32_t>;
 
@@ -75,8 +89,8 @@ Training new_training(const Scene &scene, const Options &options) {
     return training;
 }
 
-// The training that a network can go on with, if there is one.
-bool get_how(const toliman_cae *cae, toliman_cae_train_options &how) {
+// The interrupted training that a weights file contains; false if it contains none.
+bool get_training(const toliman_cae *cae, toliman_cae_train_options &how) {
     toliman_cae_train_options_init(&how, sizeof how);
     return toliman_cae_get_train_options(cae, &how) == TOLIMAN_OK;
 }
@@ -87,28 +101,28 @@ Training resumed_training(const Scene &scene, const Options &options) {
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     if (info.scene_digest != scene.info.scene_digest)
-        throw Failure(kExitUsage, options.resume + ": was trained for another scene than " + scene.path +
-                                      ": give the scene that it was begun with");
+        throw Failure(kExitUsage, options.resume + ": was trained for another scene, not " + scene.path +
+                                      ": give the scene of the first training");
     Training training = {std::move(cae), {}, info.seed};
-    if (!get_how(training.cae.get(), training.how))
-        throw Failure(kExitUsage, options.resume + ": holds no training to go on with");
+    if (!get_training(training.cae.get(), training.how))
+        throw Failure(kExitUsage, options.resume + ": contains no training to resume");
     const uint32_t epochs = options.epochs != 0 ? options.epochs : kEpochs;
     if (training.how.epochs > epochs)
-        throw Failure(kExitUsage, options.resume + ": has seen " + std::to_string(training.how.epochs) +
-                                      " epochs: --epochs must be at least that, not " + std::to_string(epochs));
+        throw Failure(kExitUsage, "--epochs " + std::to_string(epochs) + ": must be at least " +
+                                      std::to_string(training.how.epochs) + ", the epochs done in " + options.resume);
     training.how.epochs = epochs;
     return training;
 }
 
-// An option that the mode has no use for is a mistake.
+// An option that does not belong to the mode is refused.
 void check_mode(const Options &options, bool tied) {
     if (tied && options.epochs != 0)
-        throw Failure(kExitUsage, "--epochs: of unsupervised training; tied training takes --steps");
+        throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
     if (!tied && options.steps != 0)
-        throw Failure(kExitUsage, "--steps: of tied training; unsupervised training takes --epochs");
+        throw Failure(kExitUsage, "--steps: is for tied training; unsupervised training has --epochs");
     if (tied && (options.layout != "flight" || options.input != "whitened"))
         throw Failure(kExitUsage, "--layout " + options.layout + ", --input " + options.input +
-                                      ": tied training takes flight and whitened; the others need --mode unsupervised");
+                                      ": tied training needs flight and whitened; the others need --mode unsupervised");
 }
 
 struct Frames {
@@ -144,33 +158,34 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
                      result.photon_floor, result.mssim);
 }
 
-std::string part_of(const std::string &out) {
+std::string part_path(const std::string &out) {
     return out + ".part";
 }
 
-// Weights that --out may hold already are worth more than half a training.
-void keep_part(const toliman::autoencoder &cae, const Options &options) {
-    const std::string part = part_of(options.out);
+// A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost.
+void save_interrupted(const toliman::autoencoder &cae, const Options &options) {
+    const std::string part = part_path(options.out);
     OutputFile out(part);
     write(cae, "float32", true, out);
-    std::fprintf(stderr, "toliman: go on with: toliman train %s --resume %s --out %s%s\n", options.scene.c_str(),
+    std::fprintf(stderr, "toliman: resume with: toliman train %s --resume %s --out %s%s\n", options.scene.c_str(),
                  part.c_str(), options.out.c_str(),
                  options.epochs != 0 ? (" --epochs " + std::to_string(options.epochs)).c_str() : "");
 }
 
 void train(const Options &options, Progress &progress) {
-    check_apart(options.out, {options.scene});
-    OutputFile out(options.out); // an unwritable place is found before the work, not after it
+    check_not_input(options.out, {options.scene});
+    OutputFile out(options.out); // before the training: an unwritable path fails at once
     if (options.out != "-")
-        check_output(part_of(options.out));
+        check_output(part_path(options.out));
     const Scene scene(options.scene, progress);
     auto [cae, how, seed] = options.resume.empty() ? new_training(scene, options) : resumed_training(scene, options);
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
     check_mode(options, tied);
     if (!tied && scene.info.frames < 2)
         throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(scene.info.frames) +
-                                      ": unsupervised training takes at least 2");
-    // Other noise than that of `simulate` with the same seed: a network would know those frames.
+                                      ": unsupervised training needs at least 2");
+    // Other noise than that of `simulate` with the same seed, so that the network has not seen the frames it will
+    // encode.
     Frames frames = {scene, seed ^ kTrainingNoise};
     how.frames = Frames::give;
     how.frames_data = &frames;
@@ -181,8 +196,8 @@ void train(const Options &options, Progress &progress) {
     const toliman_status status = toliman_cae_train(cae.get(), &how, &result);
     progress.clear();
     if (status == TOLIMAN_E_CANCELLED) {
-        if (get_how(cae.get(), how) && options.out != "-")
-            keep_part(cae, options);
+        if (get_training(cae.get(), how) && options.out != "-")
+            save_interrupted(cae, options);
         stop_if_asked();
     }
     toliman::check(status);
@@ -196,24 +211,33 @@ void add_train(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("train", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out, "the weights file to write (.tlmw); - is standard output")->required();
+    command->add_option("--out", options->out, "weights file to write (.tlmw); - writes to standard output")
+        ->type_name("FILE")
+        ->required();
     CLI::Option *resume =
-        command->add_option("--resume", options->resume, "go on with the training in this weights file");
-    resume->excludes(add_seed(*command, options->seed, "seed of the initial weights and the frames' noise, default 1"));
+        command->add_option("--resume", options->resume, "weights file with a training to continue")->type_name("FILE");
     resume->excludes(
-        command->add_option("--mode", options->mode, "tied (default) or unsupervised")->check(CLI::IsMember(kModes)));
+        add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1"));
+    resume->excludes(command->add_option("--mode", options->mode, "training: tied (default) or unsupervised")
+                         ->check(CLI::IsMember(kModes)));
     resume->excludes(
-        command->add_option("--layout", options->layout, "flight (default) or paper; paper only unsupervised")
+        command
+            ->add_option("--layout", options->layout,
+                         "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised")
             ->check(CLI::IsMember(kLayouts)));
     resume->excludes(
         command
-            ->add_option("--input", options->input, "whitened (default), residual or raw; the others only unsupervised")
+            ->add_option("--input", options->input,
+                         "preprocessing of frames: whitened (default), residual or raw; the last two need --mode "
+                         "unsupervised")
             ->check(CLI::IsMember(kInputs)));
-    resume->excludes(command->add_option("--steps", options->steps, "of tied training, default 300")
+    resume->excludes(command->add_option("--steps", options->steps, "number of steps of tied training, default 300")
                          ->check(CLI::Range(1u, 1000000u)));
-    command->add_option("--epochs", options->epochs, "of unsupervised training, in all, default 300")
+    command
+        ->add_option("--epochs", options->epochs,
+                     "number of epochs of unsupervised training, including those before --resume, default 300")
         ->check(CLI::Range(1u, 1000000u));
-    command->add_option("--payload", options->payload, "numbers of the file: float32 (default), bf16 or fp16")
+    command->add_option("--payload", options->payload, "number format of the file: float32 (default), bf16 or fp16")
         ->check(CLI::IsMember(kPayloads));
     command->callback([&context, options] {
         context.action = [&context, options] {

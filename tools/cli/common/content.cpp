@@ -1,3 +1,7 @@
+// Method: a file is identified by its magic bytes, by "schema" in JSON, or, if its first 512 bytes have no control
+// characters, as text; a folder by the files in it. Only regular files are opened: reading a pipe would block and
+// consume its data. An output file counts as toliman's own by a mark that other programs do not write: CREATOR in FITS,
+// a .npy header of 256 bytes (NumPy writes 128), the first line of a CSV file.
 #include "common/content.hpp"
 
 #include <algorithm>
@@ -13,8 +17,8 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kHeadSize = 23040; // of FITS 8 blocks, in which CREATOR stands
-constexpr size_t kTextSize = 512;   // bytes that tell text from other bytes
+constexpr size_t kHeadSize = 23040; // 8 FITS blocks, which contain CREATOR
+constexpr size_t kTextSize = 512;   // bytes that are examined for control characters
 constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
 
 bool begins_with(const std::string &text, const std::string &start) {
@@ -35,7 +39,7 @@ bool is_text(const std::string &head) {
                         is_control);
 }
 
-// The value of "schema" in the text of a JSON object, "" where there is none.
+// The value of "schema" in the text of a JSON object, "" if there is none.
 std::string schema_in(const std::string &text) {
     size_t at = text.find("\"schema\"");
     for (const char mark : {':', '"'}) {
@@ -76,7 +80,7 @@ Identity text_identity(const std::string &path, const std::string &head) {
     return {Content::json, "JSON", head};
 }
 
-// The card of a FITS header that names who made it.
+// Whether a FITS header has CREATOR = 'toliman...'.
 bool is_own_fits(const std::string &head) {
     constexpr size_t card = 80;
     for (size_t at = 0; at + card <= head.size() && head.compare(at, 8, "END     ") != 0; at += card)
@@ -97,7 +101,7 @@ void need(const std::string &path, const std::string &wanted, std::initializer_l
     const bool is_name = !path.empty() && path.find('/') == std::string::npos;
     if (is_name && std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found &&
         std::filesystem::exists(shipped_scenes() + "/" + path, error))
-        malformed(path, "No such file here; the shipped scene of this name is not " + wanted);
+        malformed(path, "No such file; the shipped scene of this name is not " + wanted);
 }
 
 bool is_own_npy(const std::string &head) {
@@ -115,7 +119,7 @@ Identity identify(const std::string &path) {
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (std::filesystem::is_directory(status))
         return folder_identity(path);
-    if (!std::filesystem::is_regular_file(status)) // a pipe would be waited for
+    if (!std::filesystem::is_regular_file(status)) // reading a pipe would block
         return {};
     const std::string head = head_of(path);
     if (head.empty())
@@ -133,7 +137,7 @@ Identity identify(const std::string &path) {
     return is_text(head) ? text_identity(path, head) : Identity{Content::unknown, "", head};
 }
 
-std::string kind_remark(const std::string &path) {
+std::string kind_of(const std::string &path) {
     const std::string name = identify(path).name;
     return name.empty() ? "" : "; it is " + name;
 }

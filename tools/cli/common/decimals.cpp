@@ -28,7 +28,7 @@ int decimals_of(double error, int least) {
 }
 
 std::string text_with_error(double value, double error) {
-    constexpr int plain = 5, most = 15; // digits before and behind the point
+    constexpr int plain = 5, most = 15; // decimal exponents below -plain or above `most` are printed as such
     char text[80];
     if (std::isnan(error) || !std::isfinite(value))
         std::snprintf(text, sizeof text, "%.6g", value);

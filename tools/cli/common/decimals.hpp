@@ -1,18 +1,18 @@
-// How many digits a number is printed with.
+// Chooses the number of digits with which a value is printed.
 #pragma once
 #include <string>
 
 namespace cli {
 
-// Power of ten of its first digit once it is rounded to `digits` digits; of a finite number.
+// Decimal exponent of a finite number after rounding to `digits` digits.
 int exponent_of(double value, int digits);
 
-// Decimals of a value that is known to `error`: those of two digits of the error, `least` at least, as in
-// 2.59931 +- 0.00042 and 363.11 +- 3.13; where the error is unknown `least`, or two if that is less.
+// Decimals of a value with standard error `error`: those of two digits of the error, but at least `least`, as in
+// 2.59931 +- 0.00042 and 363.11 +- 3.13. If the error is unknown: the larger of `least` and 2.
 int decimals_of(double error, int least = 2);
 
-// "363.1 +- 3.1", "3.012e-07 +- 4.0e-09"; six digits of a value where the error is 0, infinite or NaN, which is left
-// out.
+// "363.1 +- 3.1", "3.012e-07 +- 4.0e-09". The value has six digits if the error is 0, infinite or NaN; a NaN error is
+// left out.
 std::string text_with_error(double value, double error);
 
 } // namespace cli

@@ -7,14 +7,14 @@ namespace cli {
 
 namespace {
 
-// Names and values in files may hold bytes that a terminal obeys.
-std::string harmless(std::string text) {
+// Replaces control characters, which names and values in files may contain and a terminal would execute.
+std::string printable(std::string text) {
     std::replace_if(
         text.begin(), text.end(), [](char byte) { return (byte >= 0 && byte < ' ') || byte == '\x7f'; }, '?');
     return text;
 }
 
-// Of a failed library call.
+// The exit code for the status of a failed library call.
 ExitCode exit_code(toliman_status status) noexcept {
     switch (status) {
     case TOLIMAN_OK:
@@ -42,7 +42,7 @@ ExitCode exit_code(toliman_status status) noexcept {
 
 } // namespace
 
-Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(harmless(text)), code_(code) {}
+Failure::Failure(ExitCode code, const std::string &text) : std::runtime_error(printable(text)), code_(code) {}
 
 void malformed(const std::string &path, const std::string &why) {
     throw Failure(kExitInput, path + ": " + why);

@@ -1,4 +1,4 @@
-// How the program ends: exit codes of the documentation and one clear line on stderr.
+// Failures of the program: a documented exit code and one line on standard error.
 #pragma once
 #include <functional>
 #include <stdexcept>
@@ -13,10 +13,10 @@ enum ExitCode {
     kExitInternal = 1,
     kExitUsage = 2,    // options or scene content
     kExitInput = 3,    // an input file missing or malformed
-    kExitRejected = 4, // finished, but samples or frames were rejected (--strict)
+    kExitRejected = 4, // finished, but samples or frames were skipped (--strict), or doctor is not ready
     kExitState = 5,    // a state folder is damaged and not recoverable
     kExitOutput = 6,   // an output cannot be written, or another process is writing to it
-    kExitHungUp = 129, // 128 and the signal
+    kExitHungUp = 129, // 128 + signal number
     kExitInterrupted = 130,
     kExitTerminated = 143,
 };
@@ -34,7 +34,7 @@ class Failure : public std::runtime_error {
 // An input file that cannot be used: exit code 3.
 [[noreturn]] void malformed(const std::string &path, const std::string &why);
 
-// What some work came to: kExitOk, or the code and the reason of what it threw.
+// Result of some work: kExitOk, or the exit code and the message of the exception it threw.
 struct Ending {
     ExitCode code = kExitOk;
     std::string why;

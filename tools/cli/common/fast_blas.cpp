@@ -17,7 +17,7 @@ void restart_with_fast_blas(char **argv) {
     if (machine.blas_threads != 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr)
         changed = ::setenv("OPENBLAS_NUM_THREADS", "1", 1) == 0 || changed;
     if (changed)
-        ::execv("/proc/self/exe", argv); // on failure go on as we are: slower, not wrong
+        ::execv("/proc/self/exe", argv); // on failure continue with the slower kernels, which are correct too
 }
 
 } // namespace cli

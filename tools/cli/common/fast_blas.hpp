@@ -1,9 +1,9 @@
-// OpenBLAS chooses kernels and threads once, when it is loaded.
+// Selects OpenBLAS kernels and threads, which OpenBLAS itself fixes when it is loaded.
 #pragma once
 
 namespace cli {
 
-// Sets the best ones in the environment, unless they are set, and starts the program again. To be called first.
+// Sets OPENBLAS_CORETYPE and OPENBLAS_NUM_THREADS unless they are set, and restarts the program. Call this first.
 void restart_with_fast_blas(char **argv);
 
 } // namespace cli

@@ -11,13 +11,13 @@
 namespace cli {
 
 bool exists(const std::string &path) {
-    struct stat facts = {};
-    return ::stat(path.c_str(), &facts) == 0;
+    struct stat status = {};
+    return ::stat(path.c_str(), &status) == 0;
 }
 
 bool is_folder(const std::string &path) {
-    struct stat facts = {};
-    return ::stat(path.c_str(), &facts) == 0 && S_ISDIR(facts.st_mode);
+    struct stat status = {};
+    return ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
 std::string plain(std::string path) {
@@ -27,12 +27,12 @@ std::string plain(std::string path) {
 }
 
 FileStamp::FileStamp(const std::string &path) {
-    struct stat facts = {};
-    if (::stat(path.c_str(), &facts) != 0)
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) != 0)
         malformed(path, std::strerror(errno));
-    inode = facts.st_ino;
-    size = static_cast<size_t>(facts.st_size);
-    changed_ns = facts.st_mtim.tv_sec * int64_t{1000000000} + facts.st_mtim.tv_nsec;
+    inode = status.st_ino;
+    size = static_cast<size_t>(status.st_size);
+    changed_ns = status.st_mtim.tv_sec * int64_t{1000000000} + status.st_mtim.tv_nsec;
 }
 
 bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept {
@@ -41,15 +41,15 @@ bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept {
 }
 
 InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
-    struct stat facts = {};
-    if (::stat(path.c_str(), &facts) != 0)
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) != 0)
         malformed(path, std::strerror(errno));
-    if (!S_ISREG(facts.st_mode)) // a pipe would be waited for
-        malformed(path, "not a regular file" + kind_remark(path));
+    if (!S_ISREG(status.st_mode)) // opening a pipe would block
+        malformed(path, "is not a regular file" + kind_of(path));
     file_ = std::fopen(path.c_str(), "rb");
     if (file_ == nullptr)
         malformed(path, std::strerror(errno));
-    size_ = static_cast<size_t>(facts.st_size);
+    size_ = static_cast<size_t>(status.st_size);
 }
 
 InputFile::~InputFile() {
@@ -65,7 +65,7 @@ bool InputFile::read(void *data, size_t size) {
 
 void InputFile::read_known(void *data, size_t size) {
     if (!read(data, size))
-        malformed(path_, "became shorter while it was read");
+        malformed(path_, "was truncated while it was read");
 }
 
 bool InputFile::ended() {
@@ -78,7 +78,7 @@ void InputFile::check_input() const {
     if (std::ferror(file_) == 0)
         return;
     const int reason = errno;
-    stop_if_asked(); // it ended the waiting for standard input
+    stop_if_asked(); // a signal interrupts reading from standard input
     malformed(path_, std::string("cannot be read: ") + std::strerror(reason));
 }
 

@@ -56,7 +56,7 @@ Json &Json::set(const char *name, JsonTree &&value) {
 
 namespace {
 
-std::string taken(char *printed) {
+std::string text_from(char *printed) {
     std::string text = printed != nullptr ? std::string(printed) + "\n" : "";
     cJSON_free(printed);
     return text;
@@ -65,11 +65,11 @@ std::string taken(char *printed) {
 } // namespace
 
 std::string text_of(const JsonTree &tree) {
-    return taken(cJSON_Print(tree.get()));
+    return text_from(cJSON_Print(tree.get()));
 }
 
 std::string Json::line() const {
-    return taken(cJSON_PrintUnformatted(object_.get()));
+    return text_from(cJSON_PrintUnformatted(object_.get()));
 }
 
 } // namespace cli

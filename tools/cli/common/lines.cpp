@@ -1,3 +1,5 @@
+// Method: poll(2) with a timeout of a second before every read, so that a signal that arrives just before a blocking
+// call is noticed within that second, and slow input can be followed without a thread.
 #include "common/lines.hpp"
 
 #include <algorithm>
@@ -14,15 +16,15 @@ namespace cli {
 
 namespace {
 constexpr size_t kBuffer = 1 << 16;
-constexpr int kPatience = 1000; // ms: how late a signal may be noticed that comes just before the waiting
+constexpr int kPollTimeout = 1000; // ms, timeout of a wait: the longest delay until a signal is noticed
 } // namespace
 
-LineSource::LineSource(const std::string &path, std::function<void()> awake)
-    : name_(path == "-" ? "standard input" : path), awake_(std::move(awake)),
+LineSource::LineSource(const std::string &path, std::function<void()> on_idle)
+    : name_(path == "-" ? "standard input" : path), on_idle_(std::move(on_idle)),
       file_(path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC)), buffer_(kBuffer) {
     if (file_ < 0) {
         const int reason = errno;
-        awake_(); // a signal ends the waiting for a pipe's other side
+        on_idle_(); // a signal may have interrupted the wait for the pipe's writer
         malformed(name_, std::strerror(reason));
     }
 }
@@ -35,7 +37,7 @@ LineSource::~LineSource() {
 bool LineSource::next(std::string &line) {
     line.clear();
     while (!ended_) {
-        awake_();
+        on_idle_();
         const char *start = buffer_.data() + at_;
         const auto *newline = static_cast<const char *>(std::memchr(start, '\n', held_ - at_));
         const size_t length = newline != nullptr ? static_cast<size_t>(newline - start) : held_ - at_;
@@ -45,16 +47,16 @@ bool LineSource::next(std::string &line) {
             return true;
         ended_ = !fill();
     }
-    awake_(); // Ctrl-C ends whoever writes the pipe as well
+    on_idle_(); // Ctrl-C also ends the process that writes to the pipe: report the signal, not the end of the input
     return !line.empty();
 }
 
 // False at the end.
 bool LineSource::fill() {
     for (;;) {
-        awake_();
+        on_idle_();
         pollfd waiting = {file_, POLLIN, 0};
-        const int ready = ::poll(&waiting, 1, kPatience);
+        const int ready = ::poll(&waiting, 1, kPollTimeout);
         if (ready == 0 || (ready < 0 && errno == EINTR))
             continue;
         const ssize_t count = ::read(file_, buffer_.data(), buffer_.size());

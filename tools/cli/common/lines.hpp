@@ -1,4 +1,4 @@
-// Lines of text as they come, from a file, a pipe or standard input.
+// Reads lines of text as they arrive, from a file, a pipe or standard input.
 #pragma once
 #include <functional>
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace cli {
 
-// A line of a file. Messages call it by its text, which takes longer to make than most lines to read.
+// File and number of a line. Its text for messages is made on demand, since that takes longer than reading a line.
 struct LinePlace {
     const std::string &file;
     int number;
@@ -15,29 +15,29 @@ struct LinePlace {
 
 class LineSource {
   public:
-    // A line that has more bytes comes as one more than so many, the rest left out: without any newline it would take
-    // all memory.
+    // Longest line in bytes. A longer line is returned with its first kLongest + 1 bytes, so that input without
+    // newlines does not use up the memory.
     static constexpr size_t kLongest = 1 << 16;
 
-    // path: a file, or - for standard input. `awake` is called before every line and, while none comes, every second
-    // and after every signal; it ends the waiting by throwing.
-    LineSource(const std::string &path, std::function<void()> awake);
+    // path: a file, or - for standard input. on_idle is called before every line and, while no line arrives, every
+    // second and after every signal. It ends the wait by throwing.
+    LineSource(const std::string &path, std::function<void()> on_idle);
     ~LineSource();
     LineSource(const LineSource &) = delete;
     LineSource &operator=(const LineSource &) = delete;
 
-    // False at the end. A line that is under way when `awake` throws is lost, never taken for a whole one.
+    // False at the end. An incomplete line is discarded when on_idle throws; it is never returned as a whole one.
     bool next(std::string &line);
     bool whole() const noexcept { return !ended_; } // the last line had its newline
     const std::string &name() const noexcept { return name_; }
 
   private:
     bool fill();
-    std::string name_; // as messages call it
-    std::function<void()> awake_;
+    std::string name_; // the input's name in messages
+    std::function<void()> on_idle_;
     int file_;
     std::vector<char> buffer_;
-    size_t at_ = 0, held_ = 0; // of the buffer: read up to, filled up to
+    size_t at_ = 0, held_ = 0; // position and end of the bytes in the buffer
     bool ended_ = false;
 };
 

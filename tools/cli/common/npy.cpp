@@ -20,7 +20,7 @@ bool known(const std::string &type) noexcept {
     return false;
 }
 
-// What stands behind 'key': in the header's dictionary, up to one of the stops.
+// The text after 'key': in the header's dictionary, up to one of the characters in `stops`.
 std::string value_of(const std::string &header, const std::string &key, const char *stops) {
     const size_t at = header.find("'" + key + "':");
     if (at == std::string::npos)
@@ -32,7 +32,7 @@ std::string value_of(const std::string &header, const std::string &key, const ch
     return end == std::string::npos ? "" : header.substr(start, end - start);
 }
 
-// The numbers of "(2, 256, 256"; one that is too long for size_t becomes the largest.
+// The numbers in "(2, 256, 256"; one that exceeds size_t becomes the largest size_t.
 std::vector<size_t> numbers_of(const std::string &text) {
     std::vector<size_t> numbers;
     for (const char *next = text.c_str(); *next != '\0';) {
@@ -54,7 +54,7 @@ void write_npy_header(OutputFile &out, const std::vector<size_t> &shape) {
     for (size_t i = 0; i < shape.size(); i++)
         text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
     text += shape.size() == 1 ? ",), }" : "), }";
-    text.resize(kNpyHeaderSize - kPrefixSize - 1, ' '); // its size is the mark of this program's files
+    text.resize(kNpyHeaderSize - kPrefixSize - 1, ' '); // the header's size marks files of this program
     text += '\n';
     const unsigned char prefix[4] = {1, 0, static_cast<unsigned char>(text.size() & 255),
                                      static_cast<unsigned char>(text.size() >> 8)};
@@ -68,17 +68,18 @@ NpyHeader read_npy_header(InputFile &file) {
     if (file.ended())
         malformed(file.path(), "is empty");
     if (!file.read(prefix, kPrefixSize) || std::memcmp(prefix, kMagic, kMagicSize) != 0)
-        malformed(file.path(), "is not a .npy file" + kind_remark(file.path()));
+        malformed(file.path(), "is not a .npy file" + kind_of(file.path()));
     if (prefix[6] != 1)
-        malformed(file.path(), ".npy version " + std::to_string(prefix[6]) + ": version 1 is read");
+        malformed(file.path(), "unsupported .npy version " + std::to_string(prefix[6]) + ": must be 1");
     std::string text(static_cast<size_t>(prefix[8]) + size_t{256} * prefix[9], ' ');
     if (!file.read(text.data(), text.size()))
-        malformed(file.path(), "its .npy header is truncated");
+        malformed(file.path(), "the .npy header is truncated");
     const std::string type = value_of(text, "descr", ",");
     if (type.size() != 5 || (type[1] != '<' && type[1] != '|') || !known(type.substr(2, 2)))
-        malformed(file.path(), "its numbers are " + type + ": little-endian f4 f8 u1 u2 u4 u8 i2 i4 i8 are read");
+        malformed(file.path(),
+                  "unsupported dtype " + type + ": must be little-endian f4, f8, u1, u2, u4, u8, i2, i4 or i8");
     if (value_of(text, "fortran_order", ",") != "False")
-        malformed(file.path(), "is in Fortran order: C order is read");
+        malformed(file.path(), "is in Fortran order: must be in C order");
     return {type.substr(2, 2), numbers_of(value_of(text, "shape", ")")), kPrefixSize + text.size()};
 }
 

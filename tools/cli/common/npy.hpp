@@ -1,4 +1,4 @@
-// Headers of NumPy .npy files: float64 out, the usual numbers in.
+// Headers of NumPy .npy files: writes float64, reads the common number types.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -13,12 +13,12 @@ namespace cli {
 void write_npy_header(OutputFile &out, const std::vector<size_t> &shape);
 
 struct NpyHeader {
-    std::string type; // numpy's type text without byte order, e.g. "f8"
+    std::string type; // NumPy's dtype without byte order, e.g. "f8"
     std::vector<size_t> shape;
     size_t size; // bytes before the numbers
 };
 
-// Leaves the file where the numbers start.
+// Reads the header; the file is then positioned at the first number.
 NpyHeader read_npy_header(InputFile &file);
 
 } // namespace cli

@@ -1,3 +1,6 @@
+// Method: an output is written to a temporary file in the same folder, fsync'ed and renamed, so that a reader sees the
+// old or the new file and never a part. While it is written it is readable by its owner only. Standard output is
+// written by poll(2) and write(2) of at most PIPE_BUF bytes, so that a signal can end the wait for a slow reader.
 #include "common/output.hpp"
 
 #include <algorithm>
@@ -24,21 +27,21 @@ namespace cli {
 namespace {
 
 constexpr int kMostTemporaries = 100;
-constexpr int kPatience = 1000; // ms, that a stopped program waits for the reader of its output
+constexpr int kPollTimeout = 1000; // ms, timeout of a wait for the reader of standard output
 bool is_forced = false;
 
 bool is_link(const std::string &path) noexcept {
-    struct stat facts = {};
-    return ::lstat(path.c_str(), &facts) == 0 && S_ISLNK(facts.st_mode);
+    struct stat status = {};
+    return ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
 }
 
-// fchmod; true also on a file system that knows no permissions.
+// fchmod; true also on a file system without permissions.
 bool set_mode(int descriptor, mode_t mode) noexcept {
     return ::fchmod(descriptor, mode) == 0 || errno == EPERM || errno == ENOTSUP || errno == ENOSYS;
 }
 
-// Bytes from `at` on that a pipe which is ready takes at once, and in whole lines if possible: only poll() waits for
-// the reader, a signal ends that, and leaves no line cut.
+// Number of bytes from `at` on that a ready pipe accepts without blocking (PIPE_BUF), in whole lines if possible. Only
+// poll() waits for the reader, so a signal can end the wait and leaves no line incomplete.
 size_t portion(const std::string &text, size_t at) {
     const size_t most = std::min<size_t>(text.size() - at, PIPE_BUF);
     const size_t newline = text.rfind('\n', at + most - 1);
@@ -51,14 +54,13 @@ void check_own(const std::string &path, Replaces what) {
     const Identity file = identify(path);
     if (file.content != Content::empty && !(file.content == Content::scene && what == Replaces::scenes) &&
         !is_own(file))
-        throw Failure(kExitOutput,
-                      path + ": exists and is not recognised as written by toliman: give --force to replace it");
+        throw Failure(kExitOutput, path + ": exists and was not written by toliman: give --force to replace it");
 }
 
-// A write to a full pipe also fails when a signal comes.
+// A signal also interrupts a write to a full pipe.
 [[noreturn]] void lost_stdout(int reason) {
     stop_if_asked();
-    if (reason == EPIPE) // as after `| head`
+    if (reason == EPIPE) // the reader has closed the pipe, as `| head` does: no message
         throw Failure(kExitOutput, "");
     throw Failure(kExitOutput, std::string("standard output: ") + std::strerror(reason));
 }
@@ -73,12 +75,12 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
     : path_(path == "-" ? "standard output" : path), is_stdout_(path == "-"), file_(nullptr) {
     if (is_stdout_ && what != Replaces::scenes && ::isatty(STDOUT_FILENO) != 0)
         throw Failure(kExitUsage, "-: standard output is a terminal: redirect it or give a file");
-    struct stat facts = {};
-    const bool exists = path != "-" && ::stat(path.c_str(), &facts) == 0;
+    struct stat status = {};
+    const bool exists = path != "-" && ::stat(path.c_str(), &status) == 0;
     int descriptor;
     if (path == "-") {
         descriptor = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
-    } else if (exists && !S_ISREG(facts.st_mode)) {
+    } else if (exists && !S_ISREG(status.st_mode)) {
         descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
     } else {
         const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
@@ -87,7 +89,7 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
         target_ = real ? real.get() : path;
         if (exists)
             check_own(path, what);
-        mode_ = exists ? facts.st_mode & 0777 : 0;
+        mode_ = exists ? status.st_mode & 0777 : 0;
         descriptor = open_temporary(exists ? 0600 : 0666);
     }
     if (descriptor >= 0)
@@ -100,7 +102,7 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
     }
 }
 
-// Passes over names that are taken, by other writers or by some that died.
+// Skips names in use by other writers or left by writers that died.
 int OutputFile::open_temporary(mode_t mode) {
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
@@ -112,12 +114,13 @@ int OutputFile::open_temporary(mode_t mode) {
     return descriptor;
 }
 
-// Closes a new, still empty file to all others; the permissions that it had tell the umask without changing it.
+// Makes a new, still empty file private. Its permissions until then show the umask, which can only be read by changing
+// it.
 bool OutputFile::keep_private() noexcept {
-    struct stat facts = {};
-    if (::fstat(::fileno(file_), &facts) != 0)
+    struct stat status = {};
+    if (::fstat(::fileno(file_), &status) != 0)
         return false;
-    mode_ = facts.st_mode & 0777;
+    mode_ = status.st_mode & 0777;
     return set_mode(::fileno(file_), 0600);
 }
 
@@ -152,10 +155,10 @@ void OutputFile::need_space(const std::vector<size_t> &axes, size_t width) const
     struct statvfs disk = {};
     if (temporary_.empty() || ::statvfs(temporary_.c_str(), &disk) != 0)
         return;
-    const double room = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
-    if (bytes <= room)
+    const double available = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+    if (bytes <= available)
         return;
-    fail("takes " + size_text(bytes) + ", the disk has " + size_text(room) + " free");
+    fail("needs " + size_text(bytes) + ", the disk has " + size_text(available) + " free");
 }
 
 std::string OutputFile::hand_over() {
@@ -183,7 +186,7 @@ void OutputFile::print(const char *format, ...) {
 }
 
 void OutputFile::close() {
-    if (temporary_.empty()) // written straight
+    if (temporary_.empty()) // written directly
         return;
     const int failed = std::fclose(file_);
     file_ = nullptr;
@@ -206,9 +209,9 @@ void OutputFile::commit() {
 
 OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {
     if (!made_ && errno != EEXIST)
-        throw Failure(kExitOutput, path + ": cannot be made: " + std::strerror(errno));
-    struct stat facts = {};
-    if (::stat(path.c_str(), &facts) == 0 && !S_ISDIR(facts.st_mode))
+        throw Failure(kExitOutput, path + ": cannot be created: " + std::strerror(errno));
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode))
         throw Failure(kExitOutput, path + ": is not a folder");
     if (::access(path.c_str(), W_OK | X_OK) != 0)
         throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
@@ -219,7 +222,7 @@ OutputFolder::~OutputFolder() {
         ::rmdir(path_.c_str());
 }
 
-void check_apart(const std::string &output, const std::vector<std::string> &inputs) {
+void check_not_input(const std::string &output, const std::vector<std::string> &inputs) {
     struct stat out = {}, in = {};
     if ((output == "-" ? ::fstat(STDOUT_FILENO, &out) : ::stat(output.c_str(), &out)) != 0 || !S_ISREG(out.st_mode))
         return;
@@ -230,21 +233,21 @@ void check_apart(const std::string &output, const std::vector<std::string> &inpu
 }
 
 void check_output(const std::string &path) {
-    struct stat facts = {};
-    if (path != "-" && ::stat(path.c_str(), &facts) == 0 && !S_ISREG(facts.st_mode) && !S_ISDIR(facts.st_mode))
-        return; // opening a pipe would wait for its reader, and closing it send him away
+    struct stat status = {};
+    if (path != "-" && ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
+        return; // opening a pipe would wait for its reader, and closing it would end the reader's input
     OutputFile probe(path);
 }
 
 void print_stdout(const std::string &text) {
-    static std::string waiting; // with what a signal left unwritten
+    static std::string waiting; // including text that a signal left unwritten
     static size_t written = 0;
     if (std::fflush(stdout) != 0)
         lost_stdout(errno);
     waiting.erase(0, std::exchange(written, 0)) += text;
     while (written < waiting.size()) {
         pollfd out = {STDOUT_FILENO, POLLOUT, 0};
-        if (::poll(&out, 1, kPatience) <= 0) {
+        if (::poll(&out, 1, kPollTimeout) <= 0) {
             stop_if_asked();
             continue;
         }

@@ -1,4 +1,4 @@
-// Sizes for people.
+// Formats sizes in bytes.
 #pragma once
 #include <cstdio>
 #include <string>

@@ -1,4 +1,4 @@
-// Adds the seconds of its life to a sum.
+// Adds the seconds between its construction and destruction to a sum.
 #pragma once
 #include <chrono>
 

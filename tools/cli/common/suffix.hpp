@@ -1,4 +1,4 @@
-// A file's suffix says what it is.
+// Tests the suffix of a file name.
 #pragma once
 #include <string>
 

@@ -15,17 +15,17 @@ namespace cli {
 
 namespace {
 
-volatile std::sig_atomic_t asked = 0, rang = 0;
+volatile std::sig_atomic_t stop_request = 0, alarm_flag = 0;
 
-void take_note(int signal) {
-    asked = signal;
+void record_signal(int signal) {
+    stop_request = signal;
 }
 
-void ring(int) {
-    rang = 1;
+void record_alarm(int) {
+    alarm_flag = 1;
 }
 
-// Columns of the terminal on stderr now; COLUMNS where it does not know, else 80.
+// Current width of the terminal on stderr; if unknown, COLUMNS of the environment, otherwise 80.
 size_t columns_now() {
     winsize size = {};
     if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
@@ -37,12 +37,12 @@ size_t columns_now() {
     return 80;
 }
 
-// A bar of 32 characters, or of what `room` leaves for it with its brackets and a space; none below 8.
-std::string bar(double fraction, size_t room) {
+// A bar of at most 32 characters that fits into `columns` with its brackets and a space; empty if fewer than 8 fit.
+std::string bar(double fraction, size_t columns) {
     constexpr size_t most = 32, least = 8, frame = 3;
-    if (room < least + frame)
+    if (columns < least + frame)
         return "";
-    const size_t width = std::min(room - frame, most);
+    const size_t width = std::min(columns - frame, most);
     const auto full = static_cast<size_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width)));
     return "[" + std::string(full, '#') + std::string(width - full, '.') + "] ";
 }
@@ -57,43 +57,43 @@ std::string padded(const char *stage) {
 
 void watch_signals() {
     struct sigaction action = {};
-    action.sa_handler = take_note;
+    action.sa_handler = record_signal;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
     struct sigaction hangup = {};
     if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
         ::sigaction(SIGHUP, &action, nullptr);
-    // A closed pipe and a file beyond the limit of sizes are then write errors with a message.
+    // A closed pipe and a file beyond the size limit are then write errors with a message.
     ::signal(SIGPIPE, SIG_IGN);
     ::signal(SIGXFSZ, SIG_IGN);
 }
 
 int stop_signal() noexcept {
-    return asked;
+    return stop_request;
 }
 
 ExitCode stop_code() noexcept {
-    return static_cast<ExitCode>(128 + asked); // as shells have it
+    return static_cast<ExitCode>(128 + stop_request); // the convention of shells
 }
 
 void stop_if_asked() {
-    if (asked != 0)
+    if (stop_request != 0)
         throw Failure(stop_code(), "stopped by a signal");
 }
 
 void set_alarm() {
     struct sigaction action = {};
-    action.sa_handler = ring;
-    action.sa_flags = SA_RESTART; // no write fails for it
+    action.sa_handler = record_alarm;
+    action.sa_flags = SA_RESTART; // it interrupts no write
     ::sigaction(SIGALRM, &action, nullptr);
     itimerval minute = {};
     minute.it_interval.tv_sec = minute.it_value.tv_sec = 60;
     ::setitimer(ITIMER_REAL, &minute, nullptr);
 }
 
-bool alarm_rang() noexcept {
-    const bool result = rang != 0;
-    rang = 0;
+bool alarm_expired() noexcept {
+    const bool result = alarm_flag != 0;
+    alarm_flag = 0;
     return result;
 }
 
@@ -119,7 +119,7 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     }
     last_ = now;
     const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
-    // The time left is not known from the first percents or the first half second.
+    // No estimate of the time left before 2 % and half a second.
     const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed >= 0.5);
     const double left = estimated ? elapsed * (1 - fraction) / fraction : 0;
     char text[64];
@@ -132,8 +132,8 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     std::snprintf(text, sizeof text, estimated ? "%3.0f %%  %.0f s left" : "%3.0f %%  estimating", 100 * fraction,
                   left);
     const std::string head = padded(stage), tail = text + (note.empty() ? "" : "  " + note);
-    const size_t columns = columns_now(), taken = head.size() + tail.size() + 1;
-    draw(head + bar(fraction, columns > taken ? columns - taken : 0) + tail, columns);
+    const size_t columns = columns_now(), used = head.size() + tail.size() + 1;
+    draw(head + bar(fraction, columns > used ? columns - used : 0) + tail, columns);
 }
 
 void Progress::note(const char *stage, const std::string &text) {
@@ -153,7 +153,7 @@ void Progress::close(const char *stage, const std::string &text) {
     drawn_ = false;
 }
 
-// One column stays free: at the last one some terminals begin a new line.
+// The last column stays free: some terminals begin a new line after it.
 void Progress::draw(std::string line, size_t columns) {
     if (line.size() >= columns) {
         line.resize(columns - 1);
@@ -179,10 +179,10 @@ void Progress::tell(const std::string &text) {
 }
 
 int32_t Progress::callback(const char *stage, double fraction, void *user_data) {
-    // What follows a colon is a remark on how the stage goes.
+    // The library's stage may have a note after a colon.
     const std::string text = stage, name = text.substr(0, text.find(": "));
     static_cast<Progress *>(user_data)->show(name.c_str(), fraction, name == text ? "" : text.substr(name.size() + 2));
-    return asked != 0 ? 1 : 0;
+    return stop_request != 0 ? 1 : 0;
 }
 
 void Progress::log(int32_t level, const char *text, void *user_data) {

@@ -1,4 +1,4 @@
-// Progress on stderr, and signals turned into a clean stop.
+// Progress on standard error, and a clean stop after a signal.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -8,37 +8,37 @@
 
 namespace cli {
 
-// Installs handlers for SIGINT, SIGTERM and SIGHUP (unless it is ignored, as by nohup) that only take note.
+// Installs handlers for SIGINT, SIGTERM and SIGHUP (unless it is ignored, as by nohup) that only record the signal.
 void watch_signals();
-// The signal that asked to stop, 0 if none, and the exit code that tells of it.
+// The signal that was received, 0 if none, and its exit code.
 int stop_signal() noexcept;
 ExitCode stop_code() noexcept;
-// Throws Failure with that exit code once a signal has asked to stop.
+// Throws Failure with that exit code if a signal was received.
 void stop_if_asked();
 
-// From now on every minute, and at every SIGALRM, an alarm: whether there was one since the last call.
+// Starts an alarm every minute; alarm_expired() is true if there was one, or a SIGALRM, since its last call.
 void set_alarm();
-bool alarm_rang() noexcept;
+bool alarm_expired() noexcept;
 
-// A line with a bar on a terminal, a JSON line per step with --progress=json, else nothing. Drawn at most ten times per
-// second. The line is never wider than the terminal is at that moment: the bar is shortened first, then the end is cut.
+// A line with a bar on a terminal, JSON lines with --progress=json, otherwise nothing. Drawn at most ten times per
+// second. The line is never wider than the terminal: first the bar is shortened, then the end is truncated.
 class Progress {
   public:
     enum class Style { automatic, json, none };
     explicit Progress(Style style);
     ~Progress();
-    // note: a few words beside the bar, of printable characters without quotes.
+    // note: a few words after the bar, of printable characters without quotes.
     void show(const char *stage, double fraction, const std::string &note = "");
-    // The same for a work without a known end: words alone.
+    // The same without a bar, for work of unknown length.
     void note(const char *stage, const std::string &text);
-    // Prints the result of the whole work on a terminal. It is not redrawn, so never cut.
+    // Prints the final result on a terminal. It is not redrawn, so it is not truncated.
     void close(const char *stage, const std::string &text);
-    // Ends the bar's line, so that what follows on stderr starts at its beginning.
+    // Erases the bar, so that the next message starts at the beginning of the line.
     void clear();
     void warn(const std::string &text);
     void tell(const std::string &text);
 
-    // For the library: user_data is the Progress.
+    // Callbacks for the library; user_data is the Progress.
     static int32_t callback(const char *stage, double fraction, void *user_data);
     static void log(int32_t level, const char *text, void *user_data);
 

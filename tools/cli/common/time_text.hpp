@@ -1,4 +1,4 @@
-// Times as FITS headers write them, to the nanosecond.
+// Parses times of FITS headers to the nanosecond.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -6,20 +6,20 @@
 
 namespace cli {
 
-// A decimal number times `unit`, to the nearest whole number, halves away from zero; of its digits the first 24 count.
-// None unless the text is such a number and the result fits.
+// A decimal number times `unit`, rounded to the nearest integer, halves away from zero; the first 24 digits count.
+// Empty if the text is not a number or the result exceeds 64 bits.
 std::optional<int64_t> times_unit(const std::string &text, int64_t unit);
 
-// Days, of which the whole ones are exact and the rest is rounded to the nanosecond; none beyond 100,000.
+// Days in nanoseconds: whole days are exact, the fraction is rounded to the nanosecond. Empty beyond 100,000 days.
 std::optional<int64_t> ns_of_days(double days);
 
-// Day (MJD) of the calendar and the nanoseconds since it began.
+// Calendar day (MJD) and nanoseconds since its beginning.
 struct DayTime {
     int64_t day, ns;
 };
 
-// YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...], of a day that exists, cut to the nanosecond. A second 60 is taken at the
-// end of any day, so that ns may lie beyond it.
+// Parses YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...] of a day that exists, truncated to the nanosecond. Second 60 is
+// accepted at the end of any day (a leap second), so that ns may exceed 86400 s.
 std::optional<DayTime> read_date(const std::string &text);
 
 } // namespace cli

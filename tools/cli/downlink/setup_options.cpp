@@ -37,16 +37,23 @@ FrequencyGrid grid_of_mission(double days) {
 
 void SetupOptions::add_to(CLI::App &command) {
     CLI::Option *grid =
-        command.add_option("--grid", grid_, "F0:DF:NF, frequencies in cycles a day, default the folder's");
+        command
+            .add_option("--grid", grid_,
+                        "frequencies F0:DF:NF, that is F0 + k DF with k < NF, in cycles per day; default: the folder's")
+            ->type_name("GRID");
     command
-        .add_option("--mission-days", mission_days_, "the grid of `run` for N days of a frame a day, for a new folder")
+        .add_option("--mission-days", mission_days_,
+                    "instead of --grid: the default grid of a mission of so many days with one frame per day")
         ->check(CLI::Range(4.0, 1e6))
         ->excludes(grid);
-    command.add_option(
-        "--clock", clock_,
-        "CSV of pairs camera_ns,tai_ns, or camera where its time is TAI, default the folder's, in a new one camera");
+    command
+        .add_option("--clock", clock_,
+                    "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: the "
+                    "folder's, "
+                    "of a new folder camera")
+        ->type_name("FILE");
     command.add_option("--epoch", epoch_,
-                       "TAI in ns that is time 0 of the phase, default the folder's, in a new one 0");
+                       "TAI in ns of time 0, to which phases refer; default: the folder's, of a new folder 0");
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {

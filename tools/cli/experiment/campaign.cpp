@@ -1,3 +1,8 @@
+// Method: a cell is one series of frames; it is simulated once and pushed to all methods that lack a result for it. The
+// values of a series with signal are regressed on the true displacement: slope, and scatter about the line. Without
+// signal the scatter is the standard deviation, and the slope is measured on two noise-free expected images at +-1e-5
+// px. Cells are ordered by the scene and the seed of their methods, so that each network is trained once and freed
+// after its last cell. The periodogram uses the grid of `run`; block means have fewer samples and a grid of their own.
 #include "experiment/campaign.hpp"
 
 #include <algorithm>
@@ -12,24 +17,25 @@ namespace cli {
 
 namespace {
 
-constexpr uint64_t kControlFrames = 2000; // a seed, where they serve the efficiency alone: known to 1.6 %
-constexpr uint64_t kFewSeeds = 10;        // where there is no ladder
+constexpr uint64_t kControlFrames = 2000; // per seed of table robust: efficiency to 1/sqrt(2 * 2000) = 1.6 %
+constexpr uint64_t kFewSeeds = 10;        // of tables without ladder
 constexpr double kStep = 1e-5;            // px, for the slope of a method on expected images
 
 std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {
     const double amplitude = scene.info.amplitude_px;
     if (!(amplitude > 0))
-        throw Failure(kExitUsage, scene.path + ": signal: experiment needs one above 0 px, whose amplitude it varies");
+        throw Failure(kExitUsage,
+                      scene.path + ": signal: experiment needs a signal with an amplitude above 0 px, which it varies");
     std::vector<double> shape = cadence.displacements;
     for (double &value : shape)
         value /= amplitude;
     return shape;
 }
 
-// Regression of the values on what they should be.
+// Linear regression of the values on the true displacements.
 void regress(const std::vector<double> &truth, const std::vector<double> &values, Row &row) {
     const double centre = mean(truth), level = mean(values);
-    double square = 0, product = 0, rest = 0;
+    double square = 0, product = 0, residual = 0;
     for (size_t i = 0; i < truth.size(); i++) {
         square += (truth[i] - centre) * (truth[i] - centre);
         product += (truth[i] - centre) * (values[i] - level);
@@ -37,12 +43,12 @@ void regress(const std::vector<double> &truth, const std::vector<double> &values
     row.slope = product / square;
     for (size_t i = 0; i < truth.size(); i++) {
         const double gap = values[i] - level - row.slope * (truth[i] - centre);
-        rest += gap * gap;
+        residual += gap * gap;
     }
-    row.sigma = std::sqrt(rest / static_cast<double>(truth.size() - 2));
+    row.sigma = std::sqrt(residual / static_cast<double>(truth.size() - 2));
 }
 
-// Of every whole block.
+// Means of all complete blocks.
 std::vector<double> block_means(const std::vector<double> &values, size_t block) {
     std::vector<double> means(values.size() / block);
     for (size_t i = 0; i < means.size() * block; i++)
@@ -64,7 +70,7 @@ void add_reference(const Table &table, double *images, size_t count) {
             images[k * pixels + i] += table.reference[i];
 }
 
-// What a method that needs no series makes of expected images: its values a px, without noise.
+// Slope of a method that does not learn from the series: its values per px on expected images, without noise.
 double slope_of(const Table &table, Method &method) {
     const Scene &scene = *table.frames;
     std::vector<double> images(2 * scene.pixels());
@@ -79,10 +85,10 @@ double slope_of(const Table &table, Method &method) {
 
 } // namespace
 
-// The methods of one seed, made when they are first asked for.
-class Campaign::Workshop {
+// The methods of one scene and seed, created on first use.
+class Campaign::MethodCache {
   public:
-    Workshop(const Scene &scene, uint64_t seed) : scene_(scene), seed_(seed) {}
+    MethodCache(const Scene &scene, uint64_t seed) : scene_(scene), seed_(seed) {}
     bool serves(const Scene &scene, uint64_t seed) const noexcept { return &scene == &scene_ && seed == seed_; }
     Method &method(const std::string &name) {
         std::unique_ptr<Method> &found = made_[name];
@@ -106,7 +112,7 @@ struct Campaign::Cell {
 struct Campaign::Work {
     const Table *table;
     Cell cell;
-    std::vector<Row> rows; // to be found
+    std::vector<Row> rows; // still to be computed
 };
 
 Campaign::Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &options)
@@ -115,7 +121,7 @@ Campaign::Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &op
       theory_(cadence_.times, shape_, grid_), amplitudes_(options.amplitudes) {
     if (noise_share(*scene_, 1) < kLeastShare)
         throw Failure(kExitUsage,
-                      scene_->path + ": noise.photon: must be true: the Cramer-Rao bound counts photon noise");
+                      scene_->path + ": noise.photon = false: must be true: the Cramer-Rao bound assumes photon noise");
     if (std::count(amplitudes_.begin(), amplitudes_.end(), scene_->info.amplitude_px) == 0)
         amplitudes_.push_back(scene_->info.amplitude_px);
     make_tables();
@@ -133,7 +139,7 @@ void Campaign::make_tables() {
     const auto scene_of = [this](const std::string &json) { return std::make_shared<const Scene>(scene_->path, json); };
     if (asked("equal")) {
         const auto equal = scene_of(variants.equal_stars());
-        add_table("equal", "both stars as bright", equal, equal);
+        add_table("equal", "both stars equally bright", equal, equal);
     }
     if (!asked("robust"))
         return;
@@ -141,19 +147,19 @@ void Campaign::make_tables() {
     add_table("jitter", "pointing 1e-3 px rms, fluxes 1e-4 rms", scene_of(variants.disturbed(false)), scene_);
     add_table("projected", "the same, fluxes and shift projected out", scene_of(variants.disturbed(true)),
               scene_of(variants.projected()));
-    add_mismatch("defocus", "focus off by 0.03 wave rms", variants.defocused(0.03));
-    add_mismatch("separation", "separation off by 1 px", variants.moved(1, 0, 1));
-    add_mismatch("scale", "plate scale off by 1e-3", variants.moved(0, 0, 1.001));
-    add_mismatch("pointing-0.1", "pointing off by 0.1 px", variants.moved(0, 0.1, 1));
-    add_mismatch("pointing-0.5", "pointing off by 0.5 px", variants.moved(0, 0.5, 1));
+    add_mismatch("defocus", "defocus error of 0.03 wave rms", variants.defocused(0.03));
+    add_mismatch("separation", "separation error of 1 px", variants.moved(1, 0, 1));
+    add_mismatch("scale", "plate scale error of 1e-3", variants.moved(0, 0, 1.001));
+    add_mismatch("pointing-0.1", "pointing error of 0.1 px", variants.moved(0, 0.1, 1));
+    add_mismatch("pointing-0.5", "pointing error of 0.5 px", variants.moved(0, 0.5, 1));
 }
 
-// Frames of another scene, once as they are and once as residuals of their own mean, for which their expected image
-// stands, on the reference of the methods' scene.
+// Frames of another scene, in two tables: as they are, and with their own expected image replaced by the reference
+// image of the methods' scene, as after calibration with the mean frame.
 void Campaign::add_mismatch(const std::string &name, const std::string &what, const std::string &json) {
     const auto frames = std::make_shared<const Scene>(scene_->path, json);
     add_table(name, what, frames, scene_);
-    Table &table = add_table(name + "-mean", what + ", about their own mean", frames, scene_);
+    Table &table = add_table(name + "-mean", what + ", relative to their own mean", frames, scene_);
     table.reference = expected(*scene_);
     const std::vector<double> own = expected(*frames);
     for (size_t i = 0; i < own.size(); i++)
@@ -187,7 +193,7 @@ JsonTree Campaign::arguments() const {
     Json json;
     json.set("schema", "toliman-experiment-journal/1").set("version", toliman_version());
     json.set("scene", toliman_sim_get_name(scene_->sim.get())).set("scene_digest", digest);
-    json.set("crb_px", scene_->info.crb_projected_px); // also of the files that the scene names
+    json.set("crb_px", scene_->info.crb_projected_px); // changes also with the files that the scene names
     json.set("amplitudes_px", JsonTree(cJSON_CreateDoubleArray(options_.amplitudes.data(),
                                                                static_cast<int>(options_.amplitudes.size()))));
     json.set("methods", names(options_.methods)).set("tables", names(options_.tables));
@@ -207,7 +213,7 @@ std::vector<Campaign::Cell> Campaign::cells(const Table &table, uint64_t seed) c
     return cells;
 }
 
-// Whether a method is asked about a series.
+// Whether a method takes part in a series.
 bool Campaign::fits(const MethodKind &method, const Table &table, const Row &row) {
     if (row.amplitude_px == 0 && method.learns_from_series)
         return false;
@@ -216,7 +222,7 @@ bool Campaign::fits(const MethodKind &method, const Table &table, const Row &row
     return table.ladder || method.knows_scene;
 }
 
-// What is left to do, so that methods of one scene and seed are made once.
+// The work still to be done, ordered so that the methods of a scene and seed are created once.
 std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
     std::vector<Work> all;
     for (const Table &table : tables_)
@@ -230,13 +236,13 @@ std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
                     row.amplitude_px = cell.amplitude_px;
                     row.seed = seed;
                     row.series = cell.series;
-                    if (fits(method_kind(method), table, row) && !journal.holds(row))
+                    if (fits(method_kind(method), table, row) && !journal.contains(row))
                         work.rows.push_back(row);
                 }
                 if (!work.rows.empty())
                     all.push_back(std::move(work));
             }
-    std::map<const Scene *, size_t> order; // in which the methods' scenes come
+    std::map<const Scene *, size_t> order; // of the methods' scenes
     for (const Table &table : tables_)
         order.emplace(table.methods.get(), order.size());
     std::stable_sort(all.begin(), all.end(), [&](const Work &a, const Work &b) {
@@ -251,30 +257,30 @@ void Campaign::run(Journal &journal, Progress &progress) const {
     double total = 0, done = 0;
     for (const Work &work : all)
         total += static_cast<double>(work.rows.size());
-    std::optional<Workshop> workshop;
+    std::optional<MethodCache> methods_of_seed;
     for (Work &work : all) {
-        if (!workshop || !workshop->serves(*work.table->methods, work.rows[0].seed))
-            workshop.emplace(*work.table->methods, work.rows[0].seed);
+        if (!methods_of_seed || !methods_of_seed->serves(*work.table->methods, work.rows[0].seed))
+            methods_of_seed.emplace(*work.table->methods, work.rows[0].seed);
         char note[80];
         std::snprintf(note, sizeof note, "%s, %g px, seed %llu", work.table->name.c_str(), work.cell.amplitude_px,
                       static_cast<unsigned long long>(work.rows[0].seed));
         const auto share = static_cast<double>(work.rows.size());
-        try_out(work, *workshop,
-                [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
+        run_series(work, *methods_of_seed,
+                   [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
         done += share;
         for (const Row &row : work.rows)
             journal.add(row);
     }
 }
 
-// One series of frames, before all methods at once.
-void Campaign::try_out(Work &work, Workshop &workshop, const std::function<void(double)> &show) const {
+// Simulates one series of frames and pushes it to all methods at once.
+void Campaign::run_series(Work &work, MethodCache &methods_of_seed, const std::function<void(double)> &show) const {
     const Scene &frames = *work.table->frames;
     const size_t count = shape_.size();
     const bool blind = work.cell.amplitude_px == 0;
     std::vector<Method *> methods;
     for (Row &row : work.rows) {
-        methods.push_back(&workshop.method(row.method));
+        methods.push_back(&methods_of_seed.method(row.method));
         if (blind)
             row.slope = slope_of(*work.table, *methods.back());
     }

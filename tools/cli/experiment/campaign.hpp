@@ -1,8 +1,8 @@
-// The experiment itself: tables of scenes, amplitudes, seeds and methods, each cell tried on fresh noise.
+// The experiment: every method on every combination of table (scene), amplitude and seed, each with fresh noise.
 //
-// Noise. Every series has frames 0 ... N - 1 of the cadence, under a noise seed that nothing else uses: seed + 2^32 j,
-// where j counts the amplitudes and then the series without signal. So `run --seed` has the noise of j = 0. Tables have
-// the same seeds and differ by their scenes alone; networks are trained on no frame at all.
+// Noise: every series has frames 0 ... N - 1 of the cadence with a noise seed of its own, seed + 2^32 j, where j counts
+// the amplitudes and then the series without signal. `run --seed` therefore has the noise of j = 0. All tables use the
+// same seeds and differ in their scenes only. Networks are trained without frames.
 #pragma once
 #include <functional>
 #include <memory>
@@ -23,19 +23,19 @@ struct CampaignOptions {
     uint64_t seeds = 0, blind = 0;
 };
 
-// Frames of one scene, before methods that were made for it or for another.
+// Frames of one scene, given to methods that were made for the same or for another scene.
 struct Table {
     std::string name, what;
-    bool ladder; // over all amplitudes and seeds; else the scene's own amplitude and a few seeds
+    bool ladder; // all amplitudes and seeds; otherwise the scene's own amplitude and a few seeds
     std::shared_ptr<const Scene> frames, methods;
     std::vector<double> amplitudes;
     std::vector<uint64_t> blind;   // series without signal of each seed
-    std::vector<double> reference; // added to every frame; empty for nothing
+    std::vector<double> reference; // added to every frame; empty: nothing is added
 };
 
 class Campaign {
   public:
-    // A Failure for a scene that has no signal, no photon noise or a number of frames that no periodogram takes.
+    // Throws Failure for a scene without signal or photon noise, or with a number of frames outside the grid's limits.
     Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &options);
 
     const Scene &scene() const noexcept { return *scene_; }
@@ -43,23 +43,23 @@ class Campaign {
     const std::vector<Table> &tables() const noexcept { return tables_; }
     const Theory &theory() const noexcept { return theory_; }
     const FrequencyGrid &grid() const noexcept { return grid_; }
-    JsonTree arguments() const; // what the results depend on
+    JsonTree arguments() const; // all that the results depend on
 
-    // Tries whatever the journal does not hold.
+    // Computes every result that the journal does not contain.
     void run(Journal &journal, Progress &progress) const;
 
-    // Rows of a method in a table: with an amplitude one a seed, with 0 all series without signal.
+    // Rows of a method in a table: one per seed for an amplitude, all series without signal for amplitude 0.
     std::vector<Row> rows(const Journal &journal, const Table &table, const std::string &method,
                           double amplitude_px) const;
 
   private:
     struct Cell; // one series of frames
-    struct Work; // a cell and the rows that it lacks
-    class Workshop;
+    struct Work; // a cell and its rows that are still to be computed
+    class MethodCache;
     std::vector<Cell> cells(const Table &table, uint64_t seed) const;
     static bool fits(const MethodKind &method, const Table &table, const Row &row);
     std::vector<Work> left(const Journal &journal) const;
-    void try_out(Work &work, Workshop &workshop, const std::function<void(double)> &show) const;
+    void run_series(Work &work, MethodCache &methods_of_seed, const std::function<void(double)> &show) const;
     void make_tables();
     Table &add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
                      std::shared_ptr<const Scene> methods);

@@ -22,12 +22,12 @@ double count(size_t number) {
     return static_cast<double>(number);
 }
 
-Json json_of(const Rung &rung) {
+Json json_of(const LadderRow &row) {
     Json json;
-    json.set("method", rung.method).set("amplitude_px", rung.amplitude_px).set("seeds", count(rung.seeds));
-    json.set("found", count(rung.found)).set("period_error", rung.period_error).set("log10_fap", rung.log10_fap);
-    json.set("expected_log10_fap", rung.expected_log10_fap).set("slope", rung.slope);
-    json.set("efficiency", rung.efficiency);
+    json.set("method", row.method).set("amplitude_px", row.amplitude_px).set("seeds", count(row.seeds));
+    json.set("found", count(row.found)).set("period_error", row.period_error).set("log10_fap", row.log10_fap);
+    json.set("expected_log10_fap", row.expected_log10_fap).set("slope", row.slope);
+    json.set("efficiency", row.efficiency);
     return json;
 }
 
@@ -55,29 +55,29 @@ Json json_of(const TableSummary &summary) {
     json.set("crb_px", info.crb_px).set("crb_projected_px", summary.crb_px);
     json.set("crb_marginal_px", info.crb_marginal_px).set("threshold_px", summary.threshold_px);
     json.set("pca_threshold_px", summary.pca_threshold_px);
-    json.set("ladder", array_of(summary.rungs)).set("controls", array_of(summary.controls));
+    json.set("ladder", array_of(summary.ladder)).set("controls", array_of(summary.controls));
     return json;
 }
 
 void print_ladder(std::string &out, const Campaign &campaign, const TableSummary &summary) {
     out += text("\n## Table %s: %s\n\n", summary.table->name.c_str(), summary.table->what.c_str());
     const toliman_sim_info &info = summary.table->frames->info;
-    out += text("Flux ratio %.3g. Cramer-Rao bound of a frame %.4g px (all nuisances free %.3g px). At the bound FAP = "
-                "1e-3 is expected at %.3g px;\nthe signal is the first principal component of whitened frames above "
-                "%.3g px.\n\n",
+    out += text("Flux ratio %.3g. Cramer-Rao bound of a frame %.4g px (all nuisances free %.3g px). A method at the "
+                "bound is expected to\nreach FAP = 1e-3 at %.3g px. The signal is the first principal component of "
+                "whitened frames above %.3g px.\n\n",
                 info.flux_ratio, summary.crb_px, info.crb_marginal_px, summary.threshold_px, summary.pca_threshold_px);
     out += "| amplitude, px | method | found | period error, % | log10 FAP | slope | efficiency |\n";
     out += "|---|---|---|---|---|---|---|\n";
     std::string last;
-    for (const Rung &rung : summary.rungs) {
-        const std::string amplitude = text("%g", rung.amplitude_px);
+    for (const LadderRow &row : summary.ladder) {
+        const std::string amplitude = text("%g", row.amplitude_px);
         if (amplitude != last)
-            out += text("| %s | at the bound | | | %.1f | 1 | 1 |\n", amplitude.c_str(), rung.expected_log10_fap);
+            out += text("| %s | at the bound | | | %.1f | 1 | 1 |\n", amplitude.c_str(), row.expected_log10_fap);
         last = amplitude;
-        out += text("| %s | %s | %zu of %zu | %.2g | %.1f |", amplitude.c_str(), rung.method.c_str(), rung.found,
-                    rung.seeds, 100 * rung.period_error, rung.log10_fap);
-        const bool seen = 2 * rung.found > rung.seeds; // else the slope is one of noise
-        out += seen ? text(" %.3g | %.3g |\n", rung.slope, rung.efficiency) : " | |\n";
+        out += text("| %s | %s | %zu of %zu | %.2g | %.1f |", amplitude.c_str(), row.method.c_str(), row.found,
+                    row.seeds, 100 * row.period_error, row.log10_fap);
+        const bool seen = 2 * row.found > row.seeds; // otherwise the slope is that of noise
+        out += seen ? text(" %.3g | %.3g |\n", row.slope, row.efficiency) : " | |\n";
     }
     if (summary.controls.empty())
         return;
@@ -96,27 +96,28 @@ const Control *control_of(const TableSummary &summary, const std::string &method
     return nullptr;
 }
 
-// The tables that are no ladders, each a few lines of one: the scene's own signal.
+// The tables without ladder as one table: each has a few rows, with the scene's own signal.
 void print_robust(std::string &out, const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     std::string lines;
     for (const TableSummary &summary : summaries) {
         if (summary.table->ladder)
             continue;
-        for (const Rung &rung : summary.rungs) {
-            const Control *control = control_of(summary, rung.method);
-            lines += text("| %s | %s | %.3g | ", summary.table->what.c_str(), rung.method.c_str(), summary.crb_px);
+        for (const LadderRow &row : summary.ladder) {
+            const Control *control = control_of(summary, row.method);
+            lines += text("| %s | %s | %.3g | ", summary.table->what.c_str(), row.method.c_str(), summary.crb_px);
             lines += control == nullptr ? "| | | "
                                         : text("%.2g | %.3g | %.4f | %.3f ", control->bias_px, control->sigma_px,
                                                control->slope, control->efficiency);
-            lines += text("| %zu of %zu | %.1f |\n", rung.found, rung.seeds, rung.log10_fap);
+            lines += text("| %zu of %zu | %.1f |\n", row.found, row.seeds, row.log10_fap);
         }
     }
     if (lines.empty())
         return;
     out += text(
-        "\n## Table robust: frames of other scenes, methods of this one\n\nThe scene's own signal of %g px, at most "
-        "%zu seeds. Bias, sigma and efficiency over frames without signal, slope\non expected images. Frames about "
-        "their own mean stand on the reference of the methods' scene.\n\n",
+        "\n## Table robust: frames of other scenes, methods of this scene\n\nThe scene's own signal of %g px, at most "
+        "%zu seeds. Bias, sigma and efficiency are those of frames without signal, the slope\nis that of expected "
+        "images. For frames relative to their own mean, their expected image is replaced by the reference\nimage of "
+        "the methods' scene.\n\n",
         campaign.scene().info.amplitude_px, summaries.back().table->blind.size());
     out += "| frames | method | bound, px | bias, px | sigma, px | slope | efficiency | found | log10 FAP |\n"
            "|---|---|---|---|---|---|---|---|---|\n" +

@@ -1,4 +1,4 @@
-// The results of an experiment on paper: JSON, CSV, Markdown.
+// The results of an experiment as JSON, CSV and Markdown.
 #pragma once
 #include <string>
 
@@ -8,7 +8,7 @@ namespace cli {
 
 std::string report_json(const Campaign &campaign, const std::vector<TableSummary> &summaries);
 std::string report_markdown(const Campaign &campaign, const std::vector<TableSummary> &summaries);
-// A row for each method on each series of frames.
+// One row per method and series of frames.
 std::string report_csv(const Campaign &campaign, const Journal &journal);
 
 } // namespace cli

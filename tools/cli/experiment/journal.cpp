@@ -1,3 +1,6 @@
+// Format: JSON Lines; the first line has the arguments of the experiment, every other line one result, numbers with 17
+// digits so that a resumed experiment has the same bits. A line is written by one write(2) with O_APPEND and
+// fdatasync'ed at most once per second, since a sync takes as long as many results. flock keeps out a second process.
 #include "experiment/journal.hpp"
 
 #include <cerrno>
@@ -36,7 +39,7 @@ std::string line_of(const cJSON *item) {
     return text;
 }
 
-// All digits, so that what is read again is what was found.
+// All digits, so that the same bits are read again.
 std::string number_text(double value) {
     char text[40];
     std::snprintf(text, sizeof text, "%.17g", value);
@@ -87,7 +90,7 @@ Journal::Journal(const std::string &path, const JsonTree &arguments)
     try {
         if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
             throw Failure(kExitOutput,
-                          path_ + ": another experiment is being written there: wait for it, or give another --out");
+                          path_ + ": another process is writing to it: wait until it ends, or give another --out");
         read(arguments);
     } catch (...) {
         ::close(file_);
@@ -114,7 +117,7 @@ void Journal::read(const JsonTree &arguments) {
         if (++number == 1)
             check_arguments(line, arguments);
         else
-            take(line, number);
+            parse(line, number);
         start = end + 1;
     }
 }
@@ -122,16 +125,17 @@ void Journal::read(const JsonTree &arguments) {
 void Journal::check_arguments(const std::string &line, const JsonTree &arguments) const {
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     if (!cJSON_IsObject(found.get()))
-        malformed(path_ + ":1", "is no journal of an experiment: give another --out");
+        malformed(path_ + ":1", "is not the journal of an experiment: give another --out");
     for (const cJSON *item = arguments->child; item != nullptr; item = item->next) {
         const cJSON *there = item_of(found.get(), item->string);
         if (cJSON_Compare(item, there, 1) == 0)
-            throw Failure(kExitUsage, path_ + ": " + item->string + " = " + line_of(there) + ": this experiment has " +
-                                          line_of(item) + "; give another --out or the same arguments");
+            throw Failure(kExitUsage, path_ + ": " + item->string + " = " + line_of(there) + ": must be " +
+                                          line_of(item) +
+                                          ", as in this experiment: give another --out or the same arguments");
     }
 }
 
-void Journal::take(const std::string &line, size_t number) {
+void Journal::parse(const std::string &line, size_t number) {
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     const cJSON *json = found.get();
     Row row;
@@ -141,7 +145,7 @@ void Journal::take(const std::string &line, size_t number) {
         !read_number(json, "log10_fap", row.log10_fap) || !read_number(json, "slope", row.slope) ||
         !read_number(json, "sigma", row.sigma) || !read_number(json, "mean", row.mean))
         malformed(path_ + ":" + std::to_string(number),
-                  "is no result of an experiment: without this line it is made anew");
+                  "is not a result of an experiment: remove this line, and the result is computed again");
     if (place_.emplace(key_of(row), rows_.size()).second)
         rows_.push_back(row);
 }
@@ -157,7 +161,7 @@ void Journal::append(const std::string &line) {
     if (::write(file_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
         unwritable(path_);
     const auto now = std::chrono::steady_clock::now();
-    if (now - synced_ < std::chrono::seconds(1)) // which costs as much as many a result
+    if (now - synced_ < std::chrono::seconds(1)) // a sync may take longer than a result
         return;
     if (::fdatasync(file_) != 0)
         unwritable(path_);

@@ -1,4 +1,4 @@
-// What an experiment has found so far, in a file that grows by whole lines: a stopped experiment goes on from it.
+// Journal of an experiment: an append-only file with one result per line, from which a stopped experiment resumes.
 #pragma once
 #include <chrono>
 #include <map>
@@ -14,25 +14,27 @@ struct Row {
     std::string table, method;
     double amplitude_px = 0; // 0: frames without signal
     uint64_t seed = 0;       // of weights and noise
-    uint64_t series = 0;     // number among those without signal of this seed
+    uint64_t series = 0;     // number among the series without signal of this seed
     double period_days = 0, log10_fap = 0;
-    double slope = 0; // of the values over the true displacement in px: regression; without signal the method's answer
-                      // to expected images, NaN where it has none
+    double slope = 0; // of the values over the true displacement in px, by regression; without signal by the method's
+                      // values on expected images
     double sigma = 0; // scatter of the values about that line
     double mean = 0;  // of the values
 };
 
 class Journal {
   public:
-    // Opens or begins the file; `arguments` stand in its first line. A Failure where it holds other arguments, damaged
-    // lines, or where another process writes it. A last line without its end, of a process that died, is cut off.
+    // Opens or creates the file; its first line has the arguments. Throws Failure if the file has other arguments or
+    // damaged lines, or if another process writes to it. An incomplete last line, left by a process that died, is
+    // removed.
     Journal(const std::string &path, const JsonTree &arguments);
     ~Journal();
     Journal(const Journal &) = delete;
     Journal &operator=(const Journal &) = delete;
 
-    bool holds(const Row &row) const { return place_.count(key_of(row)) != 0; }
-    // Outlives the process when it returns, a failure of the machine within a second.
+    bool contains(const Row &row) const { return place_.count(key_of(row)) != 0; }
+    // Appends a result. It survives a crash of the process at once, and a failure of the machine after at most a
+    // second.
     void add(const Row &row);
     const std::vector<Row> &rows() const noexcept { return rows_; }
 
@@ -40,7 +42,7 @@ class Journal {
     static std::string key_of(const Row &row);
     void read(const JsonTree &arguments);
     void check_arguments(const std::string &line, const JsonTree &arguments) const;
-    void take(const std::string &line, size_t number);
+    void parse(const std::string &line, size_t number);
     void append(const std::string &line);
 
     std::string path_;

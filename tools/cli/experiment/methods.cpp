@@ -1,3 +1,6 @@
+// Method: all methods have one interface: push frames, then get the series of values. Networks and the template encode
+// each frame on arrival. Methods that learn from the series (series_methods) keep the frames and are fitted when the
+// series is complete. A method is one class and one row of method_kinds().
 #include "experiment/methods.hpp"
 
 #include <utility>
@@ -13,7 +16,7 @@ namespace {
 
 using toliman::check;
 
-// Methods that know a frame when they see it: each is encoded as it comes.
+// Methods that need no series: each frame is encoded on arrival.
 class FrameByFrame : public Method {
   public:
     void push(const double *images, size_t count) override {
@@ -69,35 +72,35 @@ class NetworkMethod : public FrameByFrame {
 
 const std::vector<MethodKind> &method_kinds() {
     static const std::vector<MethodKind> kinds = {
-        {"cae", "the autoencoder, trained once for each seed of weights, on the scene and no frame", true, false, false,
+        {"cae", "the autoencoder, trained once for each seed of weights, without frames", true, false, false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
              auto method = std::make_unique<NetworkMethod>(scene, seed, nullptr);
              method->train();
              return method;
          }},
-        {"template", "least squares on the scene's derivative image: the yardstick", true, false, false,
+        {"template", "least squares on the scene's derivative image: the reference method", true, false, false,
          [](const Scene &scene, uint64_t) -> std::unique_ptr<Method> {
              return std::make_unique<TemplateMethod>(scene);
          }},
-        {"untrained", "the autoencoder with random weights: what it finds needs no training", true, false, false,
+        {"untrained", "the autoencoder with random weights: shows what is found without training", true, false, false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
              return std::make_unique<NetworkMethod>(scene, seed, nullptr);
          }},
-        {"pca", "first principal component of the series' own frames, of counts", false, true, false,
+        {"pca", "first principal component of the series' own frames, in counts", false, true, false,
          [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::raw, seed); }},
-        {"pca-white", "the same of residuals over their sigma", false, true, false,
+        {"pca-white", "the same for residuals divided by their sigma", false, true, false,
          [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::whitened, seed); }},
-        {"pca-blocks", "the same of their means over 1/27 of the series each, one value a block", false, true, false,
+        {"pca-blocks", "the same for means over 1/27 of the series each, one value per mean", false, true, false,
          [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::blocks, seed); }},
-        {"dictionary", "one sparse atom (lambda 1) of residuals over their sigma", false, true, false,
+        {"dictionary", "one sparse dictionary atom (lambda 1) of residuals divided by their sigma", false, true, false,
          [](const Scene &scene, uint64_t seed) { return make_component(scene, Component::dictionary, seed); }},
-        {"untrained-paper", "the chapter's network and input (maximum pooling, counts), random weights", false, false,
-         false,
+        {"untrained-paper", "the book chapter's network and input (maximum pooling, counts), random weights", false,
+         false, false,
          [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
              const toliman_cae_options options = chapter_network();
              return std::make_unique<NetworkMethod>(scene, seed, &options);
          }},
-        {"cae-unsupervised", "the same trained on the series' own frames for 10 epochs, without prior", false, true,
+        {"cae-unsupervised", "the same trained on the series' own frames for 10 epochs, without a prior", false, true,
          true, make_unsupervised},
     };
     return kinds;
@@ -112,7 +115,7 @@ const MethodKind &method_kind(const std::string &name) {
         names.emplace_back(kind.name);
         known += (known.empty() ? "" : ", ") + names.back();
     }
-    throw Failure(kExitUsage, "--methods " + name + ": must be one of " + known + meant(name, names));
+    throw Failure(kExitUsage, "--methods " + name + ": must be one of " + known + did_you_mean(name, names));
 }
 
 } // namespace cli

@@ -1,4 +1,4 @@
-// The methods that `experiment` compares: from frames to numbers.
+// The methods that `experiment` compares: each turns frames into values.
 #pragma once
 #include <memory>
 #include <string>
@@ -15,29 +15,29 @@ class Method {
     Method(const Method &) = delete;
     Method &operator=(const Method &) = delete;
 
-    // Takes the next frames of a series, in order.
+    // Adds the next frames of a series, in order.
     virtual void push(const double *images, size_t count) = 0;
-    // One value for every block() frames since the last call, for which the method then begins anew; the frames of a
-    // last block that is not full are left out.
+    // Returns one value for every block() frames since the last call and forgets these frames; those of an incomplete
+    // last block are left out.
     virtual std::vector<double> series() = 0;
     virtual size_t block() const noexcept { return 1; }
 };
 
 struct MethodKind {
     const char *name, *what;
-    bool knows_scene;        // and what a px is: it can be asked about frames of other scenes
-    bool learns_from_series; // from the very frames that it is asked about, so that it has no scatter without them
-    bool slow;               // a minute a series and more: see kSlowSeeds and kSlowLeastPx
-    // Ready to be pushed to: what is learnt from the scene alone is learnt here, from random numbers of the seed.
+    bool knows_scene;        // values are in px of a known scene, so that frames of other scenes make sense
+    bool learns_from_series; // is fitted to the series it evaluates, so that it has no response to expected images
+    bool slow;               // a minute or more per series: see kSlowSeeds and kSlowLeastPx
+    // Creates a method that is ready for frames, trained on the scene if it is to be, with random numbers of the seed.
     std::unique_ptr<Method> (*make)(const Scene &scene, uint64_t seed);
 };
 
 constexpr uint64_t kSlowSeeds = 1;
-constexpr double kSlowLeastPx = 1e-4; // below, a method without a prior learns noise
+constexpr double kSlowLeastPx = 1e-4; // at smaller amplitudes a method without a prior learns noise
 
 const std::vector<MethodKind> &method_kinds();
 
-// The method of a name; a Failure that lists all names if there is none.
+// The method of this name; throws Failure with a list of all names if there is none.
 const MethodKind &method_kind(const std::string &name);
 
 } // namespace cli

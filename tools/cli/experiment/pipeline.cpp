@@ -1,3 +1,8 @@
+// Method: train a network on the scene (no frames), encode the frames of the cadence once by the trained network, the
+// untrained network and the template estimator, and search each series on the default grid. Frames without signal, at
+// least 2000 with numbers after the cadence, give the scatter of each estimator; efficiency is the Cramer-Rao bound
+// over that of the latent, known to 1/sqrt(2 * 2000) = 1.6 %. The decoder is checked against the whitened derivative
+// image, because a decoder that ignores the latent also reaches the photon floor of the reconstruction error.
 #include "experiment/pipeline.hpp"
 
 #include <algorithm>
@@ -12,8 +17,8 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kControlFrames = 2000;   // efficiency is known to 1/sqrt(2 * 2000) = 1.6 %
-constexpr size_t kValidationFrames = 110; // as many as the chapter's validation set
+constexpr size_t kControlFrames = 2000;   // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
+constexpr size_t kValidationFrames = 110; // size of the book chapter's validation set
 constexpr uint32_t kSteps = 300;          // the library's default
 
 using toliman::check;
@@ -26,17 +31,17 @@ std::vector<unsigned char> bytes_of(const toliman::autoencoder &cae) {
     return bytes;
 }
 
-// Power of the grid's highest peak that noise alone exceeds with the probability kFalseAlarm.
+// Power that the grid's highest peak exceeds in noise alone with the probability 10^kFalseAlarm.
 double false_alarm_power(const toliman::periodogram &periodogram) {
     double log10_residual = 0;
     check(toliman_period_query_threshold(periodogram.get(), TOLIMAN_PERIOD_FAP_BALUEV, kFalseAlarm, &log10_residual));
     return 1 - std::pow(10, log10_residual);
 }
 
-// Estimators of one scene and the frames they are tried on.
-class Bench {
+// The estimators of one scene and the frames that they encode.
+class Estimators {
   public:
-    Bench(const Scene &scene, uint64_t seed, Progress &progress)
+    Estimators(const Scene &scene, uint64_t seed, Progress &progress)
         : scene_(scene), seed_(seed), progress_(progress),
           cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
           untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
@@ -57,7 +62,7 @@ class Bench {
         result.weights = bytes_of(cae_);
     }
 
-    // (decode(z) - decode(0))/z against what it should be; a dead decoder also reaches the photon floor.
+    // Compares (decode(z) - decode(0))/z with the whitened derivative image, which it should be.
     void inspect_decoder(Pipeline &result) const {
         constexpr size_t side = 256;
         const double z = scene_.info.crb_px;
@@ -65,14 +70,14 @@ class Bench {
         check(toliman_cae_get_target(cae_.get(), target.data(), side));
         check(toliman_cae_decode(cae_.get(), z, at_z.data(), side));
         check(toliman_cae_decode(cae_.get(), 0, at_0.data(), side));
-        double product = 0, target_square = 0, painted_square = 0;
+        double product = 0, target_square = 0, output_square = 0;
         for (size_t i = 0; i < target.size(); i++) {
-            const double painted = (at_z[i] - at_0[i]) / z;
-            product += painted * target[i];
+            const double output = (at_z[i] - at_0[i]) / z;
+            product += output * target[i];
             target_square += target[i] * target[i];
-            painted_square += painted * painted;
+            output_square += output * output;
         }
-        result.decoder_cosine = product / std::sqrt(target_square * painted_square);
+        result.decoder_cosine = product / std::sqrt(target_square * output_square);
         result.decoder_gain = product / target_square;
     }
 
@@ -98,7 +103,7 @@ class Bench {
         for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
     }
 
-    // Frames without signal, numbered on from the cadence's last.
+    // Frames without signal; their numbers follow those of the cadence.
     void control_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &latents,
                         std::vector<double> &estimates, std::vector<double> &untrained) const {
         const Stopwatch watch(result.timings.controls);
@@ -131,9 +136,9 @@ class Bench {
 
     void reconstruct(const double *image, Pipeline &result) const {
         constexpr size_t side = 256;
-        std::vector<double> painted(side * side);
+        std::vector<double> reconstructed(side * side);
         double mmse, mssim, floor;
-        check(toliman_cae_reconstruct(cae_.get(), image, cols(), painted.data(), side, &mmse, &mssim, &floor));
+        check(toliman_cae_reconstruct(cae_.get(), image, cols(), reconstructed.data(), side, &mmse, &mssim, &floor));
         const auto share = 1 / static_cast<double>(result.validation_frames);
         result.mmse += mmse * share;
         result.mssim += mssim * share;
@@ -161,14 +166,14 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     const double share = noise_share(scene, seed);
     if (share == 0)
         throw Failure(kExitUsage,
-                      scene.path + ": noise: run needs frames with noise: photon true, or read_e above 0 e-");
+                      scene.path + ": noise: run needs frames with noise: photon = true, or read_e above 0 e-");
 
-    Bench bench(scene, seed, progress);
-    bench.train(result);
-    bench.inspect_decoder(result);
+    Estimators estimators(scene, seed, progress);
+    estimators.train(result);
+    estimators.inspect_decoder(result);
     std::vector<double> untrained, blank_latents, blank_estimates, blank_untrained;
-    bench.signal_frames(cadence, result, untrained);
-    bench.control_frames(cadence, result, blank_latents, blank_estimates, blank_untrained);
+    estimators.signal_frames(cadence, result, untrained);
+    estimators.control_frames(cadence, result, blank_latents, blank_estimates, blank_untrained);
     result.latent.sigma_px = result.no_signal.sigma_px = deviation(blank_latents);
     result.estimate.sigma_px = deviation(blank_estimates);
     result.untrained.sigma_px = deviation(blank_untrained);

@@ -1,4 +1,4 @@
-// The whole job of `run`: scene -> frames -> latent -> period, with every control beside it.
+// The computation of `run`: scene -> frames -> latents -> period, with all controls.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-// One series of estimates and what its periodogram says.
+// The scatter of one estimator and the highest peak of the periodogram of its values.
 struct Outcome {
     double sigma_px = 0; // over frames without signal
     toliman_period_peak peak = {};
@@ -28,18 +28,18 @@ struct Pipeline {
     double decoder_cosine = 0, decoder_gain = 0;  // of (decode(z) - decode(0))/z against the whitened derivative
     double mmse = 0, mssim = 0, photon_floor = 0; // means over the validation frames
     size_t control_frames = 0, validation_frames = 0;
-    double efficiency = 0; // of the latent; NaN where the frames have not the variance that the bound counts
+    double efficiency = 0; // of the latent; NaN if the frames lack the photon noise that the bound assumes
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
     Outcome truth;                                  // of the true displacements; peak of period 0 without signal
     std::vector<double> latents, estimates;         // of the frames with signal
-    std::vector<double> power, estimate_power;      // of both
-    double false_alarm_power = 0;                   // that has the FAP kFalseAlarm
+    std::vector<double> power, estimate_power;      // of the latents and of the template's values
+    double false_alarm_power = 0;                   // power whose log10 FAP is kFalseAlarm
     std::vector<double> losses;                     // of training, after each step
     std::vector<unsigned char> weights;             // of the trained network, a TLMW
     Timings timings;
 };
 
-// Everything is fresh: training sees no frame at all, and the control frames have numbers beyond the cadence.
+// Training uses no frames, and the control frames have numbers beyond the cadence: no noise is used twice.
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
                       Progress &progress);
 

@@ -1,3 +1,8 @@
+// Method: components are fitted to the whole series after its last frame (principal components, sparse dictionary); a
+// value is the frame's coefficient, with arbitrary sign and unit. For B block means of N frames the noise of a sample
+// is sigma sqrt(B/N), so that by the threshold in theory.hpp the smallest signal that is the first component is
+// proportional to B^(1/4): B is as small as a few periods of the signal allow. The unsupervised network keeps the
+// frames as float32, the precision of its input.
 #include "experiment/series_methods.hpp"
 
 #include <algorithm>
@@ -9,7 +14,7 @@ namespace {
 
 using toliman::check;
 
-// As many as still show a few periods; the fewer, the weaker the signal that stands out, as their number's -1/4 power.
+// B, the number of block means (or a few more, as blocks have floor(N/B) frames): it still samples a few periods.
 constexpr size_t kBlocks = 27;
 
 class ComponentMethod : public Method {
@@ -67,7 +72,7 @@ class ComponentMethod : public Method {
         summed_ = 0;
     }
 
-    size_t cols_, pixels_, block_ = 1, pushed_ = 0, summed_ = 0; // the last: frames in the mean
+    size_t cols_, pixels_, block_ = 1, pushed_ = 0, summed_ = 0; // summed_: frames in the current mean
     std::vector<double> mean_;
     toliman::component_set components_;
     toliman_components_train_options training_ = {};
@@ -115,7 +120,7 @@ class UnsupervisedMethod : public Method {
 
     const Scene &scene_;
     uint64_t seed_;
-    std::vector<float> frames_; // rounded to 6e-8 of themselves, as the network's input is
+    std::vector<float> frames_; // relative rounding 6e-8, as of the network's input
 };
 
 } // namespace

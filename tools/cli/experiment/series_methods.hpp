@@ -1,4 +1,4 @@
-// Methods that know nothing of the signal and learn from the series of frames that they are asked about.
+// Methods without knowledge of the signal, which learn from the series of frames that they evaluate.
 #pragma once
 #include "experiment/methods.hpp"
 
@@ -6,16 +6,16 @@ namespace cli {
 
 enum class Component { raw, whitened, blocks, dictionary };
 
-// The leading component of the frames: principal of counts, of whitened residuals or of their means over blocks of
-// frames, or a sparse dictionary's one atom (lambda 1) of whitened residuals.
+// The leading component of the frames: the first principal component of counts, of whitened residuals or of block means
+// of these, or the one atom (lambda 1) of a sparse dictionary of whitened residuals.
 std::unique_ptr<Method> make_component(const Scene &scene, Component which, uint64_t seed);
 
-// The chapter's: its layout and input, and mean squared error between both ends over the frames.
+// The book chapter's network: its layout and input, trained by the mean squared error of the reconstruction.
 toliman_cae_options chapter_network();
 constexpr uint32_t kChapterEpochs = 10;
 std::unique_ptr<Method> make_unsupervised(const Scene &scene, uint64_t seed);
 
-// A signal ends a training.
+// Progress callback that cancels a training after a signal.
 int32_t stop_asked(const char *stage, double fraction, void *user_data) noexcept;
 
 } // namespace cli

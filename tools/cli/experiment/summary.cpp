@@ -1,3 +1,7 @@
+// Method: the ladder has, for each method and amplitude, medians over the seeds, since a lost period makes a mean
+// meaningless. The controls (series without signal) have the number of false alarms, the uniformity of the FAPs, and
+// the scatter: the variance of all series of a seed is pooled and divided by the squared slope, so that values in other
+// units than px compare with the Cramer-Rao bound; the result is the median over the seeds.
 #include "experiment/summary.hpp"
 
 #include <cmath>
@@ -8,7 +12,7 @@ namespace cli {
 
 namespace {
 
-constexpr double kClose = 0.05; // relative, of a period that is the signal's
+constexpr double kClose = 0.05; // largest relative error of a period that was found
 
 template <class Value> std::vector<double> values_of(const std::vector<Row> &rows, Value value) {
     std::vector<double> values;
@@ -18,22 +22,22 @@ template <class Value> std::vector<double> values_of(const std::vector<Row> &row
     return values;
 }
 
-Rung rung_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
-    Rung rung;
-    rung.method = rows[0].method;
-    rung.amplitude_px = rows[0].amplitude_px;
-    rung.seeds = rows.size();
+LadderRow ladder_row_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
+    LadderRow result;
+    result.method = rows[0].method;
+    result.amplitude_px = rows[0].amplitude_px;
+    result.seeds = rows.size();
     for (const Row &row : rows)
-        rung.found += found(campaign, row) ? 1 : 0;
-    rung.period_error = median(values_of(rows, [&](const Row &row) { return period_error(campaign, row); }));
-    rung.log10_fap = median(values_of(rows, [](const Row &row) { return row.log10_fap; }));
-    rung.slope = median(values_of(rows, [](const Row &row) { return row.slope; }));
-    rung.efficiency = median(values_of(rows, [&](const Row &row) { return efficiency(table, row); }));
-    rung.expected_log10_fap = campaign.theory().log10_fap(rung.amplitude_px, table.frames->info.crb_projected_px);
-    return rung;
+        result.found += found(campaign, row) ? 1 : 0;
+    result.period_error = median(values_of(rows, [&](const Row &row) { return period_error(campaign, row); }));
+    result.log10_fap = median(values_of(rows, [](const Row &row) { return row.log10_fap; }));
+    result.slope = median(values_of(rows, [](const Row &row) { return row.slope; }));
+    result.efficiency = median(values_of(rows, [&](const Row &row) { return efficiency(table, row); }));
+    result.expected_log10_fap = campaign.theory().log10_fap(result.amplitude_px, table.frames->info.crb_projected_px);
+    return result;
 }
 
-// All series of a seed are one sample.
+// Scatter in px for each seed, pooled over its series.
 std::vector<double> pooled_sigmas(const std::vector<Row> &rows) {
     std::map<uint64_t, std::vector<double>> squares;
     for (const Row &row : rows)
@@ -87,7 +91,7 @@ std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &jou
             for (const std::string &method : campaign.options().methods) {
                 const std::vector<Row> rows = campaign.rows(journal, table, method, amplitude);
                 if (!rows.empty())
-                    summary.rungs.push_back(rung_of(campaign, table, rows));
+                    summary.ladder.push_back(ladder_row_of(campaign, table, rows));
             }
         for (const std::string &method : campaign.options().methods) {
             const std::vector<Row> blind = campaign.rows(journal, table, method, 0);

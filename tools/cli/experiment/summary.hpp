@@ -1,4 +1,4 @@
-// What the rows of an experiment come to: medians over seeds, and the controls.
+// Summary of an experiment: medians over the seeds, and the controls.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,35 +7,35 @@
 
 namespace cli {
 
-struct Rung { // a method at an amplitude
+struct LadderRow { // a method at one amplitude
     std::string method;
     double amplitude_px = 0;
     size_t seeds = 0, found = 0;
     double period_error = 0, log10_fap = 0; // medians; relative
-    double slope = 0, efficiency = 0;       // medians, by regression on the truth
-    double expected_log10_fap = 0;          // of a method at the bound
+    double slope = 0, efficiency = 0;       // medians, by regression on the true displacement
+    double expected_log10_fap = 0;          // of a method at the Cramer-Rao bound
 };
 
-struct Control { // a method on frames without signal
+struct Control { // a method on series without signal
     std::string method;
     size_t series = 0, frames = 0, alarms = 0;
-    double uniformity = 0;               // of the FAPs, Kolmogorov-Smirnov
-    double sigma_px = 0, efficiency = 0; // medians over seeds; sigma over the slope
+    double uniformity = 0;               // p-value of the FAPs against the uniform distribution, Kolmogorov-Smirnov
+    double sigma_px = 0, efficiency = 0; // medians over the seeds; sigma is divided by the slope
     double bias_px = 0, slope = 0;       // means
 };
 
 struct TableSummary {
     const Table *table = nullptr;
     double crb_px = 0, threshold_px = 0, pca_threshold_px = 0;
-    std::vector<Rung> rungs;
-    std::vector<Control> controls; // none where no series without signal were asked for
+    std::vector<LadderRow> ladder;
+    std::vector<Control> controls; // empty without series without signal
 };
 
 std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &journal);
 
 // |period / true period - 1|.
 double period_error(const Campaign &campaign, const Row &row);
-// A period that counts: log10 FAP below kFound, and it is the signal's within 5 %.
+// Whether the signal was found: log10 FAP below kFound, and the period within 5 % of the true one.
 bool found(const Campaign &campaign, const Row &row);
 // Cramer-Rao bound over the scatter, both in px.
 double efficiency(const Table &table, const Row &row);

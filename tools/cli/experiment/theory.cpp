@@ -1,3 +1,9 @@
+// Method: a method that reaches the Cramer-Rao bound leaves the residual fraction sigma^2 / (sigma^2 + var(signal)) at
+// the true period; Baluev's FAP of that residual on the experiment's grid is the expected one, and bisection gives the
+// amplitude of FAP = 1e-3. For principal components the threshold is the phase transition of Baik, Ben Arous and Peche
+// (2005), Ann. Probab. 33, 1643: the signal's variance over sigma^2 must exceed sqrt(pixels/frames). Uniformity of
+// FAPs: Kolmogorov-Smirnov D with Stephens' effective argument (sqrt n + 0.12 + 0.11/sqrt n) D, and the alternating
+// series p = 2 sum (-1)^(k-1) exp(-2 k^2 x^2).
 #include "experiment/theory.hpp"
 
 #include <algorithm>
@@ -74,7 +80,7 @@ double uniformity(std::vector<double> values) {
         gap = std::max({gap, values[i] - static_cast<double>(i) / n, static_cast<double>(i + 1) / n - values[i]});
     const double x = (std::sqrt(n) + 0.12 + 0.11 / std::sqrt(n)) * gap;
     if (x < 0.2)
-        return 1; // to 1e-12, where the series needs more terms
+        return 1; // to 1e-12; the series would need more terms
     double chance = 0;
     for (int k = 1; k <= 40; k++)
         chance += (k % 2 != 0 ? 2 : -2) * std::exp(-2.0 * k * k * x * x);

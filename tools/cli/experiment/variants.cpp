@@ -27,8 +27,9 @@ SceneVariants::SceneVariants(const Scene &scene)
     : json_(read_scene_json(scene.path)), wavelength_nm_(middle_wavelength_nm(scene)) {
     toliman::check(toliman_sim_get_offsets(scene.sim.get(), &offsets_));
     if (std::isnan(offsets_.b_x_px))
-        throw Failure(kExitUsage, scene.path + ": stars.B: is missing: the tables equal and robust need two stars, " +
-                                      "--tables real does not");
+        throw Failure(kExitUsage, scene.path +
+                                      ": stars.B: is missing: the tables equal and robust need two stars; give " +
+                                      "--tables real");
 }
 
 std::string SceneVariants::equal_stars() const {

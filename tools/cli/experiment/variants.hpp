@@ -1,4 +1,4 @@
-// Scenes that differ from a given one in one thing: what `experiment` tries the methods on.
+// Variants of a scene, each with one difference, for the tables of `experiment`.
 #pragma once
 #include <string>
 
@@ -9,17 +9,18 @@ namespace cli {
 
 class SceneVariants {
   public:
-    // A scene of two stars; a Failure for any other.
+    // Throws Failure unless the scene has two stars.
     explicit SceneVariants(const Scene &scene);
 
-    // Both stars as bright: the mean of their photons where the scene gives these, else relative fluxes of 1.
+    // Both stars equally bright: the mean of their photons if the scene gives photons, otherwise relative fluxes of 1.
     std::string equal_stars() const;
-    // Common pointing of 1e-3 px and fluxes of 1e-4, rms a frame; and with estimators blind to fluxes and shifts.
+    // Pointing jitter of 1e-3 px and flux jitter of 1e-4, rms per frame; `projected`: with fluxes and shifts projected
+    // out of the estimators.
     std::string disturbed(bool projected) const;
     std::string projected() const;
     std::string defocused(double waves_rms) const; // of the middle wavelength
-    // Stars elsewhere: the one without signal farther off, both shifted along the rows, pixels that see more of the
-    // sky.
+    // Stars at other positions: the star without signal moved away by separation_px, both stars shifted along a row by
+    // shift_px, and pixels larger on the sky by `scale`.
     std::string moved(double separation_px, double shift_px, double scale) const;
 
   private:

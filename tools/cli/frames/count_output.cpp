@@ -33,13 +33,12 @@ class CountOutput : public FrameOutput {
         std::vector<T> counts(rows_ * cols_);
         for (size_t i = 0; i < counts.size(); i++) {
             const double rounded = std::nearbyint(image[i]);
-            if (rounded < 0) // cut off at 0 it would bias the light
-                refuse(i, rounded,
-                       "an unsigned file holds none below 0, as noise.read_e makes them; .npy and .fits do");
+            if (rounded < 0) // clipping at 0 would bias the flux
+                refuse(i, rounded, "must not be negative in an unsigned file; with noise.read_e write .npy or .fits");
             if (rounded > largest_)
                 refuse(i, rounded,
-                       "bit depth overflow: " + std::to_string(format_.bit_depth) + " bits hold 0 to " +
-                           std::to_string(static_cast<uint64_t>(largest_)));
+                       "bit depth overflow: must be in [0, " + std::to_string(static_cast<uint64_t>(largest_)) +
+                           "] for bit depth " + std::to_string(format_.bit_depth));
             counts[i] = static_cast<T>(rounded);
         }
         out_.write(counts.data(), counts.size() * sizeof counts[0]);

@@ -1,4 +1,4 @@
-// CFITSIO's files, owned, opened and made by plain names.
+// Owned CFITSIO files, opened and created by plain names.
 #pragma once
 #include <fitsio.h>
 #include <memory>
@@ -15,7 +15,7 @@ struct CloseFits {
 
 using Fits = std::unique_ptr<fitsfile, CloseFits>;
 
-// CFITSIO skips leading blanks and expands a leading ~ even in the name of a disk file: ./ and / it leaves alone.
+// CFITSIO skips leading blanks and expands a leading ~ even in names of disk files, but not after ./ or /.
 inline std::string plain_name(const std::string &path) {
     return path.compare(0, 1, "/") == 0 ? path : "./" + path;
 }

@@ -1,4 +1,7 @@
-// FITS images and cubes as frames: every BITPIX with BZERO and BSCALE, tiles as compressed by fpack.
+// Reads FITS images and cubes as frames: any BITPIX with BZERO and BSCALE, also tile-compressed by fpack. The first HDU
+// with pixels is used. Keywords are looked up in its header, then in the primary header. The file is opened by
+// fits_open_diskfile, because CFITSIO treats file names as expressions (filters, URLs, ~), and its first bytes are
+// checked before. Undefined pixels are NaN.
 #include <cstring>
 #include <limits>
 
@@ -29,7 +32,7 @@ class FitsFrames : public FrameFile {
         check(status);
         set_axes({lengths.rbegin(), lengths.rend()}); // NAXIS1 is the columns
         if (static_cast<size_t>(end) > size)
-            malformed(path, "holds " + std::to_string(size) + " bytes, up to the end of its image it takes " +
+            malformed(path, "is truncated: it has " + std::to_string(size) + " bytes, its image ends at byte " +
                                 std::to_string(end));
         fits_get_hdu_num(file, &unit_);
     }
@@ -48,8 +51,8 @@ class FitsFrames : public FrameFile {
             fits_get_colnum(file_.get(), CASEINSEN, column, &number, &status) == 0) {
             fits_get_num_rowsll(file_.get(), &rows, &status);
             if (static_cast<size_t>(rows) != count())
-                malformed(path_, "table FRAMES has " + std::to_string(rows) + " rows for " + std::to_string(count()) +
-                                     " frames");
+                malformed(path_, "table FRAMES has " + std::to_string(rows) + " rows: must have " +
+                                     std::to_string(count()) + ", one per frame");
             days.resize(count());
             double blank = std::numeric_limits<double>::quiet_NaN();
             fits_read_col(file_.get(), TDOUBLE, number, 1, 1, rows, &blank, days.data(), nullptr, &status);
@@ -65,14 +68,14 @@ class FitsFrames : public FrameFile {
             malformed(path_, "cannot be read as FITS: " + fits_reason(status));
     }
 
-    // CFITSIO itself would also look for other names and other kinds of files.
+    // CFITSIO itself would also try other names and other types of files.
     size_t check_is_fits() const {
         InputFile file(path_);
         if (file.size() == 0)
             malformed(path_, "is empty");
         char start[9];
         if (!file.read(start, sizeof start) || std::memcmp(start, "SIMPLE  =", sizeof start) != 0)
-            malformed(path_, "is not a FITS file" + kind_remark(path_));
+            malformed(path_, "is not a FITS file" + kind_of(path_));
         return file.size();
     }
 
@@ -91,17 +94,17 @@ class FitsFrames : public FrameFile {
         if (status == KEY_NO_EXIST)
             return std::nullopt;
         check(status);
-        if (value[0] == '\0') // undefined, as the standard has it
+        if (value[0] == '\0') // a keyword without value is undefined
             return std::nullopt;
         return value;
     }
 
-    // Moves to the first image that holds pixels; returns how many axes it has.
+    // Moves to the first image with pixels and returns its number of axes.
     int find_image() {
         for (int unit = 1;; unit++) {
             int status = 0, kind = 0, axes = 0;
             if (fits_movabs_hdu(file_.get(), unit, &kind, &status) == END_OF_FILE)
-                malformed(path_, "holds no image");
+                malformed(path_, "contains no image");
             if (kind == IMAGE_HDU)
                 fits_get_img_dim(file_.get(), &axes, &status);
             check(status);
@@ -119,11 +122,11 @@ class FitsFrames : public FrameFile {
         first_ += pixels;
     }
 
-    void pass() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }
+    void skip_next() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }
 
     Fits file_;
-    int unit_ = 0;       // of the image
-    LONGLONG first_ = 1; // pixel of the next frame
+    int unit_ = 0;       // number of the image's HDU
+    LONGLONG first_ = 1; // number of the next frame's first pixel
 };
 
 } // namespace

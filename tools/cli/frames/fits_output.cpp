@@ -1,4 +1,5 @@
-// FITS images, and cubes of simulated frames with header and table.
+// Writes FITS images, and cubes of simulated frames with header and table. A cube is u32 (BZERO = 2^31) if its frames
+// are whole counts and the expected peak is below 2^31, half the range, and float64 otherwise.
 #include <cinttypes>
 
 #include "common/failure.hpp"
@@ -10,7 +11,7 @@ namespace cli {
 
 namespace {
 
-// CFITSIO writes to the temporary of an OutputFile: nothing is visible before it is whole.
+// CFITSIO writes to the temporary file of an OutputFile: the output appears when it is complete.
 class FitsOutput : public FrameOutput {
   public:
     FitsOutput(const std::string &path, const std::vector<size_t> &axes, int type)
@@ -27,7 +28,7 @@ class FitsOutput : public FrameOutput {
         text("CREATOR", std::string("toliman ") + toliman_version(), "");
     }
 
-    // Given up: without axes, or CFITSIO would fill in zeros for all the frames that were to come.
+    // Without commit: removes the axes, because CFITSIO would write zeros for all frames that are missing.
     ~FitsOutput() override {
         if (file_ == nullptr)
             return;
@@ -51,7 +52,7 @@ class FitsOutput : public FrameOutput {
         out_.commit();
     }
 
-    // What the header says about the scene.
+    // Writes the scene's keywords into the header.
     void describe(const Scene &scene) {
         const toliman_sim_info &info = scene.info;
         text("BUNIT",
@@ -101,8 +102,8 @@ class FitsOutput : public FrameOutput {
 
   private:
     OutputFile out_;
-    Fits file_;                   // closed before its temporary is removed
-    LONGLONG pixels_, first_ = 1; // of a frame; number of the next
+    Fits file_;                   // closed before the temporary file is removed
+    LONGLONG pixels_, first_ = 1; // of a frame; number of the next pixel
 };
 
 class SimulatedCube : public FitsOutput {
@@ -122,7 +123,7 @@ class SimulatedCube : public FitsOutput {
     }
 
   private:
-    // Counts as u32 (BZERO = 2^31) where they are whole and fit with a margin of two, else float64.
+    // u32 (BZERO = 2^31) for whole counts with an expected peak below half the range, otherwise float64.
     static int type_of(const toliman_sim_info &info) noexcept {
         return info.whole_counts != 0 && info.peak_counts < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
     }

@@ -15,12 +15,12 @@ constexpr size_t kFramesAtOnce = 48;
 
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
                 const FrameWork &work, double *seconds) {
-    double unread = 0;
+    double ignored = 0;
     std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
     for (size_t done = 0; done < total;) {
         const size_t count = std::min(kFramesAtOnce, total - done);
         {
-            const Stopwatch watch(seconds != nullptr ? *seconds : unread);
+            const Stopwatch watch(seconds != nullptr ? *seconds : ignored);
             toliman::check(toliman_sim_frame_many(scene.sim.get(),
                                                   displacements != nullptr ? displacements + done : nullptr, seed,
                                                   first + static_cast<int64_t>(done), count, 0, images.data()));

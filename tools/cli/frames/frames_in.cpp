@@ -1,3 +1,7 @@
+// Format: .npy or headerless pixels, read one frame at a time and converted to double; big-endian pixels are
+// byte-swapped. The sizes are checked before any allocation: sides and number of frames are bounded, so no product
+// overflows, and the file must have exactly the bytes of its shape. Only headerless standard input has an unknown
+// number of frames.
 #include "frames/frames_in.hpp"
 
 #include <algorithm>
@@ -61,7 +65,7 @@ std::string type_of(const std::string &dtype) {
     return dtype[0] + std::string(dtype.substr(1, 2) == "16" ? "2" : "4");
 }
 
-// Plain numbers behind a .npy header, little-endian, or behind none.
+// Pixels after a .npy header, little-endian, or without header.
 class PlainFrames : public FrameFile {
   public:
     explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
@@ -79,9 +83,9 @@ class PlainFrames : public FrameFile {
         if (file_.ended())
             malformed(path_, "is empty");
         if (file_.size() % frame != 0)
-            malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, not a multiple of the " +
-                                 std::to_string(frame) + " of a frame of " + std::to_string(rows) + "x" +
-                                 std::to_string(cols) + narrow_frames(frame) + kind_remark(path_));
+            malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must be a multiple of " +
+                                 std::to_string(frame) + ", the size of a frame of " + std::to_string(rows) + "x" +
+                                 std::to_string(cols) + narrow_frames(frame) + kind_of(path_));
         set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
         check_size(0);
     }
@@ -93,8 +97,8 @@ class PlainFrames : public FrameFile {
         if (FrameFile::more())
             return true;
         if (!file_.sized() && !file_.ended())
-            malformed(path_, "holds more than " + std::to_string(count()) + " frames of " + std::to_string(rows()) +
-                                 "x" + std::to_string(cols()));
+            malformed(path_, "has more than " + std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
+                                 std::to_string(cols()));
         return false;
     }
 
@@ -103,42 +107,42 @@ class PlainFrames : public FrameFile {
 
     bool is_big_endian() const noexcept { return ends_with(dtype_, "be"); }
 
-    // Where as many bytes are whole frames of u16 instead of u32.
+    // A hint if the file has a whole number of frames as u16 instead of u32.
     std::string narrow_frames(size_t frame) const {
         const size_t half = frame / 2;
-        return type_ != "u4" || file_.size() % half != 0
-                   ? ""
-                   : ", but " + std::to_string(file_.size() / half) + " frames of --dtype u16" + dtype_.substr(3);
+        return type_ != "u4" || file_.size() % half != 0 ? ""
+                                                         : "; with --dtype u16" + dtype_.substr(3) + " it has " +
+                                                               std::to_string(file_.size() / half) + " frames";
     }
 
-    // The sides are bounded, so that nothing here overflows; memory is taken only for what the file really holds.
+    // The sides are bounded, so that nothing here overflows; memory is allocated for one frame of the checked size.
     void check_size(size_t header) {
         const size_t frame = rows() * cols() * width();
         if (file_.sized() && header + count() * frame != file_.size())
-            malformed(path_, "holds " + std::to_string(file_.size()) + " bytes, " + std::to_string(count()) +
-                                 " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()) + " take " +
-                                 std::to_string(header + count() * frame));
+            malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must have " +
+                                 std::to_string(header + count() * frame) + " for " + std::to_string(count()) +
+                                 " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()));
         raw_.resize(frame);
         start_ = header;
     }
 
     void next(double *image) override {
         if (!file_.read(raw_.data(), raw_.size()))
-            malformed(path_, "ends within a frame: " + std::to_string(rows()) + "x" + std::to_string(cols()) +
-                                 " pixels of " + std::to_string(width()) + " bytes each are not whole");
+            malformed(path_, "ends within a frame of " + std::to_string(rows()) + "x" + std::to_string(cols()) +
+                                 " pixels of " + std::to_string(width()) + " bytes");
         if (is_big_endian())
             swap_bytes(raw_.data(), rows() * cols(), width());
         convert(type_, raw_.data(), rows() * cols(), image);
         frame_++;
     }
 
-    void pass() override { file_.seek(start_ + ++frame_ * raw_.size()); }
+    void skip_next() override { file_.seek(start_ + ++frame_ * raw_.size()); }
 
     InputFile file_;
     std::string type_;  // as in NpyHeader
     std::string dtype_; // of headerless files
     std::vector<unsigned char> raw_;
-    size_t start_ = 0, frame_ = 0; // of the pixels in the file; number of the next frame
+    size_t start_ = 0, frame_ = 0; // offset of the pixels in the file; number of the next frame
 };
 
 } // namespace
@@ -155,10 +159,10 @@ bool is_fits(const std::string &path) {
 
 void FrameFile::set_axes(const std::vector<size_t> &axes) {
     if (axes.size() != 2 && axes.size() != 3)
-        malformed(path_, "has " + std::to_string(axes.size()) + " axes: frames need 2 or 3");
+        malformed(path_, "has " + std::to_string(axes.size()) + " axes: must have 2 or 3");
     axes_ = axes;
     if (count() == 0)
-        malformed(path_, "holds no frames");
+        malformed(path_, "contains no frames");
     if (rows() == 0 || cols() == 0 || rows() > kLargestSide || cols() > kLargestSide || count() > kMostFrames)
         malformed(path_, std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
                              std::to_string(cols()) + ": must be at most " + std::to_string(kMostFrames) +
@@ -171,7 +175,7 @@ void FrameFile::read_any(double *image) {
 }
 
 void FrameFile::skip() {
-    pass();
+    skip_next();
     read_++;
 }
 
@@ -180,23 +184,25 @@ void FrameFile::read(double *image) {
     for (size_t i = 0; i < rows() * cols(); i++)
         if (!std::isfinite(image[i]))
             malformed(path_, "frame " + std::to_string(read_ - 1) + ", row " + std::to_string(i / cols()) +
-                                 ", column " + std::to_string(i % cols()) + ": is blank or not a finite number");
+                                 ", column " + std::to_string(i % cols()) +
+                                 ": must be a finite number, not blank or NaN");
 }
 
 std::unique_ptr<FrameFile> open_frames(const std::string &path, const std::string &dtype, size_t rows, size_t cols) {
     if ((ends_with(path, ".npy") || is_fits(path)) && (!dtype.empty() || rows != 0))
-        throw Failure(kExitUsage, path + ": --dtype and --shape are for headerless files, this one has a header");
+        throw Failure(kExitUsage, path + ": --dtype and --shape are for files without header; this one has a header");
     if (ends_with(path, ".npy") || (path == "-" && dtype.empty() && rows == 0))
         return std::make_unique<PlainFrames>(path);
     if (is_fits(path))
         return open_fits(path);
-    const InputFile there = open_input(path); // a missing file is named before its options are
+    const InputFile opened = open_input(path); // a missing file is reported before missing options
     if (dtype.empty())
         throw Failure(kExitUsage, path +
-                                      ": a headerless file needs --dtype, e.g. u16be or u32le, and --shape ROWSxCOLS" +
-                                      kind_remark(path));
+                                      ": a file without header needs --dtype, e.g. u16be or u32le, and --shape "
+                                      "ROWSxCOLS" +
+                                      kind_of(path));
     if (rows == 0 || cols == 0)
-        throw Failure(kExitUsage, path + ": a headerless file needs --shape ROWSxCOLS");
+        throw Failure(kExitUsage, path + ": a file without header needs --shape ROWSxCOLS");
     return std::make_unique<PlainFrames>(path, dtype, rows, cols);
 }
 

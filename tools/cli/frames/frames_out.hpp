@@ -1,4 +1,4 @@
-// Where frames go: .npy, FITS, headerless counts, or the mission's pair of files.
+// Writes frames: .npy, FITS, headerless counts, or the mission's pair of files.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-// Takes frames in order; commit() makes what was written appear.
+// Writes frames in order; the output appears after commit().
 class FrameOutput {
   public:
     FrameOutput() = default;
@@ -20,7 +20,7 @@ class FrameOutput {
     virtual void commit() = 0;
 };
 
-// Simulated frames and all that a header can say about them.
+// Simulated frames: all that outputs with a header need.
 struct Simulated {
     const Scene &scene;
     FrameRange range;
@@ -30,14 +30,13 @@ struct Simulated {
     size_t cols() const noexcept { return static_cast<size_t>(scene.info.cols); }
 };
 
-// How counts are stored without header; above 2^bit_depth - 1 there is an error, never a wrapped number.
+// Format of headerless counts; a count above 2^bit_depth - 1 is an error and is never wrapped.
 struct CountFormat {
-    bool wide; // u32le rather than u16le
+    bool wide; // u32le, otherwise u16le
     int bit_depth;
 };
 
-// Float64 with the given axes, columns last: FITS or .npy as the suffix says. A scene, where there is one, stands in
-// the header of FITS.
+// Float64 with the given axes, columns last: FITS or .npy by the suffix. A FITS header describes the scene, if given.
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
                                           const Scene *scene = nullptr);
 std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vector<size_t> &axes, const Scene *scene);
@@ -45,7 +44,7 @@ std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vec
 std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames);
 // Cube with a full header and a table of times.
 std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames);
-// <session>_frames.bin and <session>_meta.jsonl in a folder, as formats.md says.
+// <session>_frames.bin and <session>_meta.jsonl in a folder, see formats.md.
 std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
                                             const CountFormat &format, const Simulated &frames);
 

@@ -14,8 +14,8 @@ Network::Network(const std::string &path) : cae(load_weights(path)) {
     info.struct_size = sizeof info;
     toliman::check(toliman_cae_get_info(cae.get(), &info));
     if (info.trained == 0)
-        malformed(path, "holds a training that was stopped, no trained network: `toliman train --resume` goes on with "
-                        "it");
+        malformed(path, "contains an interrupted training, not a trained network: continue it with `toliman train "
+                        "--resume`");
 }
 
 } // namespace cli

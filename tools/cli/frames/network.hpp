@@ -1,4 +1,4 @@
-// The trained network of a weights file.
+// Loads the trained network of a weights file.
 #pragma once
 #include <string>
 
@@ -6,10 +6,10 @@
 
 namespace cli {
 
-// A Failure says what a file is that is known to be something else.
+// Throws Failure, with the type of the file if it is known, unless it is a weights file.
 toliman::autoencoder load_weights(const std::string &path);
 
-// Frames of doubles without gaps, as they are encoded.
+// Contiguous frames of doubles as a toliman_image.
 inline toliman_image plain_image(const double *frames) noexcept {
     toliman_image image = toliman::sized<toliman_image>();
     image.pixels = frames;
@@ -17,7 +17,7 @@ inline toliman_image plain_image(const double *frames) noexcept {
 }
 
 struct Network {
-    // A Failure for the file of a training that was stopped.
+    // Throws Failure if the file contains an interrupted training.
     explicit Network(const std::string &path);
 
     toliman::autoencoder cae;

@@ -1,4 +1,4 @@
-// The mission's pair of files: counts, and one JSON object a frame.
+// Writes the mission's pair of files: counts, and one JSON object per frame. Existing files are never replaced.
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
@@ -12,14 +12,15 @@ namespace {
 long long nanoseconds(double days) {
     const std::optional<int64_t> ns = ns_of_days(days);
     if (!ns)
-        throw Failure(kExitUsage, "a frame at " + std::to_string(days) + " days: timestamp_ns holds up to 100000 days");
+        throw Failure(kExitUsage,
+                      "timestamp_ns: a frame at " + std::to_string(days) + " days: must be within 100000 days");
     return *ns;
 }
 
-// What a downlink holds may be all there is.
+// Existing files of a downlink may be the only copy.
 void check_free(const std::string &path) {
     if (exists(path))
-        throw Failure(kExitOutput, path + ": is there already: give another --session, or remove it first");
+        throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
 }
 
 class SessionOutput : public FrameOutput {
@@ -40,7 +41,7 @@ class SessionOutput : public FrameOutput {
         }
     }
 
-    // The side file last: whoever finds it finds the frames.
+    // The side file last: it implies that the frames are complete.
     void commit() override {
         counts_->commit();
         meta_.commit();

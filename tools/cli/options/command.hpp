@@ -1,4 +1,4 @@
-// The subcommands: each adds itself with its options and leaves what it will do in `action`.
+// The subcommands: each adds itself with its options to the CLI11 app and stores its work in Context::action.
 #pragma once
 #include <CLI/App.hpp> // alone: what CLI/CLI.hpp adds is compiled once, in commands.cpp
 #include <functional>
@@ -20,9 +20,9 @@ struct Context {
 
 // The whole program: its description, options and subcommands.
 void add_commands(CLI::App &app, Context &context);
-// All options of a command, those of its groups too; positionals are options without names.
+// All options of a command, including those of its option groups; positionals are options without names.
 std::vector<const CLI::Option *> options_of(const CLI::App &command);
-// SCENE, which many commands take.
+// The positional SCENE of many commands.
 void add_scene(CLI::App &command, std::string &name);
 
 void add_run(CLI::App &app, Context &context);

@@ -1,4 +1,4 @@
-// Layout of --help: examples first, one line a command in the overview, and text of at most kHelpWidth columns.
+// Layout of --help: examples first, one line per command in the overview, and text of at most kHelpWidth columns.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <sstream>
@@ -7,7 +7,7 @@ namespace cli {
 
 constexpr size_t kHelpWidth = 100;
 
-// Text with its paragraphs wrapped at the width. Indented lines, which are examples and tables, are left as they are.
+// Wraps the paragraphs of a text at the width. Indented lines, which are examples and tables, are not changed.
 inline std::string wrapped(const std::string &text, size_t width) {
     std::istringstream lines(text);
     std::string out;
@@ -34,7 +34,7 @@ class HelpFormatter : public CLI::Formatter {
   public:
     std::string make_description(const CLI::App *app) const override {
         const std::string text = wrapped(CLI::Formatter::make_description(app), kHelpWidth);
-        return text.empty() ? text : text + "\n";
+        return text.empty() ? text : text + "\n\n";
     }
     std::string make_option_desc(const CLI::Option *option) const override {
         return wrapped(CLI::Formatter::make_option_desc(option), kHelpWidth - get_column_width());

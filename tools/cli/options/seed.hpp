@@ -1,4 +1,4 @@
-// --seed of every command: a whole number of 64 bits.
+// --seed of every command: a whole number of 64 bits without sign.
 #pragma once
 #include <CLI/App.hpp>
 #include <charconv>
@@ -6,7 +6,7 @@
 
 namespace cli {
 
-// CLI11 itself wraps -1 around and cuts off what is too large.
+// Parsed here because CLI11 wraps -1 around and clips numbers that are too large.
 inline CLI::Option *add_seed(CLI::App &command, uint64_t &seed, const std::string &description) {
     const auto take = [&seed](const std::string &text) {
         uint64_t value = 0;

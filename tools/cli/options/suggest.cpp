@@ -1,3 +1,6 @@
+// Method: the nearest name by Levenshtein distance, at most 2 and less than the length of the name. Messages of CLI11
+// are parsed and rewritten in the form of all others, "--option value: must be RANGE", since CLI11 offers no other
+// hook.
 #include "options/suggest.hpp"
 
 #include <algorithm>
@@ -12,7 +15,7 @@ namespace cli {
 
 namespace {
 
-// The library has the same for keys of scenes, but shows nothing of it.
+// Levenshtein distance. The library has the same for scene keys, but does not export it.
 size_t distance(const std::string &a, const std::string &b) {
     std::vector<size_t> row(b.size() + 1);
     for (size_t j = 0; j <= b.size(); j++)
@@ -39,8 +42,7 @@ bool known(const std::string &word, const std::vector<std::string> &names) {
     return std::find(names.begin(), names.end(), word) != names.end();
 }
 
-// What CLI11 says of a value that is none of a list, "--sync: fram not in {frame,group,none}", as the rest of the
-// program says it.
+// Rewrites CLI11's message for a value that is not in a list, "--sync: fram not in {frame,group,none}".
 std::string unknown_value(const std::string &message) {
     const std::string between = " not in {";
     const size_t option = message.find(": "), end = message.rfind(between);
@@ -55,17 +57,17 @@ std::string unknown_value(const std::string &message) {
         list += (names.empty() ? "" : ", ") + name;
         names.push_back(name);
     }
-    return message.substr(0, option) + " " + value + ": must be one of " + list + meant(value, names);
+    return message.substr(0, option) + " " + value + ": must be one of " + list + did_you_mean(value, names);
 }
 
-// CLI11 calls kinds of values FLOAT, UINT or INT.
+// What an option accepts, by CLI11's type name FLOAT, UINT or INT.
 const char *allowed(const CLI::App &command, const std::string &name) {
     const CLI::Option *option = command.get_option_no_throw(name);
     const std::string type = option != nullptr ? option->get_type_name() : "";
     return type.rfind("FLOAT", 0) == 0  ? "must be a number"
-           : type.rfind("UINT", 0) == 0 ? "must be a whole number from 0 on"
+           : type.rfind("UINT", 0) == 0 ? "must be a whole number, 0 or more"
            : type.rfind("INT", 0) == 0  ? "must be a whole number"
-                                        : "has another form";
+                                        : "has an invalid form";
 }
 
 // "Could not convert: --f0 = abc"
@@ -83,7 +85,7 @@ std::string value_out_of_range(const std::string &message) {
     const size_t name = message.find(before), range = message.rfind(between), end = message.rfind(to);
     if (name == std::string::npos || range == std::string::npos || end == std::string::npos || end < range)
         return unknown_value(message);
-    const auto number = [](const std::string &text) { // as short as it can be: 4.000000
+    const auto number = [](const std::string &text) { // without trailing zeros, as in 4.000000
         char shorter[40];
         std::snprintf(shorter, sizeof shorter, "%.10g", std::strtod(text.c_str(), nullptr));
         return std::string(shorter);
@@ -99,17 +101,17 @@ std::string unexpected_word(const std::string &message, const CLI::App &command)
     const std::string word = message.substr(several ? message.find_last_of(' ') + 1 : message.find(": ") + 2);
     if (word.rfind('-', 0) == 0)
         return "unknown option " + word;
-    std::string takes;
+    std::string accepted;
     for (const CLI::Option *option : options_of(command))
         if (option->get_positional())
-            takes += (takes.empty() ? "one " : " and one ") + option->get_single_name();
+            accepted += (accepted.empty() ? "one " : " and one ") + option->get_single_name();
     const std::string program = command.get_parent() != nullptr ? "toliman " : "";
     return "unexpected argument " + word + ": " + program + command.get_name() + " takes " +
-           (takes.empty() ? "options only" : takes);
+           (accepted.empty() ? "options only" : accepted);
 }
 
-// What CLI11 says, as the rest of the program says it.
-std::string in_our_words(const CLI::ParseError &error, const CLI::App &command) {
+// CLI11's message in the form of this program's messages.
+std::string message_of(const CLI::ParseError &error, const CLI::App &command) {
     const std::string message = error.what();
     switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
     case CLI::ExitCodes::ConversionError:
@@ -126,27 +128,27 @@ std::string in_our_words(const CLI::ParseError &error, const CLI::App &command) 
     }
 }
 
-// What to say of the first word of the command line that is no command or no option of the command:
-// "unknown option --frame (did you mean --frames?)"; "" if all are known.
+// The message for the first word of the command line that is not a command, or not an option of the command:
+// "unknown option --frame (did you mean --frames?)". "" if all are known.
 std::string unknown_word(const CLI::App &app, int argc, char **argv) {
     std::vector<std::string> commands, options;
     add_options(app, options);
     for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
         commands.push_back(command->get_name());
-    bool chosen = commands.empty(); // a program without any
+    bool chosen = commands.empty(); // toliman-mpi has no commands
     for (int i = 1; i < argc; i++) {
         const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
         if (word == "--") // files follow
             break;
         const bool is_option = word.rfind("--", 0) == 0;
         if (is_option && !known(word, options))
-            return "unknown option " + word + meant(word, options);
+            return "unknown option " + word + did_you_mean(word, options);
         if (word == "--progress" && word == argv[i])
             i++; // its value
         if (is_option || chosen)
             continue;
         if (!known(word, commands))
-            return "unknown command " + word + meant(word, commands);
+            return "unknown command " + word + did_you_mean(word, commands);
         add_options(*app.get_subcommand(word), options);
         chosen = true;
     }
@@ -155,7 +157,7 @@ std::string unknown_word(const CLI::App &app, int argc, char **argv) {
 
 } // namespace
 
-std::string meant(const std::string &word, const std::vector<std::string> &names) {
+std::string did_you_mean(const std::string &word, const std::vector<std::string> &names) {
     size_t least = 3;
     std::string best;
     for (const std::string &name : names) {
@@ -168,15 +170,15 @@ std::string meant(const std::string &word, const std::vector<std::string> &names
     return best.empty() ? "" : " (did you mean " + best + "?)";
 }
 
-std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
+std::string command_line_error(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
     std::string unknown = unknown_word(app, argc, argv);
     if (!unknown.empty())
         return unknown;
     const bool needs_command = app.get_subcommands().size() < app.get_require_subcommand_min();
     if (needs_command)
-        return "needs a command: toliman --help lists them";
+        return "a command is required: toliman --help lists them";
     const std::vector<CLI::App *> chosen = app.get_subcommands();
-    return in_our_words(error, chosen.empty() ? app : *chosen.back());
+    return message_of(error, chosen.empty() ? app : *chosen.back());
 }
 
 } // namespace cli

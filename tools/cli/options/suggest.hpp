@@ -1,4 +1,4 @@
-// "Did you mean" for mistyped commands, options and values.
+// Messages for invalid command lines, with "did you mean" for mistyped commands, options and values.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,10 +10,10 @@ class ParseError;
 
 namespace cli {
 
-// What to say of a command line that was refused.
-std::string complaint(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv);
+// The message for a command line that CLI11 has refused.
+std::string command_line_error(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv);
 
-// " (did you mean pca?)" for the nearest name, "" if none is near.
-std::string meant(const std::string &word, const std::vector<std::string> &names);
+// " (did you mean pca?)" with the nearest name, "" if no name is near.
+std::string did_you_mean(const std::string &word, const std::vector<std::string> &names);
 
 } // namespace cli

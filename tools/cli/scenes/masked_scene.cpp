@@ -11,7 +11,7 @@ namespace cli {
 
 namespace {
 
-constexpr double kSketchSteps = 5; // of the band
+constexpr double kCoarseSteps = 5; // of the band
 
 toliman_sim_info info_of(const toliman_sim *sim) {
     toliman_sim_info info = {};
@@ -20,7 +20,7 @@ toliman_sim_info info_of(const toliman_sim *sim) {
     return info;
 }
 
-// Half of the middle wavelength, in nm: what a mask's step ought to be.
+// Half of the middle wavelength in nm: the phase step of pi of an ideal mask.
 double half_wave_nm(const toliman_sim *sim) {
     std::vector<double> wavelength(static_cast<size_t>(info_of(sim).wavelengths));
     toliman::check(toliman_sim_get_spectrum(sim, wavelength.size(), wavelength.data(), nullptr, nullptr));
@@ -76,7 +76,7 @@ JsonTree MaskedScene::with(const Terms &terms) const {
     return scene;
 }
 
-Score MaskedScene::judge(const Terms &terms) const {
+Score MaskedScene::evaluate(const Terms &terms) const {
     const std::string text = text_of(with(terms));
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
@@ -101,25 +101,26 @@ MaskedScene MaskedScene::without_signal() const {
     return quiet;
 }
 
-MaskedScene MaskedScene::sketch() const {
-    MaskedScene coarse(*this);
-    cJSON *band = item_of(coarse.scene_.get(), "band");
+MaskedScene MaskedScene::coarse() const {
+    MaskedScene few_wavelengths(*this);
+    cJSON *band = item_of(few_wavelengths.scene_.get(), "band");
     const cJSON *step = item_of(band, "step_nm");
     if (step != nullptr) {
         const double width = item_of(band, "max_nm")->valuedouble - item_of(band, "min_nm")->valuedouble;
-        put(band, "step_nm", std::max(step->valuedouble, width / kSketchSteps));
+        put(band, "step_nm", std::max(step->valuedouble, width / kCoarseSteps));
     }
-    MaskedScene half(coarse);
+    MaskedScene half(few_wavelengths);
     cJSON *telescope = item_of(half.scene_.get(), "telescope");
     const cJSON *samples = item_of(telescope, "pupil_samples");
     put(telescope, "pupil_samples", std::floor((samples != nullptr ? samples->valuedouble : 256) / 2));
-    return half.accepted() ? half : coarse;
+    return half.accepted() ? half : few_wavelengths;
 }
 
-// Whether the library takes the scene: too few samples show aliases, and files of the pupil have a size.
+// Whether the library accepts the scene: with too few samples the image aliases, and files of the pupil have a fixed
+// size.
 bool MaskedScene::accepted() const {
     try {
-        judge(draw_terms(0, 0));
+        evaluate(draw_terms(0, 0));
         return true;
     } catch (const toliman::error &error) {
         if (error.status() == TOLIMAN_E_SCENE || error.status() == TOLIMAN_E_FORMAT)

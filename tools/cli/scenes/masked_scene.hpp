@@ -1,4 +1,4 @@
-// A scene as JSON with a place for other masks, and what the library says of it with one of them.
+// A scene as JSON whose mask can be replaced, and its evaluation by the library with a given mask.
 #pragma once
 #include <limits>
 #include <string>
@@ -13,30 +13,30 @@ namespace cli {
 struct Score {
     double crb_px = std::numeric_limits<double>::infinity();       // Cramer-Rao bound of the separation, all else known
     double peak_to_mean = std::numeric_limits<double>::infinity(); // of the noise-free frame
-    double light_in_frame = 0;                                     // part of the stars' photons
+    double light_in_frame = 0;                                     // fraction of the stars' photons
 };
 
 Score score_of(const toliman_sim *sim);
 
 class MaskedScene {
   public:
-    // A scene file that the library has read as `sim`.
+    // path: the scene file that the library has read as `sim`.
     MaskedScene(const std::string &path, const toliman_sim *sim);
 
     const std::string &folder() const noexcept { return folder_; }
     const cJSON *own_mask() const noexcept; // nullptr if it has none
     JsonTree mask(const Terms &terms) const;
-    // The scene with a spiral mask of these terms, or with its own if there are none.
+    // The scene with a spiral mask of these terms, or with its own mask if there are no terms.
     JsonTree with(const Terms &terms) const;
 
-    // Judges a mask on one thread; may be called from several at once.
-    Score judge(const Terms &terms) const;
+    // Evaluates a mask on one thread; may be called from several threads at once.
+    Score evaluate(const Terms &terms) const;
 
-    // What is as good for judging and quicker: no signal, whose size the bound does not depend on.
+    // The scene without signal, which is faster to evaluate: the bound does not depend on the amplitude.
     MaskedScene without_signal() const;
-    // What ranks masks nearly alike at a fraction of the time: few wavelengths and, where the library accepts it, half
-    // the pupil samples.
-    MaskedScene sketch() const;
+    // A coarse scene, which ranks masks nearly alike in a fraction of the time: few wavelengths and, if the library
+    // accepts it, half the pupil samples.
+    MaskedScene coarse() const;
 
   private:
     MaskedScene(const MaskedScene &other);

@@ -1,3 +1,8 @@
+// Method: random search in four stages. draw: 35 % of the masks are random; the best eight are candidates. refine (to
+// 97.5 %): children of 8, 4, 2 and finally 1 candidate; a better child replaces its parent. Both use the coarse scene.
+// confirm: the full scene evaluates the candidates. polish: small variations of the best mask with the full scene.
+// The figure of merit is the Cramer-Rao bound; masks above the peak-to-mean ratio of the scene's own mask are rejected.
+// Batches have a fixed size and random numbers depend on (seed, number), so the result is independent of the threads.
 #include "scenes/pupil_search.hpp"
 
 #include <algorithm>
@@ -10,8 +15,8 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kBatch = 16, kLines = 8;
-constexpr double kFar = 0.5, kNear = 0.1; // reach of a variation
+constexpr size_t kBatch = 16, kCandidates = 8;
+constexpr double kLargeReach = 0.5, kSmallReach = 0.1; // largest step of a variation
 
 bool better(const Found &a, const Found &b) {
     return a.score.crb_px < b.score.crb_px;
@@ -43,20 +48,21 @@ void on_all_processors(size_t count, const std::function<void(size_t)> &job) {
 } // namespace
 
 PupilSearch::PupilSearch(const MaskedScene &scene, const Score &own, const SearchLimits &limits, Progress &progress)
-    : whole_(scene.without_signal()), sketch_(whole_.sketch()), own_terms_(terms_of(scene.own_mask())),
+    : full_(scene.without_signal()), coarse_(full_.coarse()), own_terms_(terms_of(scene.own_mask())),
       own_(own), best_{{}, own}, limits_(limits), progress_(progress) {}
 
-std::vector<Score> PupilSearch::judge(const MaskedScene &scene, const Batch &batch) {
+std::vector<Score> PupilSearch::evaluate(const MaskedScene &scene, const Batch &batch) {
     std::vector<Score> scores(batch.size());
     on_all_processors(batch.size(), [&](size_t i) {
         try {
-            scores[i] = scene.judge(batch[i]);
+            scores[i] = scene.evaluate(batch[i]);
         } catch (const toliman::error &error) {
-            if (error.status() != TOLIMAN_E_SCENE) // e.g. brighter than the library can count: no mask for this scene
+            if (error.status() !=
+                TOLIMAN_E_SCENE) // the scene is invalid with this mask, e.g. too bright: not a candidate
                 throw;
         }
     });
-    judged_ += batch.size();
+    evaluated_ += batch.size();
     return scores;
 }
 
@@ -70,7 +76,8 @@ void PupilSearch::work(const Stage &stage, const std::function<void(size_t count
         const double by_count = limits_.count == 0 ? 0 : done < quota ? done / quota : 1;
         const double by_time = limits_.minutes > 0 ? (elapsed() - begin) / std::max(end - begin, 1e-9) : 0;
         const double fraction = std::min(std::max(by_count, by_time), 1.0);
-        const double least = lines_.empty() || !best_.terms.empty() ? best_.score.crb_px : lines_[0].score.crb_px;
+        const double least =
+            candidates_.empty() || !best_.terms.empty() ? best_.score.crb_px : candidates_[0].score.crb_px;
         char note[40];
         std::snprintf(note, sizeof note, "best %.4g px", least);
         progress_.show(stage.name, fraction, note);
@@ -87,59 +94,59 @@ void PupilSearch::work(const Stage &stage, const std::function<void(size_t count
 void PupilSearch::draw(size_t count) {
     Batch batch;
     for (size_t i = 0; i < count; i++)
-        batch.push_back(draw_terms(limits_.seed, judged_ + i));
-    const std::vector<Score> scores = judge(sketch_, batch);
+        batch.push_back(draw_terms(limits_.seed, evaluated_ + i));
+    const std::vector<Score> scores = evaluate(coarse_, batch);
     for (size_t i = 0; i < count; i++)
         if (fits(scores[i]))
-            lines_.push_back({batch[i], scores[i]});
-    std::stable_sort(lines_.begin(), lines_.end(), better);
-    lines_.resize(std::min(lines_.size(), kLines));
+            candidates_.push_back({batch[i], scores[i]});
+    std::stable_sort(candidates_.begin(), candidates_.end(), better);
+    candidates_.resize(std::min(candidates_.size(), kCandidates));
 }
 
-// Children of the first `live` lines, in turn; a better child takes its parent's place.
-void PupilSearch::refine(size_t count, size_t live) {
+// Varies the first `active` candidates in turn; a better mask replaces the one it was made from.
+void PupilSearch::refine(size_t count, size_t active) {
     Batch batch;
     for (size_t i = 0; i < count; i++)
-        batch.push_back(vary_terms(lines_[i % live].terms, kFar, limits_.seed, judged_ + i));
-    const std::vector<Score> scores = judge(sketch_, batch);
+        batch.push_back(vary_terms(candidates_[i % active].terms, kLargeReach, limits_.seed, evaluated_ + i));
+    const std::vector<Score> scores = evaluate(coarse_, batch);
     for (size_t i = 0; i < count; i++)
-        if (fits(scores[i]) && scores[i].crb_px < lines_[i % live].score.crb_px)
-            lines_[i % live] = {batch[i], scores[i]};
-    std::stable_sort(lines_.begin(), lines_.end(), better);
+        if (fits(scores[i]) && scores[i].crb_px < candidates_[i % active].score.crb_px)
+            candidates_[i % active] = {batch[i], scores[i]};
+    std::stable_sort(candidates_.begin(), candidates_.end(), better);
 }
 
-// The whole scene has the last word.
+// Evaluates masks with the full scene and keeps the best.
 void PupilSearch::keep_best(const Batch &batch) {
-    const std::vector<Score> scores = judge(whole_, batch);
+    const std::vector<Score> scores = evaluate(full_, batch);
     for (size_t i = 0; i < batch.size(); i++)
         if (fits(scores[i]) && scores[i].crb_px < best_.score.crb_px)
             best_ = {batch[i], scores[i]};
 }
 
-// After a signal only the best line is judged, so that the program ends soon.
+// Evaluates the candidates; after a signal only the best one, so that the program ends soon.
 void PupilSearch::confirm() {
     Batch batch;
-    for (const Found &line : lines_)
+    for (const Found &candidate : candidates_)
         if (batch.empty() || stop_signal() == 0)
-            batch.push_back(line.terms);
+            batch.push_back(candidate.terms);
     keep_best(batch);
 }
 
 void PupilSearch::polish(size_t count) {
     Batch batch;
     for (size_t i = 0; i < count; i++)
-        batch.push_back(vary_terms(best_.terms, kNear, limits_.seed, judged_ + i));
+        batch.push_back(vary_terms(best_.terms, kSmallReach, limits_.seed, evaluated_ + i));
     keep_best(batch);
 }
 
 Found PupilSearch::run() {
     if (!own_terms_.empty())
-        lines_.push_back({own_terms_, judge(sketch_, {own_terms_})[0]});
+        candidates_.push_back({own_terms_, evaluate(coarse_, {own_terms_})[0]});
     work({"draw", 0.35, 0.3}, [&](size_t count, double) { draw(count); });
-    if (!lines_.empty())
-        work({"refine", 0.975, 0.8}, [&](size_t count, double fraction) { // ever fewer lines: 8, 4, 2, 1
-            const size_t live = kLines >> static_cast<size_t>(4 * fraction);
-            refine(count, std::clamp<size_t>(live, 1, lines_.size()));
+    if (!candidates_.empty())
+        work({"refine", 0.975, 0.8}, [&](size_t count, double fraction) { // 8, 4, 2, 1 candidates
+            const size_t active = kCandidates >> static_cast<size_t>(4 * fraction);
+            refine(count, std::clamp<size_t>(active, 1, candidates_.size()));
         });
     confirm();
     if (!best_.terms.empty())

@@ -1,5 +1,5 @@
-// The search for a better mask: spiral masks are drawn at random, the best are varied, all on a sketch of the scene;
-// then the whole scene judges and improves what was found.
+// Search for a better mask: spiral masks are drawn at random and the best are varied, all on a coarse version of the
+// scene; then the best ones are evaluated and improved with the full scene.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -11,7 +11,7 @@
 namespace cli {
 
 struct Found {
-    Terms terms; // none: the scene's own mask
+    Terms terms; // empty: the scene's own mask
     Score score;
 };
 
@@ -26,9 +26,9 @@ class PupilSearch {
     // own: the score of the scene's mask. A mask is accepted if its peak-to-mean ratio is at most that of own.
     PupilSearch(const MaskedScene &scene, const Score &own, const SearchLimits &limits, Progress &progress);
 
-    // Searches until a limit or a signal; where nothing better is found, the last tries are left out. Without a time
-    // limit the result depends on scene, seed and count alone: masks are judged in batches of a fixed size, whatever
-    // the number of threads.
+    // Searches until a limit or a signal. If no better mask is found, the last stage (polish) is left out. Without a
+    // time limit the result depends only on scene, seed and count: masks are evaluated in batches of a fixed size, for
+    // any number of threads.
     Found run();
     uint64_t tried() const noexcept { return tried_; } // masks drawn or varied
 
@@ -37,28 +37,28 @@ class PupilSearch {
     using Clock = std::chrono::steady_clock;
     struct Stage {
         const char *name;
-        double count_until; // of the masks to try
-        double time_until;  // of the time
+        double count_until; // fraction of the masks to try at the end of the stage
+        double time_until;  // fraction of the time at the end of the stage
     };
 
     void work(const Stage &stage, const std::function<void(size_t count, double fraction)> &batch);
-    std::vector<Score> judge(const MaskedScene &scene, const Batch &batch);
+    std::vector<Score> evaluate(const MaskedScene &scene, const Batch &batch);
     bool fits(const Score &score) const noexcept { return score.peak_to_mean <= own_.peak_to_mean; }
     void draw(size_t count);
-    void refine(size_t count, size_t live);
+    void refine(size_t count, size_t active);
     void keep_best(const Batch &batch);
     void confirm();
     void polish(size_t count);
 
-    MaskedScene whole_, sketch_;
+    MaskedScene full_, coarse_;
     Terms own_terms_;
     Score own_;
     Found best_;
-    std::vector<Found> lines_; // lines of descent, judged on the sketch, best first
+    std::vector<Found> candidates_; // evaluated on the coarse scene, best first
     SearchLimits limits_;
     Progress &progress_;
     Clock::time_point start_ = Clock::now();
-    uint64_t tried_ = 0, judged_ = 0; // judged: with the scene's own, and those that are judged twice
+    uint64_t tried_ = 0, evaluated_ = 0; // evaluated_: also the scene's own mask and second evaluations
 };
 
 } // namespace cli

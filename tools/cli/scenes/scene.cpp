@@ -14,7 +14,7 @@ namespace cli {
 
 namespace {
 
-toliman_sim_options shown_by(Progress &progress) {
+toliman_sim_options options_with(Progress &progress) {
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
     options.progress = Progress::callback;
@@ -40,21 +40,21 @@ int64_t bound_of(const std::string &text, int64_t absent, const std::string &who
     return value;
 }
 
-// A shipped scene that is nearly of this name, or of this one without its suffix.
-std::string meant_scene(const std::string &name, const std::string &folder) {
+// The suggestion of a shipped scene with a similar name, also if the suffix is missing.
+std::string similar_scene(const std::string &name, const std::string &folder) {
     std::vector<std::string> scenes;
     std::error_code error;
     for (const auto &entry : std::filesystem::directory_iterator(folder, error))
         if (entry.path().extension() == ".json")
             scenes.push_back(entry.path().filename().string());
     std::sort(scenes.begin(), scenes.end());
-    const std::string found = meant(name, scenes);
-    return found.empty() ? meant(name + ".json", scenes) : found;
+    const std::string found = did_you_mean(name, scenes);
+    return found.empty() ? did_you_mean(name + ".json", scenes) : found;
 }
 
 } // namespace
 
-std::string found_scene(const std::string &name, const toliman_sim_options &options) {
+std::string scene_path(const std::string &name, const toliman_sim_options &options) {
     if (exists(name) || name.find('/') != std::string::npos) {
         need_scene(name);
         return name;
@@ -62,16 +62,16 @@ std::string found_scene(const std::string &name, const toliman_sim_options &opti
     const std::string folder = shipped_scenes();
     std::string shipped = folder + "/" + name;
     if (!exists(shipped))
-        malformed(name, "No such file, neither here nor in " + folder + meant_scene(name, folder));
+        malformed(name, "No such file, nor a scene in " + folder + similar_scene(name, folder));
     if (options.log != nullptr)
         options.log(TOLIMAN_LOG_INFO, ("scene " + shipped).c_str(), options.log_data);
     return shipped;
 }
 
-Scene::Scene(const std::string &file, Progress &progress) : Scene(file, shown_by(progress)) {}
+Scene::Scene(const std::string &file, Progress &progress) : Scene(file, options_with(progress)) {}
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
-    : path(found_scene(file, options)),
+    : path(scene_path(file, options)),
       sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)), info(info_of(sim)) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
@@ -87,8 +87,8 @@ void check_cadence(const Scene &scene, const std::string &command) {
     constexpr int64_t fewest = 5, most = 400000;
     const int64_t frames = scene.info.frames;
     if (frames < fewest || frames > most)
-        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": " + command +
-                                      " takes " + std::to_string(fewest) + " to " + std::to_string(most) + " frames");
+        throw Failure(kExitUsage, scene.path + ": cadence.frames = " + std::to_string(frames) + ": must be in [" +
+                                      std::to_string(fewest) + ", " + std::to_string(most) + "] for " + command);
 }
 
 FrameRange::FrameRange(const std::string &text, int64_t frames) {
@@ -98,7 +98,7 @@ FrameRange::FrameRange(const std::string &text, int64_t frames) {
                                      : bound_of(text.substr(colon + 1), frames, text);
     if (first < 0 || end <= first || end > frames)
         throw Failure(kExitUsage,
-                      "--frames " + text + ": must be FIRST:END, FIRST below END, within 0:" + std::to_string(frames));
+                      "--frames " + text + ": must be FIRST:END with FIRST < END, within 0:" + std::to_string(frames));
 }
 
 } // namespace cli

@@ -1,4 +1,4 @@
-// The simulator of a scene file, with progress and remarks on stderr.
+// The simulator of a scene file, with progress and warnings on standard error.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace cli {
 
-// The file that a scene's name stands for: that file or, where there is none, the shipped scene of that name, which is
-// told to the log of `options`. A Failure where neither is there.
-std::string found_scene(const std::string &name, const toliman_sim_options &options);
+// The path of a scene: the file of this name or, if there is none, the shipped scene of this name, which is reported to
+// the log of `options`. Throws Failure if neither exists.
+std::string scene_path(const std::string &name, const toliman_sim_options &options);
 
 // Whether a plan models the stage of that name.
 inline bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
@@ -23,7 +23,8 @@ inline bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
 struct Scene {
     Scene(const std::string &file, Progress &progress);
     Scene(const std::string &file, const toliman_sim_options &options);
-    // A variant of the scene file: its files start where those of the file do; without progress and remarks.
+    // A variant of a scene file as JSON; its relative file names start at the folder of `file`. No progress or
+    // warnings.
     Scene(const std::string &file, const std::string &json);
 
     std::string path;
@@ -32,16 +33,16 @@ struct Scene {
     size_t pixels() const noexcept { return static_cast<size_t>(info.rows) * static_cast<size_t>(info.cols); }
 };
 
-// Times (days) and true displacements (px) of the whole cadence.
+// Times (days) and true displacements (px) of all frames.
 struct Cadence {
     explicit Cadence(const Scene &scene);
     std::vector<double> times, displacements;
 };
 
-// A Failure for a scene of more or fewer frames than a periodogram on the default grid takes.
+// Throws Failure if the number of frames is outside the limits of the default frequency grid.
 void check_cadence(const Scene &scene, const std::string &command);
 
-// "10:20" is frames 10 ... 19, "10" that one, ":" or "" all; within [0, frames].
+// "10:20" means frames 10 ... 19, "10" frame 10, ":" or "" all frames; within [0, frames].
 struct FrameRange {
     FrameRange(const std::string &text, int64_t frames);
     int64_t first, end;

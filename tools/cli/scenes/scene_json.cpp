@@ -11,7 +11,7 @@ JsonTree read_scene_json(const std::string &path) {
     const std::string text = whole_text(path);
     JsonTree tree(cJSON_ParseWithLength(text.data(), text.size()));
     if (!tree)
-        malformed(path, "is no longer the scene that was read");
+        malformed(path, "changed while it was read");
     return tree;
 }
 

@@ -1,5 +1,5 @@
-// A scene file as a JSON tree that may be changed, for commands that try variants of a scene. The library has read the
-// file before: what it must hold is checked.
+// A scene file as a JSON tree that can be changed, for commands that evaluate variants of a scene. The library has read
+// and checked the file before.
 #pragma once
 #include <string>
 
@@ -9,12 +9,12 @@ namespace cli {
 
 JsonTree read_scene_json(const std::string &path);
 JsonTree copy_of(const cJSON *item);
-// Where relative file names of the scene at `path` start.
+// The folder at which relative file names of the scene at `path` start.
 std::string folder_of(const std::string &path);
 
-// nullptr where there is none, also of nullptr.
+// nullptr if there is no such item or if object is nullptr.
 cJSON *item_of(const cJSON *object, const char *name);
-// The object under `name`, made empty where there is none.
+// The object under `name`, created empty if there is none.
 cJSON *object_of(cJSON *object, const char *name);
 void put(cJSON *object, const char *name, JsonTree value);
 void put(cJSON *object, const char *name, double value);

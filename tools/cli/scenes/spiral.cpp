@@ -1,3 +1,7 @@
+// Method: the coarseness of a mask is drawn first, uniformly from 1 to 14 cycles along the radius, so that coarse and
+// fine masks are equally frequent. A variation changes one term for certain and each other one with probability 0.6, by
+// steps that are log-uniform over 1/128 of the reach to the reach. Random numbers depend on (seed, k) only: splitmix64
+// (Steele, Lea, Flood 2014).
 #include "scenes/spiral.hpp"
 
 #include <cmath>
@@ -6,10 +10,10 @@ namespace cli {
 
 namespace {
 
-// Random numbers that depend on (seed, k) alone: splitmix64 (Steele, Lea, Flood 2014).
-class Dice {
+// Random numbers that depend on (seed, k) only.
+class RandomStream {
   public:
-    Dice(uint64_t seed, uint64_t k) : state_(seed) {
+    RandomStream(uint64_t seed, uint64_t k) : state_(seed) {
         state_ = next() ^ k;
         state_ = next();
     }
@@ -18,7 +22,7 @@ class Dice {
     }
     bool chance(double probability) { return uniform(0, 1) < probability; }
     double whole(double low, double high) { return std::floor(uniform(low, high + 1)); }
-    double bell() { return uniform(-1, 1) + uniform(-1, 1) + uniform(-1, 1); } // mean 0, variance 1
+    double nearly_normal() { return uniform(-1, 1) + uniform(-1, 1) + uniform(-1, 1); } // mean 0, variance 1
 
   private:
     uint64_t next() {
@@ -30,7 +34,8 @@ class Dice {
     uint64_t state_;
 };
 
-// Four decimals are finer than any mask is made, and keep the JSON short: what is judged is what is printed.
+// Four decimals are finer than any mask is manufactured and keep the JSON short. Rounded before the evaluation, so that
+// the printed mask is the evaluated one.
 double rounded(double value) {
     return std::nearbyint(value * 1e4) / 1e4;
 }
@@ -39,35 +44,35 @@ double rounded(double value) {
 
 Terms draw_terms(uint64_t seed, uint64_t k) {
     constexpr double turn = 6.2831;
-    Dice dice(seed, k);
-    Terms terms(static_cast<size_t>(dice.whole(2, 6)));
-    const double coarse = dice.uniform(1, 14), most = std::floor(2 * coarse) + 1;
+    RandomStream random(seed, k);
+    Terms terms(static_cast<size_t>(random.whole(2, 6)));
+    const double coarse = random.uniform(1, 14), most = std::floor(2 * coarse) + 1;
     for (SpiralTerm &term : terms) {
-        term.a = rounded(dice.uniform(0.4, 1));
-        term.f = rounded(dice.uniform(0, coarse));
-        term.l = dice.chance(0.5) ? rounded(dice.uniform(-12, 12)) : 0;
-        term.m = dice.whole(-most, most);
-        term.p = rounded(dice.uniform(0, turn));
+        term.a = rounded(random.uniform(0.4, 1));
+        term.f = rounded(random.uniform(0, coarse));
+        term.l = random.chance(0.5) ? rounded(random.uniform(-12, 12)) : 0;
+        term.m = random.whole(-most, most);
+        term.p = rounded(random.uniform(0, turn));
     }
     return terms;
 }
 
 Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k) {
-    Dice dice(seed, k);
+    RandomStream random(seed, k);
     Terms varied = terms;
-    const double step = reach * std::exp2(-dice.uniform(0, 7));
-    const auto chosen = static_cast<size_t>(dice.whole(0, static_cast<double>(terms.size()) - 1));
+    const double step = reach * std::exp2(-random.uniform(0, 7));
+    const auto chosen = static_cast<size_t>(random.whole(0, static_cast<double>(terms.size()) - 1));
     for (size_t i = 0; i < varied.size(); i++) {
         SpiralTerm &term = varied[i];
-        if (i != chosen && dice.chance(0.4))
+        if (i != chosen && random.chance(0.4))
             continue;
-        term.a = rounded(term.a + step * dice.bell());
-        term.f = rounded(term.f + 2 * step * dice.bell());
-        term.p = rounded(term.p + 3 * step * dice.bell());
-        if (term.l != 0 || dice.chance(0.1))
-            term.l = rounded(term.l + 3 * step * dice.bell());
-        if (dice.chance(0.15))
-            term.m += dice.whole(-2, 2);
+        term.a = rounded(term.a + step * random.nearly_normal());
+        term.f = rounded(term.f + 2 * step * random.nearly_normal());
+        term.p = rounded(term.p + 3 * step * random.nearly_normal());
+        if (term.l != 0 || random.chance(0.1))
+            term.l = rounded(term.l + 3 * step * random.nearly_normal());
+        if (random.chance(0.15))
+            term.m += random.whole(-2, 2);
     }
     return varied;
 }

@@ -1,4 +1,4 @@
-// Spiral masks: sign of a sum of spiral cosines; drawn at random, varied, read from a scene and written as JSON.
+// Spiral masks, the sign of a sum of spiral cosines: draws them at random, varies them, reads and writes their JSON.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,13 +12,13 @@ struct SpiralTerm {
 };
 using Terms = std::vector<SpiralTerm>;
 
-// Random mask number k of a seed, of two to six terms: of any coarseness, from one to 14 cycles along the radius.
+// Random mask number k of a seed: two to six terms with at most 1 to 14 cycles along the radius (drawn too).
 Terms draw_terms(uint64_t seed, uint64_t k);
 
-// Random neighbour number k of terms: small steps and large ones, up to `reach`.
+// Random variation number k of the terms, with steps from reach/128 to reach.
 Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k);
 
-// Terms of a mask of a (valid) scene; none if it is no spiral.
+// The terms of a mask of a valid scene; empty if it is not a spiral.
 Terms terms_of(const cJSON *mask);
 JsonTree json_of(const Terms &terms);
 

@@ -1,3 +1,7 @@
+// Method: analytic FAPs come from the library. The bootstrap draws for each time a value with its sigma, with
+// replacement, takes the highest peak of each resampling on the same grid, and estimates FAP = (k + 1)/(n + 1), where k
+// of n resamplings have a peak at least as high. Adding 1 keeps the estimate above 0 and conservative; k = 0 is printed
+// as an upper bound. All comparisons use log10(1 - power), which keeps digits if the power is close to 1.
 #include "series/fap.hpp"
 
 #include <algorithm>
@@ -38,10 +42,11 @@ void add_fap(CLI::App &command, FapOptions &options) {
     std::vector<std::string> names = {kBootstrap};
     for (const auto &[name, method] : kMethods)
         names.push_back(name);
-    command.add_option("--fap", options.method, "how the FAP is judged, default baluev")->check(CLI::IsMember(names));
-    command.add_option("--resamplings", options.resamplings, "of --fap bootstrap, default 1000")
+    command.add_option("--fap", options.method, "method of the false alarm probability (see above), default baluev")
+        ->check(CLI::IsMember(names));
+    command.add_option("--resamplings", options.resamplings, "number of resamplings of --fap bootstrap, default 1000")
         ->check(CLI::Range(1u, 1000000u));
-    add_seed(command, options.seed, "of --fap bootstrap, default 0");
+    add_seed(command, options.seed, "seed of --fap bootstrap, default 0");
 }
 
 Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress)
@@ -49,11 +54,11 @@ Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, con
     if (method_ != kBootstrap)
         return;
     if (series == nullptr)
-        throw Failure(kExitUsage, "--fap bootstrap draws from the samples themselves: not with --from-state");
+        throw Failure(kExitUsage, "--fap bootstrap: needs the samples, so it excludes --from-state");
     resampled_ = resample(options, periodogram, *series, progress);
 }
 
-double Fap::judged(const toliman_period_peak &fitted) const {
+double Fap::residual_of(const toliman_period_peak &fitted) const {
     if (method_ != kBootstrap)
         return fitted.log10_residual;
     toliman_period_peak peak = {};
@@ -71,7 +76,7 @@ double Fap::log10(double log10_residual) const {
     return std::log10(static_cast<double>(above(log10_residual) + 1) / static_cast<double>(resampled_.size() + 1));
 }
 
-// Resamplings with a peak as high.
+// Number of resamplings with a peak at least as high.
 std::ptrdiff_t Fap::above(double log10_residual) const {
     return std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
 }

@@ -1,4 +1,4 @@
-// False alarm probability of a peak by the method that --fap names.
+// False alarm probability (FAP) of a peak by the method of --fap.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,7 @@ class App;
 
 namespace cli {
 
-constexpr double kSignificant = -2; // log10 FAP from which on a peak is called a period that was found
+constexpr double kSignificant = -2; // log10 FAP up to which a peak counts as a period that was found
 
 struct FapOptions {
     std::string method = "baluev";
@@ -27,14 +27,14 @@ void add_fap(CLI::App &command, FapOptions &options);
 
 class Fap {
   public:
-    // series: the samples pushed, which only the bootstrap needs; NULL where there are none.
+    // series: the samples that were pushed, needed by the bootstrap only; NULL if they are not known.
     Fap(const FapOptions &options, const toliman::periodogram &periodogram, const Series *series, Progress &progress);
-    // log10(1 - power) by which the highest peak is judged: as it was fitted, but by bootstrap as it stands on the
-    // grid, since its resamplings are not fitted either.
-    double judged(const toliman_period_peak &fitted) const;
-    // log10 of it, for a peak of that log10(1 - power).
+    // log10(1 - power) for which the FAP of the highest peak is computed: that of the fit, but for the bootstrap that
+    // of the highest grid frequency, since its resamplings are not fitted either.
+    double residual_of(const toliman_period_peak &fitted) const;
+    // log10 of the FAP of a peak with this log10(1 - power).
     double log10(double log10_residual) const;
-    // The same for people, "< -3.00" where no resampling peaks as high, and how it was judged.
+    // The same as text, "< -3.00" if no resampling has a peak this high; and the method as text.
     std::string text(double log10_residual) const;
     std::string how(double log10_residual) const;
     const std::string &method() const noexcept { return method_; }
@@ -44,7 +44,7 @@ class Fap {
     bool is_bound(double log10_residual) const;
     const toliman::periodogram &periodogram_;
     std::string method_;
-    std::vector<double> resampled_; // highest peaks of noise, the strongest first
+    std::vector<double> resampled_; // log10(1 - power) of each resampling's highest peak, ascending
 };
 
 } // namespace cli

@@ -17,7 +17,7 @@ double shortest(const FrequencyGrid &grid) {
 }
 
 double longest(const FrequencyGrid &grid) {
-    return 1 / grid.f0; // infinite where it begins at 0
+    return 1 / grid.f0; // infinite if the grid begins at 0
 }
 
 void print_peaks(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
@@ -25,7 +25,7 @@ void print_peaks(const std::vector<toliman_period_peak> &peaks, const Fap &fap) 
         std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s\n", i + 1, peaks[i].period, peaks[i].power,
                     fap.text(peaks[i].log10_residual).c_str(),
                     (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
-                    (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the grid's edge" : "");
+                    (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "");
 }
 
 JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
@@ -45,7 +45,7 @@ JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fa
 
 void PeriodReport::print() const {
     const toliman_period_peak &peak = periodogram.peak;
-    const bool fitted = !std::isnan(peak.frequency_error); // else from the sums alone
+    const bool fitted = !std::isnan(peak.frequency_error); // otherwise from the sums alone
     std::printf("period      %s%s, half width %.3g, FWHM %.3g\n",
                 text_with_error(peak.period, peak.period_error).c_str(), fitted ? " (least squares)" : "",
                 peak.half_width_period, peak.fwhm_period);
@@ -53,7 +53,8 @@ void PeriodReport::print() const {
                 peak.offset);
     std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
-    std::printf("log10 FAP   %s (%s)\n", fap.text(fap.judged(peak)).c_str(), fap.how(fap.judged(peak)).c_str());
+    const double residual = fap.residual_of(peak);
+    std::printf("log10 FAP   %s (%s)\n", fap.text(residual).c_str(), fap.how(residual).c_str());
     print_peaks(peaks, fap);
     std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
                 grid.df, static_cast<long long>(grid.nf));
@@ -71,7 +72,7 @@ std::string PeriodReport::json() const {
         .set("amplitude", peak.amplitude)
         .set("amplitude_error", peak.amplitude_error);
     at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
-    at.set("log10_fap", fap.log10(fap.judged(peak))).set_flag("at_edge", periodogram.at_edge());
+    at.set("log10_fap", fap.log10(fap.residual_of(peak))).set_flag("at_edge", periodogram.at_edge());
     on.set("f0", grid.f0).set("df", grid.df).set("nf", static_cast<double>(grid.nf));
     json.set("schema", "toliman-period/2").set("n", static_cast<double>(samples));
     json.set("peak", std::move(at)).set("fap_method", fap.method());

@@ -1,4 +1,4 @@
-// What `toliman period` prints of a periodogram.
+// The results of `toliman period` as text and JSON.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -16,7 +16,7 @@ struct PeriodReport {
     std::vector<toliman_period_peak> peaks; // the highest first
     const Fap &fap;
 
-    void print() const; // for people
+    void print() const; // as text
     std::string json() const;
 };
 

@@ -1,3 +1,7 @@
+// Method: every sample is pushed to the exact sums as it arrives, so that saved and continued sums have the same bits
+// as all samples at once. A new periodogram takes its references from the first sample and its limits from the options;
+// if that sample is refused, the next one becomes the first. While the input is idle, once per second, signals are
+// checked and the state is saved if the minute alarm has expired: no thread and no work in a signal handler is needed.
 #include "series/period_stream.hpp"
 
 #include <cmath>
@@ -6,7 +10,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
-#include "series/grid_remarks.hpp"
+#include "series/grid_warnings.hpp"
 
 namespace cli {
 
@@ -14,19 +18,19 @@ namespace {
 
 using toliman::check;
 
-constexpr int64_t kFewest = 5; // samples of a peak
+constexpr int64_t kFewest = 5; // samples before the first peak
 
-// False where there is no peak yet.
+// False if there is no peak yet.
 bool print_update(const toliman::periodogram &periodogram, double t) {
     toliman_period_peak peak = {};
     peak.struct_size = sizeof peak;
     const toliman_status status = toliman_period_query_peak(periodogram.get(), &peak);
-    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // few samples, or hardly different ones
+    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // too few samples, or nearly equal ones
         return false;
     check(status);
     double sequential = 0;
     check(toliman_period_query_fap(periodogram.get(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
-    char line[400], period[32] = "null"; // of frequency 0
+    char line[400], period[32] = "null"; // at frequency 0
     if (std::isfinite(peak.period))
         std::snprintf(period, sizeof period, "%.10g", peak.period);
     std::snprintf(line, sizeof line,
@@ -50,9 +54,9 @@ class Stream {
     }
 
     void read();
-    void rescue();
-    void end();
-    toliman::periodogram take() { return std::move(periodogram_); }
+    void save_after_failure();
+    void finish();
+    toliman::periodogram release() { return std::move(periodogram_); }
 
   private:
     int64_t count() const noexcept { return toliman_period_count(periodogram_.get()); }
@@ -61,20 +65,20 @@ class Stream {
     void push(const Sample &sample, const SampleReader &reader);
     bool step(SampleReader &reader);
     void report(double t);
-    void save_on_time();
+    void save_if_due();
     void save();
-    void explain_silence();
+    void warn_without_output();
     std::string total() const;
-    void tell_skipped();
+    void warn_skipped();
 
     const StreamOptions &options_;
     Progress &progress_;
-    toliman::periodogram periodogram_; // none before the first sample
-    double sigma_floor_ = 0;           // of samples without sigma; 0 before the first
+    toliman::periodogram periodogram_; // empty before the first sample
+    double sigma_floor_ = 0;           // sigma of samples without one; 0 before the first sample
     std::string name_;                 // of the input
-    int64_t skipped_ = 0, saved_ = -1; // lines, samples
-    bool printed_ = false;             // a line
-    uint32_t remarked_ = 0;            // flags of the grid, each once
+    int64_t skipped_ = 0, saved_ = -1; // lines; samples
+    bool printed_ = false;             // at least one update
+    uint32_t warned_ = 0;              // flags of the grid that were reported
 };
 
 // References from the first sample, bounds from the options.
@@ -92,13 +96,13 @@ void Stream::begin(const Sample &first, bool weighted) {
     periodogram_ = make_periodogram(*options_.grid, how);
 }
 
-// Samples without sigma would weigh as much as those of the smallest one.
+// Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
 void Stream::check_weights(const SampleReader &reader) const {
     const toliman_period_info info = info_of(periodogram_);
     if (info.count == 0 || (info.weighted != 0) == reader.weighted())
         return;
-    malformed(reader.where(), reader.weighted() ? "has a sigma, the samples in " + options_.from_state + " have none"
-                                                : "has no sigma, the samples in " + options_.from_state + " have one");
+    malformed(reader.where(), reader.weighted() ? "has a sigma: the samples in " + options_.from_state + " have none"
+                                                : "has no sigma: the samples in " + options_.from_state + " have one");
 }
 
 void Stream::push(const Sample &sample, const SampleReader &reader) {
@@ -112,7 +116,7 @@ void Stream::push(const Sample &sample, const SampleReader &reader) {
     if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
         return;
     const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
-    if (count() == 0 && options_.from_state.empty()) { // references from a better one
+    if (count() == 0 && options_.from_state.empty()) { // the next sample gives the references
         periodogram_.reset();
         sigma_floor_ = 0;
     }
@@ -122,10 +126,10 @@ void Stream::push(const Sample &sample, const SampleReader &reader) {
 void Stream::report(double t) {
     if (count() >= kFewest && print_update(periodogram_, t))
         printed_ = true;
-    remark_while_following(periodogram_, remarked_, progress_);
+    warn_while_following(periodogram_, warned_, progress_);
 }
 
-// False at the end.
+// False at the end of the input.
 bool Stream::step(SampleReader &reader) {
     Sample sample = {};
     try {
@@ -145,20 +149,20 @@ bool Stream::step(SampleReader &reader) {
 }
 
 void Stream::read() {
-    const auto awake = [this] {
+    const auto on_idle = [this] {
         stop_if_asked();
-        save_on_time();
+        save_if_due();
     };
-    SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, awake)
+    SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, on_idle)
                                           : SampleReader(options_.file, options_.columns);
     name_ = reader.name();
     while (step(reader)) {
     }
     progress_.clear();
-    if (reader.cut())
-        progress_.warn(reader.where() + kCutRemark);
+    if (reader.truncated())
+        progress_.warn(reader.where() + kTruncatedWarning);
     if (!periodogram_)
-        malformed(name_, reader.empty() ? "is empty" : "holds no samples");
+        malformed(name_, reader.empty() ? "is empty" : "contains no samples");
 }
 
 void Stream::save() {
@@ -168,9 +172,9 @@ void Stream::save() {
     saved_ = count();
 }
 
-// A disk that is full now may have room a minute later.
-void Stream::save_on_time() {
-    if (!alarm_rang() || count() == saved_)
+// A failure is only a warning: a disk that is full now may have space a minute later.
+void Stream::save_if_due() {
+    if (!alarm_expired() || count() == saved_)
         return;
     try {
         save();
@@ -179,11 +183,11 @@ void Stream::save_on_time() {
     }
 }
 
-// After an error or a signal, which is told next.
-void Stream::rescue() {
+// After an error or a signal, whose message follows.
+void Stream::save_after_failure() {
     if (!options_.follow)
         return;
-    tell_skipped();
+    warn_skipped();
     try {
         save();
         if (saved_ >= 0)
@@ -193,29 +197,30 @@ void Stream::rescue() {
     }
 }
 
-void Stream::end() {
+void Stream::finish() {
     save();
     if (!options_.follow)
         return;
     if (!printed_)
-        explain_silence();
+        warn_without_output();
     if (skipped_ > 0 && options_.strict)
         throw Failure(kExitRejected, total());
-    tell_skipped();
+    warn_skipped();
 }
 
-void Stream::explain_silence() {
+// States why no update was printed.
+void Stream::warn_without_output() {
     toliman_period_peak peak = {};
     peak.struct_size = sizeof peak;
     const bool peaks = toliman_period_query_peak(periodogram_.get(), &peak) == TOLIMAN_OK;
-    progress_.warn(std::string("no line was printed: ") + (peaks ? "no samples came" : toliman_last_error()));
+    progress_.warn(std::string("no update was printed: ") + (peaks ? "there were no samples" : toliman_last_error()));
 }
 
 std::string Stream::total() const {
     return name_ + ": " + std::to_string(skipped_) + (skipped_ == 1 ? " line" : " lines") + " skipped";
 }
 
-void Stream::tell_skipped() {
+void Stream::warn_skipped() {
     if (skipped_ > 0)
         progress_.warn(total());
 }
@@ -228,11 +233,11 @@ toliman::periodogram stream_samples(const StreamOptions &options, Progress &prog
         if (!options.file.empty())
             stream.read();
     } catch (...) {
-        stream.rescue();
+        stream.save_after_failure();
         throw;
     }
-    stream.end();
-    return stream.take();
+    stream.finish();
+    return stream.release();
 }
 
 } // namespace cli

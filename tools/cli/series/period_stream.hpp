@@ -1,4 +1,4 @@
-// Periodograms that go on: sums saved and taken up, samples followed as they come.
+// Periodograms of samples that arrive one by one: sums are saved and continued.
 #pragma once
 #include <optional>
 #include <string>
@@ -12,15 +12,15 @@ struct StreamOptions {
     std::string file; // empty: no samples, only the state
     std::vector<std::string> columns;
     std::string from_state, save_state;
-    std::optional<FrequencyGrid> grid; // without a state
-    SumOptions sums;                   // likewise
-    // Prints a line of JSON after each sample from the fifth on; passes over lines that are no samples and tells of
-    // them, at the end as a failure if strict; saves every minute and whatever ends it. Otherwise the first such line
-    // is an error, and only a run that ends well saves.
+    std::optional<FrequencyGrid> grid; // only without a state
+    SumOptions sums;                   // only without a state
+    // follow: prints a JSON line after each sample from the fifth on; skips lines that are not samples and reports
+    // them, at the end as a failure if strict; saves every minute and at the end, also after an error. Without follow
+    // the first such line is an error, and only a successful run saves.
     bool follow = false, strict = false;
 };
 
-// Pushes the samples onto the state, or onto a new one, and saves it.
+// Pushes the samples to the state, or to a new one, and saves it.
 toliman::periodogram stream_samples(const StreamOptions &options, Progress &progress);
 
 } // namespace cli

@@ -1,3 +1,8 @@
+// Method: samples are pushed one by one to exact double-limb sums; the highest peak is then refined by least squares on
+// the samples. The exact sums have fixed-point units, so their bounds must be known before the first sample: the time
+// reference is the first time, the value reference the median, and the value bound the spread rounded up to a power of
+// two. If the sums are saved, later samples may exceed those at hand: the value bound is multiplied by 2^20, and sigmas
+// may be from 1/8 of the smallest to 4 times the largest, as far as the library's ratio of 1e8 allows.
 #include "series/periodogram.hpp"
 
 #include <algorithm>
@@ -12,9 +17,9 @@ namespace cli {
 
 namespace {
 
-constexpr double kFiner = 8, kCoarser = 4; // than the sigmas at hand those to come may be
-constexpr double kFurther = 0x1p20;        // likewise values than their spread
-constexpr double kMostRatio = 0.9e8;       // of sigmas, with a little room
+constexpr double kFiner = 8, kCoarser = 4; // later sigmas: 1/kFiner of the smallest to kCoarser times the largest
+constexpr double kFurther = 0x1p20;        // later values: within kFurther times the spread
+constexpr double kMostRatio = 0.9e8;       // of sigma_ceiling over sigma_floor, below the library's limit of 1e8
 constexpr double kLeastBound = 1e-99, kMostBound = 1e99;
 
 double median(std::vector<double> values) {
@@ -32,7 +37,8 @@ FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
     const toliman_status status = toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span,
                                                          &grid.f0, &grid.df, &grid.nf, nullptr);
     if (status == TOLIMAN_E_RANGE)
-        throw Failure(kExitUsage, std::string(toliman_last_error()) + "; `toliman period` takes --f0, --df and --nf");
+        throw Failure(kExitUsage, std::string(toliman_last_error()) +
+                                      "; `toliman period` accepts another grid by --f0, --df and --nf");
     toliman::check(status);
     return grid;
 }
@@ -49,7 +55,7 @@ FrequencyGrid default_grid(const Series &series) {
     different.erase(std::unique(different.begin(), different.end()), different.end());
     if (different.size() < 5)
         malformed(series.name,
-                  "a periodogram needs at least five different times, there are " + std::to_string(different.size()));
+                  "has " + std::to_string(different.size()) + " different times: a periodogram needs at least five");
     try {
         return suggested(different, 0);
     } catch (const Failure &failure) {

@@ -1,4 +1,4 @@
-// A whole periodogram of a series at once: what `run` and `period` share.
+// The periodogram of a whole series, for `run` and `period`, and its saved sums.
 #pragma once
 #include <optional>
 #include <string>
@@ -16,50 +16,50 @@ struct FrequencyGrid {
     int64_t nf;
 };
 
-// Of a sample a day.
+// Default grid of a mission of so many days with one sample per day.
 FrequencyGrid grid_of_days(double days);
-// That of toliman_period_suggest.
+// Default grid of a series, by toliman_period_suggest.
 FrequencyGrid default_grid(const Series &series);
 
-// What the sums are made for, fixed for their life. Bounds that are not given fit the samples at hand, with margins
-// where more are to come.
+// Options fixed at creation. Bounds that are not given are chosen from the samples at hand, with margins if more
+// samples may follow.
 struct SumOptions {
     bool fixed_mean = false, margins = false;
     std::optional<double> value_bound, sigma_floor, sigma_ceiling;
 };
 
-// Sums are wide, so that no frequency loses digits.
+// Double-limb accumulators, so that no frequency loses digits.
 uint32_t flags_of(const SumOptions &sums);
-// Sigmas from 1/8 of the least to 4 times the largest one may come then. Sets sigma_floor and sigma_ceiling.
+// Sets sigma_floor and sigma_ceiling; with margins they allow sigmas from 1/8 of the smallest to 4 times the largest.
 void set_sigmas(const SumOptions &sums, double least, double largest, toliman_period_options &options);
-// Samples without sigma have sigma_floor, 1 unless it is given.
+// Samples without sigma have sigma_floor, which is 1 unless it is given.
 void set_unweighted(const SumOptions &sums, toliman_period_options &options);
-// References and value_bound stand in the options already. An error names the options of the command line.
+// The options already have references and value_bound. An error names the options of the command line.
 toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_period_options &options);
-// Why a sample was refused, with the option that would have let it in.
+// Why a sample was refused, with the option that would admit it.
 std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state);
 
 struct Periodogram {
     toliman::periodogram handle;
-    double time_offset;       // where the peak's phase counts from: the first time
-    toliman_period_peak peak; // refined against the samples
+    double time_offset;       // reference time of the peak's phase: the first time
+    toliman_period_peak peak; // refined by least squares on the samples
     bool at_edge() const noexcept { return (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0; }
 };
 
-// Pushes every sample one by one and fits the highest peak; a signal stops it between two samples.
+// Pushes the samples one by one and fits the highest peak; a signal stops it between two samples.
 Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress);
 
-// A periodogram file of `period --save-state`.
+// Reads a file of `period --save-state`.
 toliman::periodogram load_state(const std::string &path);
 std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram);
 void save_state(const toliman::periodogram &periodogram, const std::string &path);
 
-constexpr const char kEdgeRemark[] =
-    "the peak stands at the edge of the grid and the period may lie beyond: --f0, --df and --nf give another grid";
+constexpr const char kEdgeWarning[] =
+    "the peak is at the edge of the frequency grid; the period may lie beyond: give another grid (--f0, --df, --nf)";
 
 toliman_period_info info_of(const toliman::periodogram &periodogram);
 
-// In TOLIMAN_PERIOD_POWER_STANDARD or another.
+// The power at all frequencies, in the given normalisation.
 std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf,
                              int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
 

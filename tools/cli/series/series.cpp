@@ -1,3 +1,7 @@
+// Method: the first line that is neither empty nor a comment fixes the format for the whole file (separator, columns by
+// name or by position, or JSON objects); every later line must have the same. A field must be one number to its last
+// character, so that a damaged number is an error and never a shorter number. Values are limited to 1e98 and sigmas to
+// 1e-98 ... 1e98: differences and squares then neither overflow nor underflow in double.
 #include "series/series.hpp"
 
 #include <algorithm>
@@ -19,22 +23,22 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kFewest = 2, kMost = 3; // columns that are read
+constexpr size_t kFewest = 2, kMost = 3; // number of columns
 constexpr const char *kNames[kMost] = {"t", "y", "sigma"};
-constexpr double kLargest = 1e98, kLeastSigma = 1e-98; // squares and differences of these keep within double
+constexpr double kLargest = 1e98, kLeastSigma = 1e-98; // their squares and differences are within the range of double
 
-// What is wrong with a value in one of the columns; nullptr: nothing.
+// The range that a value of a column violates; nullptr: none.
 constexpr const char *kNoNumber = "must be a finite number";
 const char *flaw_of(double value, size_t column) noexcept {
     if (!std::isfinite(value))
         return kNoNumber;
     if (column == 2 && !(value >= kLeastSigma && value <= kLargest))
-        return "must be above 0, from 1e-98 to 1e98";
-    return std::fabs(value) > kLargest ? "must be within -1e98 to 1e98" : nullptr;
+        return "must be in [1e-98, 1e98]";
+    return std::fabs(value) > kLargest ? "must be in [-1e98, 1e98]" : nullptr;
 }
 
-// A name of a column, not a damaged number.
-bool heading(const std::string &field) {
+// Whether a field is a column name, not a damaged number.
+bool is_name(const std::string &field) {
     double number;
     return field.empty() || (std::strchr("0123456789+-.", field[0]) == nullptr && !number_of(field, number));
 }
@@ -43,8 +47,8 @@ bool heading(const std::string &field) {
 
 class SampleReader::Lines {
   public:
-    Lines(const std::string &path, const std::vector<std::string> &columns, bool whole, std::function<void()> awake)
-        : in_(path, std::move(awake)), wanted_(columns), whole_(whole) {}
+    Lines(const std::string &path, const std::vector<std::string> &columns, bool whole, std::function<void()> on_idle)
+        : in_(path, std::move(on_idle)), wanted_(columns), whole_(whole) {}
 
     bool next(Sample &sample) {
         for (std::string line; in_.next(line);) {
@@ -57,19 +61,19 @@ class SampleReader::Lines {
             if (line.size() > LineSource::kLongest)
                 bad("is longer than " + std::to_string(LineSource::kLongest) + " bytes");
             if (whole_ && !in_.whole())
-                bad("ends without a newline and may be cut");
+                bad("has no newline at its end and may be truncated");
             if (line[text] == '{') {
-                take_object(line, sample);
+                parse_object(line, sample);
                 return true;
             }
-            if (!settled_)
+            if (!format_known_)
                 separator_ = separator_of(line);
             const std::vector<std::string> fields = split(line, separator_);
             const bool empty = fields.size() == 1 && fields[0].empty();
             if (empty || fields[0][0] == '#')
                 continue;
-            if (take(fields, line, sample)) {
-                cut_ = !in_.whole();
+            if (parse_fields(fields, line, sample)) {
+                truncated_ = !in_.whole();
                 return true;
             }
         }
@@ -78,103 +82,103 @@ class SampleReader::Lines {
 
     const std::string &name() const noexcept { return in_.name(); }
     std::string where() const { return in_.name() + ":" + std::to_string(number_); }
-    bool weighted() const noexcept { return at_.size() == kMost; }
+    bool weighted() const noexcept { return columns_.size() == kMost; }
     bool empty() const noexcept { return number_ == 0; }
-    bool cut() const noexcept { return cut_; }
+    bool truncated() const noexcept { return truncated_; }
 
   private:
-    // This line is no sample.
+    // This line is not a sample.
     [[noreturn]] void bad(const std::string &why) const { throw BadLine(where() + ": " + why); }
-    // Nor will any line after it be.
-    [[noreturn]] void hopeless(const std::string &why) const { malformed(where(), why); }
+    // The whole file is unusable.
+    [[noreturn]] void bad_file(const std::string &why) const { malformed(where(), why); }
 
-    // Editors of some systems put a mark before the text, U+FEFF.
+    // Recognises other formats, and removes the byte order mark U+FEFF that some editors write.
     void begin(std::string &line) const {
         if (line.compare(0, 6, "\x93NUMPY") == 0)
-            malformed(name(), "is a .npy file: give it by its name, without --follow and --from-state");
+            malformed(name(), "is a .npy file: give its name, without --follow and --from-state");
         if (line.compare(0, 4, "TLMP") == 0)
-            malformed(name(), "is a saved state: --from-state takes it");
+            malformed(name(), "is a saved state: give it to --from-state");
         if (line.compare(0, 3, "\xef\xbb\xbf") == 0)
             line.erase(0, 3);
     }
 
-    // False for a line of names.
-    bool take(const std::vector<std::string> &fields, const std::string &line, Sample &sample) {
+    // False for the line of names.
+    bool parse_fields(const std::vector<std::string> &fields, const std::string &line, Sample &sample) {
         if (objects_)
-            bad("is no JSON object, as the lines before");
-        if (!settled_ && fields.size() >= kFewest && heading(fields[0]) && heading(fields[1])) {
-            take_names(fields);
+            bad("is not a JSON object: the lines before are");
+        if (!format_known_ && fields.size() >= kFewest && is_name(fields[0]) && is_name(fields[1])) {
+            use_names(fields);
             return false;
         }
-        if (!settled_)
-            take_positions(fields.size());
+        if (!format_known_)
+            use_positions(fields.size());
         if (fields.size() != width_ && separator_of(line) != separator_)
             bad("has columns separated by " + std::string(name_of(separator_of(line))) + ": the lines before have " +
                 name_of(separator_));
         if (fields.size() != width_)
             bad("has " + std::to_string(fields.size()) + " columns: the lines before have " + std::to_string(width_));
         double values[kMost] = {0, 0, 1};
-        for (size_t i = 0; i < at_.size(); i++)
-            values[i] = value_of(fields[at_[i]], i);
-        settled_ = true;
+        for (size_t i = 0; i < columns_.size(); i++)
+            values[i] = value_of(fields[columns_[i]], i);
+        format_known_ = true;
         sample = {values[0], values[1], values[2]};
         return true;
     }
 
-    // {"t": 1, "y": 2, "sigma": 0.1} and whatever else.
-    void take_object(const std::string &line, Sample &sample) {
-        if (settled_ && !objects_)
-            bad("is a JSON object, the lines before are not");
+    // {"t": 1, "y": 2, "sigma": 0.1}; other keys are ignored.
+    void parse_object(const std::string &line, Sample &sample) {
+        if (format_known_ && !objects_)
+            bad("is a JSON object: the lines before are not");
         const JsonTree object(cJSON_ParseWithOpts(line.c_str(), nullptr, true));
-        if (!object || line.find('\0') != std::string::npos) // for cJSON the text ends there
-            bad("is no JSON object");
+        if (!object || line.find('\0') != std::string::npos) // cJSON would stop at the NUL
+            bad("is not a JSON object");
         double values[kMost] = {0, 0, 1};
-        std::vector<size_t> at;
+        std::vector<size_t> columns;
         for (size_t i = 0; i < kMost && (wanted_.empty() || i < wanted_.size()); i++) {
             const std::string name = wanted_.empty() ? kNames[i] : wanted_[i];
             const cJSON *item = cJSON_GetObjectItemCaseSensitive(object.get(), name.c_str());
             if (item == nullptr && i >= kFewest && wanted_.empty())
                 break;
             if (cJSON_IsNumber(item) == 0)
-                bad("has no number \"" + name + "\"");
+                bad(name + ": must be a number");
             values[i] = item->valuedouble;
             if (const char *flaw = flaw_of(values[i], i))
                 bad(name + " = " + std::to_string(values[i]) + ": " + flaw);
-            at.push_back(i);
+            columns.push_back(i);
         }
-        if (objects_ && at.size() != at_.size())
-            bad("has other keys than the lines before: sigma in all or none");
-        settled_ = objects_ = true;
-        at_ = at;
+        if (objects_ && columns.size() != columns_.size())
+            bad("has other keys than the lines before: either all or none must have sigma");
+        format_known_ = objects_ = true;
+        columns_ = columns;
         sample = {values[0], values[1], values[2]};
     }
 
-    void take_names(const std::vector<std::string> &fields) {
+    void use_names(const std::vector<std::string> &fields) {
         const std::vector<std::string> names =
             wanted_.empty() ? std::vector<std::string>(kNames, kNames + kMost) : wanted_;
-        at_.clear();
+        columns_.clear();
         for (const std::string &name : names) {
-            const auto at = std::find(fields.begin(), fields.end(), name);
-            if (at != fields.end())
-                at_.push_back(static_cast<size_t>(at - fields.begin()));
-            else if (!wanted_.empty() || at_.size() < kFewest)
-                hopeless("has no column " + name + " among " + joined(fields) +
-                         ": --columns T,Y or T,Y,SIGMA names them");
+            const auto found = std::find(fields.begin(), fields.end(), name);
+            if (found != fields.end())
+                columns_.push_back(static_cast<size_t>(found - fields.begin()));
+            else if (!wanted_.empty() || columns_.size() < kFewest)
+                bad_file("has no column " + name + " among " + joined(fields) +
+                         ": name the columns with --columns T,Y or T,Y,SIGMA");
         }
         width_ = fields.size();
-        settled_ = true;
+        format_known_ = true;
     }
 
-    void take_positions(size_t columns) {
+    void use_positions(size_t count) {
         if (!wanted_.empty())
-            hopeless("names no columns: --columns " + joined(wanted_) + " needs a first line that does");
-        if (columns < kFewest || columns > kMost)
-            bad("has " + std::to_string(columns) + (columns == 1 ? " column" : " columns") + ", separated by " +
-                name_of(separator_) + ": without a line of names t,y or t,y,sigma are read");
-        at_.clear();
-        for (size_t i = 0; i < columns; i++)
-            at_.push_back(i);
-        width_ = columns;
+            bad_file("has no column names: --columns " + joined(wanted_) + " needs a first line with names");
+        if (count < kFewest || count > kMost)
+            bad("has " + std::to_string(count) + (count == 1 ? " column" : " columns") + ", separated by " +
+                name_of(separator_) + ": must be t,y or t,y,sigma, or the first line must name the columns");
+        columns_.clear();
+        for (size_t i = 0; i < count; i++)
+            columns_.push_back(i);
+        width_ = count;
     }
 
     double value_of(const std::string &field, size_t column) const {
@@ -193,13 +197,13 @@ class SampleReader::Lines {
 
     LineSource in_;
     std::vector<std::string> wanted_;
-    bool whole_;             // the last line must have its newline
-    std::vector<size_t> at_; // places of t, y and sigma in a line
-    size_t width_ = 0;       // fields of every line
-    size_t number_ = 0;      // of the line
-    bool settled_ = false;   // a line of names or a sample has told what lines are like
-    bool objects_ = false;   // JSON Lines
-    bool cut_ = false;       // the last sample's line has no line end
+    bool whole_;                  // the last line must have its newline
+    std::vector<size_t> columns_; // indices of t, y and sigma in a line
+    size_t width_ = 0;            // fields of every line
+    size_t number_ = 0;           // of the line
+    bool format_known_ = false;   // from a line of names or a first sample
+    bool objects_ = false;        // JSON Lines
+    bool truncated_ = false;      // the last sample's line has no newline
     Separator separator_ = Separator::comma;
 };
 
@@ -207,8 +211,8 @@ SampleReader::SampleReader(const std::string &path, const std::vector<std::strin
     : lines_(std::make_unique<Lines>(path, columns, false, stop_if_asked)) {}
 
 SampleReader::SampleReader(const std::string &path, const std::vector<std::string> &columns,
-                           std::function<void()> awake)
-    : lines_(std::make_unique<Lines>(path, columns, true, std::move(awake))) {}
+                           std::function<void()> on_idle)
+    : lines_(std::make_unique<Lines>(path, columns, true, std::move(on_idle))) {}
 
 SampleReader::~SampleReader() = default;
 
@@ -228,8 +232,8 @@ bool SampleReader::empty() const noexcept {
     return lines_->empty();
 }
 
-bool SampleReader::cut() const noexcept {
-    return lines_->cut();
+bool SampleReader::truncated() const noexcept {
+    return lines_->truncated();
 }
 
 bool SampleReader::weighted() const noexcept {
@@ -238,11 +242,11 @@ bool SampleReader::weighted() const noexcept {
 
 namespace {
 
-// Looks into regular files only: what is read from a pipe is gone.
+// Regular files only: bytes that are read from a pipe cannot be read again.
 bool is_npy(const std::string &name) {
     char magic[6] = {};
-    struct stat facts = {};
-    return ::stat(name.c_str(), &facts) == 0 && S_ISREG(facts.st_mode) &&
+    struct stat status = {};
+    return ::stat(name.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
            std::ifstream(name, std::ios::binary).read(magic, sizeof magic) &&
            std::memcmp(magic, "\x93NUMPY", sizeof magic) == 0;
 }
@@ -251,15 +255,15 @@ Series read_npy_series(const std::string &name) {
     InputFile file(name);
     const NpyHeader header = read_npy_header(file);
     if (header.type != "f8" || header.shape.size() != 2 || header.shape[1] < kFewest || header.shape[1] > kMost)
-        malformed(name, "must be float64 of shape [samples][2 or 3]: t, y and sigma");
+        malformed(name, "must be a float64 array of shape [samples][2 or 3]: t, y and sigma");
     const size_t rows = header.shape[0], cols = header.shape[1];
     if (rows == 0)
-        malformed(name, "holds no samples");
+        malformed(name, "contains no samples");
     if (rows > (file.size() - header.size) / (cols * sizeof(double)))
-        malformed(name, "is shorter than its header says");
+        malformed(name, "is truncated: it is shorter than its header states");
     std::vector<double> numbers(rows * cols);
     if (!file.read(numbers.data(), numbers.size() * sizeof numbers[0]))
-        malformed(name, "is shorter than its header says");
+        malformed(name, "is truncated: it is shorter than its header states");
     Series series;
     series.name = name;
     for (size_t i = 0; i < rows; i++) {
@@ -267,7 +271,7 @@ Series read_npy_series(const std::string &name) {
         for (size_t k = 0; k < cols; k++)
             if (!std::isfinite(row[k]) || std::fabs(row[k]) > kLargest || (k == 2 && !(row[k] >= kLeastSigma)))
                 malformed(name, "row " + std::to_string(i) + ", " + kNames[k] + " = " + std::to_string(row[k]) +
-                                    ": must be finite, within 1e98" + (k == 2 ? " and above 0" : ""));
+                                    ": must be in " + (k == 2 ? "[1e-98, 1e98]" : "[-1e98, 1e98]"));
         series.t.push_back(row[0]);
         series.y.push_back(row[1]);
         if (cols == kMost)
@@ -291,10 +295,10 @@ Series read_series(const std::string &name, const std::vector<std::string> &colu
         if (reader.weighted())
             series.sigma.push_back(sample.sigma);
     }
-    if (reader.cut())
-        series.remark = reader.where() + kCutRemark;
+    if (reader.truncated())
+        series.warning = reader.where() + kTruncatedWarning;
     if (series.t.empty())
-        malformed(series.name, reader.empty() ? "is empty" : "holds no samples");
+        malformed(series.name, reader.empty() ? "is empty" : "contains no samples");
     return series;
 }
 
