@@ -215,8 +215,9 @@ void add_period(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     CLI::Option *file =
         command
-            ->add_option("FILE", options->file,
-                         "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text from standard input")
+            ->add_option(
+                "FILE", options->file,
+                "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input")
             ->type_name("");
     command
         ->add_option("--columns", options->columns,
