@@ -25,8 +25,8 @@ template <class Body> void require(toliman_status expected, const char *message,
 } // namespace
 
 int main() {
-    require(TOLIMAN_E_CAPACITY, "room = 3", [] { fail(Status::capacity, "room = %d", 3); });
-    require(TOLIMAN_OK, "room = 3", [] {});
+    require(TOLIMAN_E_CAPACITY, "size = 3", [] { fail(Status::capacity, "size = %d", 3); });
+    require(TOLIMAN_OK, "size = 3", [] {});
     require(TOLIMAN_E_MEMORY, "out of memory", [] { throw std::bad_alloc(); });
     require(TOLIMAN_E_MEMORY, "temporarily unavailable",
             [] { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)); });

@@ -136,8 +136,8 @@ class Network(unittest.TestCase):
             network.to_bytes(weights="int8")
 
     def test_decoder_output_is_the_target(self):
-        target, painted = network.target(), network.decode(1e-6) / 1e-6
-        cosine = (target * painted).sum() / numpy.sqrt((target**2).sum() * (painted**2).sum())
+        target, decoded = network.target(), network.decode(1e-6) / 1e-6
+        cosine = (target * decoded).sum() / numpy.sqrt((target**2).sum() * (decoded**2).sum())
         self.assertGreater(cosine, 0.98)
         again = network.reconstruct(frames[0])
         self.assertEqual(again.image.shape, (256, 256))

@@ -1,4 +1,4 @@
-"""toliman experiment: its numbers against numpy and astropy on the same frames, and that a stopped one goes on."""
+"""toliman experiment: its numbers against numpy and astropy on the same frames, and that a stopped one resumes."""
 import csv
 import fcntl
 import json
@@ -368,7 +368,7 @@ class Refusals(Experiment):
         self.refused(2, "1e-6: must be given once", arguments=("--amplitudes", "1e-6,1e-6"))
         self.refused(2, "--methods magic: must be one of cae, template, untrained, pca", arguments=("--methods", "magic"))
         self.refused(2, "cae: must be given once", arguments=("--methods", "cae,cae"))
-        self.refused(2, "--tables", "kitchen", arguments=("--tables", "kitchen"))
+        self.refused(2, "--tables", "weekly", arguments=("--tables", "weekly"))
         for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):
             self.refused(2, option[:7], arguments=(option,))
         self.refuse(2, "--out is required", arguments=("experiment", "tiny.json"))

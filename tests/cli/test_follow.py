@@ -120,7 +120,7 @@ class Follow(ProgramTest):
             self.assert_state("s.tlmp", ROWS[:10])
 
     def test_a_signal_to_the_producer_as_well(self):
-        """Ctrl-C: the pipe ends with the signal, and what it held of a line is no sample."""
+        """Ctrl-C: the pipe ends with the signal, and what it held of a line is not a sample."""
         child = self.start("--save-state", "s.tlmp")
         self.feed(child, ROWS[:10])
         child.stdin.write("10,1")

@@ -169,10 +169,10 @@ class Damage(Track):
     def test_every_kind_is_named_counted_and_harmless(self):
         """10 % twice, all out of order, and each kind of damage: the sums are those of the frames that are left."""
         names = [self.single(k) for k in range(FRAMES)]
-        out_of_range, hole, cut, shape, line, conflict, long = range(3, FRAMES, 7)
+        out_of_range, zeros, cut, shape, line, conflict, long = range(3, FRAMES, 7)
         pixels = self.frames.copy()
-        pixels[hole].reshape(-1)[1000:2100] = 0
-        self.pair(f"in/{hole}", [self.lines[hole]], [pixels[hole]])
+        pixels[zeros].reshape(-1)[1000:2100] = 0
+        self.pair(f"in/{zeros}", [self.lines[zeros]], [pixels[zeros]])
         pixels[out_of_range][5, 6] = 1 << 31
         self.pair(f"in/{out_of_range}", [self.lines[out_of_range]], [pixels[out_of_range]])
         self.pair(f"in/{cut}", [self.lines[cut]], self.frames[cut].tobytes()[:-1])
@@ -183,7 +183,7 @@ class Damage(Track):
         names.append(self.pair("in/other", [self.lines[conflict]], [pixels[conflict]]))
         names += [f"in/{k}_frames.bin" for k in (0, 1, 2, 4, 6)]
         names.append("in/none_meta.jsonl")
-        gone = (out_of_range, hole, cut, shape, line, conflict)
+        gone = (out_of_range, zeros, cut, shape, line, conflict)
         clean = self.clean([k for k in range(FRAMES) if k not in gone])
         for seed in (1, 2, 3):
             random.Random(seed).shuffle(names)

@@ -41,12 +41,12 @@ class Fits(Track):
         return name
 
     def read(self, names, *more, state="s", code=0):
-        """Frame lines by session, the first remark by file: every file has one."""
+        """Frame lines by session, the first warning by file: every file has one."""
         self.out = self.track(state, *more, "-", code=code, stdin="\n".join(names))
         frames = {line["session"]: line for line in self.out if line["schema"] == "toliman-frame/2"}
-        remarks = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-warning/1"}
-        self.assertEqual(sorted(remarks), sorted(names))
-        return frames, remarks
+        issued = {line["input"]: line for line in reversed(self.out) if line["schema"] == "toliman-track-warning/1"}
+        self.assertEqual(sorted(issued), sorted(names))
+        return frames, issued
 
     def times(self, cases, *more):
         """What the program makes of {name: cards}: TAI, which is the camera's time as well."""
@@ -141,26 +141,26 @@ class Times(Fits):
         rules = {"MJD-AVG": 0, "DATE-AVG": 0, "MJD-BEG + XPOSURE/2": 2, "MJD-OBS + EXPTIME/2": 1, "DATE-OBS + EXPTIME/2": 1}
         chosen = dict(every)
         for k, (rule, half) in enumerate(rules.items()):
-            found, remarks = self.read([self.write(f"p{k}.fits", {**chosen, "TIMESYS": "'TT'"})], state=f"s{k}")
+            found, issued = self.read([self.write(f"p{k}.fits", {**chosen, "TIMESYS": "'TT'"})], state=f"s{k}")
             text = rule.split()[0]
             value = chosen[text].strip("'")
             at = tai_ns(value if text[0] == "M" else value[:10] + "T00:00:00", "tt", "mjd" if text[0] == "M" else "isot")
             self.assertEqual(found[f"p{k}"]["tai_ns"], at + half * 10**9)
-            self.assertEqual(remarks[f"p{k}.fits"], {"schema": "toliman-track-warning/1", "warning": "time",
+            self.assertEqual(issued[f"p{k}.fits"], {"schema": "toliman-track-warning/1", "warning": "time",
                                                      "input": f"p{k}.fits", "text": f"time by {rule} in TT"})
             self.assertIn(f"toliman: p{k}.fits: time by {rule} in TT\n", self.errors)
             del chosen[text]
         # Without its exposure, or without a value, a rule does not hold and the next one does.
         for k, (cards, rule) in enumerate((({**every, "MJD-AVG": "", "DATE-AVG": "", "XPOSURE": ""}, "MJD-OBS"),
                                            ({"DATE-OBS": "'2029-05-05'", "MJD-BEG": "62003", "EXPTIME": "2"}, "DATE-OBS"))):
-            _, remarks = self.read([self.write(f"q{k}.fits", cards)], state="q")
-            self.assertIn(rule + " + EXPTIME/2", remarks[f"q{k}.fits"]["text"])
+            _, issued = self.read([self.write(f"q{k}.fits", cards)], state="q")
+            self.assertIn(rule + " + EXPTIME/2", issued[f"q{k}.fits"]["text"])
 
     def test_without_timesys(self):
         name = self.write("x.fits", {"DATE-OBS": "'2017-01-01'", "EXPTIME": "0"})
-        frames, remarks = self.read([name], "--strict")
+        frames, issued = self.read([name], "--strict")
         self.assertEqual(frames["x"]["tai_ns"], tai_ns("2017-01-01T00:00:00", "utc", "isot"))
-        self.assertEqual(remarks[name]["text"], "time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing")
+        self.assertEqual(issued[name]["text"], "time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing")
         self.assertIn("toliman: warning: x.fits: time by", self.errors)
 
     def test_without_exposure(self):
@@ -173,9 +173,9 @@ class Times(Fits):
         )):
             for cadence in ((), ("--cadence", "60")):
                 name = self.write(f"x{k}.fits", {**cards, **more})
-                frames, remarks = self.read([name], *cadence, state=f"s{k}{len(cadence)}")
+                frames, issued = self.read([name], *cadence, state=f"s{k}{len(cadence)}")
                 self.assertEqual(frames[f"x{k}"]["tai_ns"], tai_ns(at[0], "tai", at[1]))
-                self.assertEqual(remarks[name]["text"], "time by " + text)
+                self.assertEqual(issued[name]["text"], "time by " + text)
                 self.assertEqual("toliman: warning: x" in self.errors, "mid-exposure" in text)
         nights = [self.write(f"n{k}.fits", {"MJD-OBS": str(60000 + 30 * k)}) for k in range(12)]
         frames, _ = self.read(nights, "--cadence", "60", state="nights")
@@ -206,11 +206,11 @@ class Times(Fits):
             ({"FRAME1": "9223372036854775807", "MJD-AVG": "60000"}, "FRAME1"),
         ]
         names = [self.write(f"x{k}.fits", {**good, **cards}) for k, (cards, _) in enumerate(cases)]
-        frames, remarks = self.read(names)
+        frames, issued = self.read(names)
         self.assertEqual(frames, {})
         for name, (cards, text) in zip(names, cases):
-            self.assertEqual(remarks[name]["warning"], "unreadable input", cards)
-            self.assertIn(text, remarks[name]["text"])
+            self.assertEqual(issued[name]["warning"], "unreadable input", cards)
+            self.assertIn(text, issued[name]["text"])
             self.assertEqual(self.errors.count(name + ":"), 1, self.errors)
         self.assertEqual(self.errors.count("\n"), len(cases) + 1)  # and that no folder is left
         self.assertEqual(self.counts(self.out)["unreadable_inputs"], len(cases))
@@ -353,9 +353,9 @@ class Files(Fits):
             self.assertAlmostEqual(last["log10_fap"] / pair["log10_fap"], 1, delta=1e-9)
         self.assertEqual(self.sums("s1"), self.sums("s2"))
         bare = [self.write(f"bare{k}.fits", {"MJD-AVG": f"{62502 + k}", "TIMESYS": "'UTC'"}) for k in range(3)]
-        frames, remarks = self.read(bare, "--session", "one", state="bare")
+        frames, issued = self.read(bare, "--session", "one", state="bare")
         self.assertEqual(len(frames), 1)
-        self.assertIn("no key FRAME1", remarks[bare[1]]["text"])
+        self.assertIn("no key FRAME1", issued[bare[1]]["text"])
 
     def test_clock(self):
         """TAI by itself is no time of a clock."""

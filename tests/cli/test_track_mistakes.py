@@ -46,7 +46,7 @@ class Mistakes(Track):
         return [json.loads(line) for line in out.splitlines()]
 
     def read(self, run, count, what="verdict"):
-        """So many lines of frames, or of remarks."""
+        """So many lines of frames, or of warnings."""
         lines = []
         while len(lines) < count:
             line = json.loads(run.stdout.readline())
@@ -287,10 +287,10 @@ class Clocks(Mistakes):
             lines = [json.dumps({**json.loads(line), "host_time": host(i * day)}) for i, line in enumerate(self.lines)]
             self.pair(f"in{k}/x", lines, self.frames)
             out = self.track(f"s{k}", f"in{k}", "--strict")
-            remarks = [line for line in out if "warning" in line]
-            self.assertEqual([(line["warning"], line["input"]) for line in remarks],
+            warnings = [line for line in out if "warning" in line]
+            self.assertEqual([(line["warning"], line["input"]) for line in warnings],
                              [("clocks differ", f"in{k}/x_meta.jsonl:{told}")] if told else [])
-            self.assertEqual(self.errors.count("warning"), len(remarks))
+            self.assertEqual(self.errors.count("warning"), len(warnings))
         self.assertIn("since line 1 timestamp_ns goes on by 86400.000000 s, host_time by 0.000000 s", self.errors)
 
     def test_jumps_behind_bad_lines_and_standstills(self):
@@ -354,8 +354,8 @@ class Followed(Mistakes):
         (self.folder / "away").rename(folder)
         self.pair("in/c", self.lines[4:6], self.frames[4:6])
         self.pair("b/b", self.lines[2:5], self.frames[2:5])
-        remarks = {(line["warning"], line["input"]) for line in self.read(run, 2, "warning")}
-        self.assertEqual(remarks, {("back", "in/"), ("back", "b/b_frames.bin")})
+        warnings = {(line["warning"], line["input"]) for line in self.read(run, 2, "warning")}
+        self.assertEqual(warnings, {("back", "in/"), ("back", "b/b_frames.bin")})
         while json.loads(run.stdout.readline()).get("frame_id") != 4:
             pass
         left = self.stop(run)

@@ -1,5 +1,5 @@
-"""Examples that promise bits: a tracker that gets frames late, twice, out of order, in two passes and killed, beside the
-same frames pushed one after the other; and shards of several threads beside one."""
+"""Examples that promise equal bits: a tracker that receives frames out of order, duplicated, in two passes and killed between
+them, compared with the same frames pushed in order; and shards of several threads, compared with one."""
 import math
 import os
 import pathlib

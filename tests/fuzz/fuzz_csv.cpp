@@ -91,9 +91,9 @@ void read_times(const std::string &text) {
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
     for (const char *text :
-         {"s# remark\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
+         {"s# comment\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
           "s\xef\xbb\xbf{\"t\": 1, \"y\": 2, \"sigma\": 3}\n", "nframe,t,latent,sigma\n0,1,2,3\n1,2,3,4\n",
-          "ccamera_ns,tai_ns\n1,2 # remark\n1000000001,1000000002\n",
+          "ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
           "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1 Jul 1972\n", "tMJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n",
           "tDATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n", "tMJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"})
         seeds.push_back(bytes_of(text));

@@ -32,7 +32,7 @@ std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds = {npy("<f8", "3, 2", 48), npy("<f4", "4, 3", 48), npy("|u1", "8, 6", 48)};
     for (Bytes &seed : seeds)
         seed.insert(seed.begin(), 'n');
-    seeds.push_back(bytes_of("swavelength_nm,flux\n# remark\n400,1e3\n 550 , 2.5\r\n700,0\n"));
+    seeds.push_back(bytes_of("swavelength_nm,flux\n# comment\n400,1e3\n 550 , 2.5\r\n700,0\n"));
     return seeds;
 }
 

@@ -177,10 +177,10 @@ static void test_decode_is_linear(void **unused) {
  * transposes. */
 static void test_encoder_is_the_transposed_decoder(void **unused) {
     (void)unused;
-    double *target = new_image(kPixels), *painted = new_image(kPixels), *frame = new_image(kPixels);
+    double *target = new_image(kPixels), *decoded = new_image(kPixels), *frame = new_image(kPixels);
     double *reference = new_image(kPixels), *variance = new_image(kPixels), *residual = new_image(kPixels);
     assert_ok(toliman_cae_get_target(trained, target, kSide));
-    assert_ok(toliman_cae_decode(trained, 1e-6, painted, kSide));
+    assert_ok(toliman_cae_decode(trained, 1e-6, decoded, kSide));
     assert_ok(toliman_sim_expect(sim, 0, reference, kSide));
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_VARIANCE, variance, kSide));
     for (int wave = 1; wave <= 5; wave++) {
@@ -190,10 +190,10 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
             frame[i] = reference[i] + sqrt(variance[i]) * residual[i];
         }
         assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
-        const double scale = 1e-4 * sqrt(dot(painted, painted) * kPixels) / dot(painted, target);
-        assert_close(latent, dot(painted, residual) / dot(painted, target), 0, 1e-4 * scale);
+        const double scale = 1e-4 * sqrt(dot(decoded, decoded) * kPixels) / dot(decoded, target);
+        assert_close(latent, dot(decoded, residual) / dot(decoded, target), 0, 1e-4 * scale);
     }
-    free(target), free(painted), free(frame), free(reference), free(variance), free(residual);
+    free(target), free(decoded), free(frame), free(reference), free(variance), free(residual);
 }
 
 static void test_training_is_deterministic(void **unused) {

@@ -360,7 +360,7 @@ static void save_twice(void) {
     _exit(good ? 0 : 2);
 }
 
-/* A file is replaced through its relative name, although a parent folder denies access. */
+/* A file is replaced through its relative name, although a parent folder is not readable. */
 static void parent_folders_may_deny_access(void **unused) {
     (void)unused;
     char inside[300], here[1000];

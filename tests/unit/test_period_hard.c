@@ -161,7 +161,7 @@ static void state_does_not_depend_on_the_order(void **unused) {
         for (int s = 1; s < kShards; s++)
             assert_ok(toliman_period_merge(shards[0], shards[s]));
         assert_same_bytes(straight, shuffled, c->name, "another order");
-        assert_same_bytes(straight, undone, c->name, "pushing as many again and taking them back");
+        assert_same_bytes(straight, undone, c->name, "pushing as many again and removing them");
         assert_same_bytes(straight, resumed, c->name, "saving and loading at every 100th sample");
         assert_same_bytes(straight, shards[0], c->name, "merging 64 shards");
         double *power = malloc((size_t)c->nf * sizeof *power), *again = malloc((size_t)c->nf * sizeof *again);

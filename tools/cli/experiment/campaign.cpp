@@ -18,7 +18,7 @@ namespace cli {
 namespace {
 
 constexpr uint64_t kControlFrames = 2000; // per seed of table robust: efficiency to 1/sqrt(2 * 2000) = 1.6 %
-constexpr uint64_t kFewSeeds = 10;        // of tables without ladder
+constexpr uint64_t kFewSeeds = 10;        // of tables with a single amplitude
 constexpr double kStep = 1e-5;            // px, for the slope of a method on expected images
 
 std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {

@@ -96,7 +96,7 @@ const Control *control_of(const TableSummary &summary, const std::string &method
     return nullptr;
 }
 
-// The tables without ladder as one table: each has a few rows, with the scene's own signal.
+// The tables with a single amplitude as one table: each has a few rows, with the scene's own signal.
 void print_robust(std::string &out, const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     std::string lines;
     for (const TableSummary &summary : summaries) {

@@ -1,7 +1,8 @@
-// Method: the ladder has, for each method and amplitude, medians over the seeds, since a lost period makes a mean
-// meaningless. The controls (series without signal) have the number of false alarms, the uniformity of the FAPs, and
-// the scatter: the variance of all series of a seed is pooled and divided by the squared slope, so that values in other
-// units than px compare with the Cramer-Rao bound; the result is the median over the seeds.
+// Method: the injection table (`ladder` in the JSON) has, for each method and amplitude, medians over the seeds,
+// since a lost period makes a mean meaningless. The controls (series without signal) have the number of false
+// alarms, the uniformity of the FAPs, and the scatter: the variance of all series of a seed is pooled and divided
+// by the squared slope, so that values in other units than px compare with the Cramer-Rao bound; the result is the
+// median over the seeds.
 #include "experiment/summary.hpp"
 
 #include <cmath>
