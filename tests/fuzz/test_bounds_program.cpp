@@ -67,8 +67,8 @@ void past_misreadings() {
     expect(reads(first + "-9223372036854775808\n", leap).find("differ by a second") != std::string::npos,
            "a leap second at the end of int64");
     const auto table = [](const std::string &path) { cli::read_series(path); };
-    expect(reads(std::string("{\"t\":1,\"y\":2}\0x\n", 16), table).find("no JSON object") != std::string::npos,
-           "something behind a zero byte");
+    expect(reads(std::string("{\"t\":1,\"y\":2}\0x\n", 16), table).find("not a JSON object") != std::string::npos,
+           "text after a zero byte");
     expect(reads("1,2\n" + std::string(70000, '3') + ",4\n", table).find(":2: is longer than 65536 bytes") !=
                std::string::npos,
            "a long line of samples");
