@@ -289,7 +289,7 @@ class Importing(unittest.TestCase):
         def refused(why, **functions):
             with self.assertRaisesRegex(ImportError, f"libold.so does not fit these bindings.*{why}"):
                 _library._fit(PatchedLibrary(**functions))
-        refused("its ABI is 7, theirs 1", toliman_abi_version=lambda: 7)
+        refused("its ABI is 7, expected 1", toliman_abi_version=lambda: 7)
 
         def larger(name):
             return _library.library.toliman_get_struct_size(name) + 8
@@ -297,7 +297,7 @@ class Importing(unittest.TestCase):
 
         def smaller(name):
             return _library.library.toliman_get_struct_size(name) - (8 if name == b"toliman_period_peak" else 0)
-        refused(r"its toliman_period_peak has \d+ bytes, theirs", toliman_get_struct_size=smaller)
+        refused(r"its toliman_period_peak has \d+ bytes, expected \d+", toliman_get_struct_size=smaller)
         _raw.FUNCTIONS["toliman_missing"] = (None, (), "")
         self.addCleanup(_raw.FUNCTIONS.pop, "toliman_missing")
         refused("undefined symbol: toliman_missing")

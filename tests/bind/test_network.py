@@ -164,7 +164,7 @@ class Network(unittest.TestCase):
             other.train("unsupervised", epochs=1, frames=broken, count=8)
         with self.assertRaisesRegex(ValueError, r"must be \(\d+, 260, 270\)"):
             other.train("unsupervised", epochs=1, frames=lambda first, count: frames[:0], count=8)
-        with self.assertRaisesRegex(ValueError, "count: must be given"):
+        with self.assertRaisesRegex(ValueError, "count = None: must be given if frames is a function"):
             other.train("unsupervised", frames=broken)
         self.assertEqual(other.to_bytes(), before)
 
@@ -184,13 +184,13 @@ class Network(unittest.TestCase):
     def test_training_while_in_use(self):
         other = toliman.CAE(simulator)
         tracker = toliman.Tracker(other, 0.01, 0.001, 100)
-        with self.assertRaisesRegex(RuntimeError, "a Tracker uses this CAE"):
+        with self.assertRaisesRegex(RuntimeError, "a Tracker uses this CAE: close the Tracker first"):
             other.train(steps=2)
         tracker.close()
         with self.assertRaisesRegex(RuntimeError, "this CAE is being trained"):
             other.train(steps=2, progress=lambda stage, fraction: other.train())
         other.train(steps=2)
-        with self.assertRaisesRegex(ValueError, "frames are for"):
+        with self.assertRaisesRegex(ValueError, "frames, count: allowed for mode = .unsupervised. only"):
             other.train(frames=frames)
 
     def test_closing_during_training(self):
@@ -209,7 +209,7 @@ class Network(unittest.TestCase):
         again.close()
         self.assertTrue((network.encode(frames) == latents).all())
         for other in (simulator, toliman.Template(simulator)):
-            with self.assertRaisesRegex(TypeError, "cannot be pickled: make it anew"):
+            with self.assertRaisesRegex(TypeError, "cannot be pickled: create it in each process"):
                 copy.copy(other)
 
 

@@ -1,24 +1,39 @@
-"""libtoliman for Python: scene -> frames -> latent -> period, over ctypes and numpy.
+"""Python bindings of libtoliman: simulate TOLIMAN frames, estimate the separation, search for the planet's period.
+
+Data flow: scene -> frames -> one number per frame -> periodogram.
 
     from toliman import CAE, Periodogram, Simulator, suited_grid
 
-    simulator = Simulator("chapter.json", progress=True)       # or a dict, or a file of your own
+    simulator = Simulator("chapter.json", progress=True)       # a shipped scene, a path or a dict
     network = CAE(simulator)
     network.train()
-    times, _ = simulator.series()
+    times, _ = simulator.series()                              # days
     with Periodogram(*suited_grid(times)) as periodogram:
         for k, t in enumerate(times):
             periodogram.push(t, network.encode(simulator.frame(k)))
         print(periodogram.peak())
 
-Images are numpy arrays [row][column] of float64; results are frozen dataclasses, which print and notebooks show as
-tables. Frequencies are f0 + k df in cycles per unit of t; weights are 1/sigma**2; the power is astropy's "standard",
-between 0 and 1, never NaN. A failed call raises toliman.Error with the library's message; InputError is also a
-ValueError, NotFoundError a FileNotFoundError, and so on. Arguments that cannot reach the library, as wrong shapes, masked
-values, units and words, raise ValueError or TypeError. Ctrl-C and what is given as `progress` stop long work, which stays usable.
-Remarks of the library go to Python's logging under the name "toliman". Objects free themselves, or by `with`.
+Conventions
+    Images are numpy arrays [row][column] of float64; row 0 and column 0 are the most negative coordinates. Separations
+    are in detector pixels; a positive displacement increases the separation.
+    Times are in any unit; no barycentric correction is applied. Frequencies are f0 + k df in cycles per unit of t.
+    Weights are 1/sigma**2. The power is astropy's "standard" normalisation, in [0, 1] and never NaN.
+    threads=0 uses one thread per processor. The number of threads never changes a result.
+    Results are frozen dataclasses; print() and notebooks show them as tables.
 
-toliman._raw has every function and struct of C by its name. TOLIMAN_LIBRARY is the path of another libtoliman.so.
+Errors
+    A failed library call raises a subclass of toliman.Error with the library's message. Each is also a Python
+    exception: InputError a ValueError, NotFoundError a FileNotFoundError, WriteError and LostError an OSError,
+    NoMemoryError a MemoryError, StateError a RuntimeError, UnsupportedError a NotImplementedError. Arguments that
+    cannot be converted for C (wrong shape, masked values, units, unknown words) raise ValueError or TypeError.
+
+Long calls
+    progress=True shows a progress bar; a function of (stage, fraction) is called instead and cancels the call by
+    returning a true value. Ctrl-C cancels too. The object stays usable.
+
+Diagnostic messages of the library go to Python's logging, logger "toliman". Objects are destroyed by close(), by a with
+statement or by the garbage collector. toliman._raw has every C function, struct and constant by its name. The
+environment variable TOLIMAN_LIBRARY selects another libtoliman.so.
 """
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
@@ -35,8 +50,8 @@ __version__ = version()
 __all__ = [
     "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
     "Error", "Estimate", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError",
-    "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling",
-    "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training",
-    "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine",
-    "period", "plan", "shipped_scenes", "suited_grid", "version",
+    "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
+    "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
+    "machine", "period", "plan", "shipped_scenes", "suited_grid", "version",
 ]

@@ -1,4 +1,4 @@
-"""What all objects share: they own a pointer of C, which is freed when nobody uses it any more."""
+"""Base class of all objects: owns a pointer to a C object and destroys it once nothing uses it any more."""
 from __future__ import annotations
 
 import contextlib
@@ -7,28 +7,31 @@ import typing
 import weakref
 
 from . import _raw
-from ._gate import Gate
 from ._library import check, library
-from ._shown import Result
+from ._lock import ReadWriteLock
+from ._result_base import Result
 
 
-def _free(end: str, kind: type, address: int, keep: object) -> None:
-    """Ends a C object; `keep`, what it points to, lives until here."""
-    if kind is _raw.toliman_track:  # what was told to be accepted is not lost with its tracker
+def _free(destroy: str, kind: type, address: int, keep: object) -> None:
+    """Destroys a C object. The argument `keep` holds what the object points to, which must live until here."""
+    if kind is _raw.toliman_track:  # frames reported as accepted must not be lost with an unclosed Tracker
         library.toliman_track_commit(ctypes.cast(address, ctypes.POINTER(kind)))
-    getattr(library, end)(ctypes.cast(address, ctypes.POINTER(kind)))
+    getattr(library, destroy)(ctypes.cast(address, ctypes.POINTER(kind)))
 
 
 Self = typing.TypeVar("Self", bound="Handle")
 
 
 class Handle:
-    """Owns a C object; close(), a with statement or the garbage collector frees it, at the end of the calls that run in
-    other threads. Threads may share it: a call that changes it waits until others end, and these wait for it. A call from
-    a callback of its own call does not wait: it fails, unless both only read."""
+    """Owns a C object.
 
-    _kind: type  # of _raw
-    _end: str = ""  # the C function that frees it; none of what belongs to another object
+    close(), a with statement or the garbage collector destroys it, after the calls still running in other threads.
+    Threads may share an object: a call that modifies it runs alone, others run concurrently, and whichever comes second
+    waits. A call from a callback of the object's own running call does not wait: it raises, unless both only read.
+    """
+
+    _kind: type  # the handle type in _raw
+    _destroy: str = ""  # the C function that destroys the object; "" if another object owns it
 
     def __init__(self, pointer: typing.Any):
         self._pointer = pointer
@@ -36,42 +39,49 @@ class Handle:
 
     @classmethod
     def _adopt(cls, pointer: typing.Any):
-        """An object of a pointer that C made."""
+        """Wraps a pointer returned by _create()."""
         self = cls.__new__(cls)
         Handle.__init__(self, pointer)
         return self
 
     @classmethod
-    def _made(cls, create: typing.Any, *arguments: typing.Any, keep: object = None,
-              check: typing.Callable[[int], None] = check) -> typing.Any:
-        """The pointer that a create or load function of C gives as its last argument. It owns the object: calls hold it,
-        and so do the pointers of objects that need this one. keep: what must live as long."""
-        made: typing.Any = ctypes.POINTER(cls._kind)()
-        made.gate = Gate()
-        check(create(*arguments, ctypes.byref(made)))
-        if cls._end:
-            address = ctypes.c_void_p.from_buffer(made).value or 0  # cast() would make it refer to itself
-            finalizer = weakref.finalize(made, _free, cls._end, cls._kind, address, keep)
-            finalizer.atexit = cls._kind is _raw.toliman_track  # others may be at work in daemon threads
+    def _create(cls, create: typing.Any, *arguments: typing.Any, keep: object = None,
+                check: typing.Callable[[int], None] = check) -> typing.Any:
+        """Calls a create or load function of C and returns the pointer that it writes to its last argument.
+
+        The pointer owns the object: running calls hold a reference to it, and so do the pointers of objects that need
+        this one, so that closing an object in one thread cannot free it under a call in another. keep: an object that
+        must live as long.
+        """
+        pointer: typing.Any = ctypes.POINTER(cls._kind)()
+        pointer.lock = ReadWriteLock()
+        check(create(*arguments, ctypes.byref(pointer)))
+        if cls._destroy:
+            # ctypes.cast() would keep a reference to the pointer, which then would never be collected.
+            address = ctypes.c_void_p.from_buffer(pointer).value or 0
+            finalizer = weakref.finalize(pointer, _free, cls._destroy, cls._kind, address, keep)
+            # At exit only trackers are finalised, to commit: daemon threads may still use other objects.
+            finalizer.atexit = cls._kind is _raw.toliman_track
         else:
-            made.keep, made.gate = keep, getattr(keep, "gate", made.gate)
-        return made
+            pointer.keep, pointer.lock = keep, getattr(keep, "lock", pointer.lock)
+        return pointer
 
     @property
     def _c(self) -> typing.Any:
+        """The C pointer; ValueError once the object is closed."""
         if self._pointer is None:
             raise ValueError(f"this {type(self).__name__} is closed")
         return self._pointer
 
     def _read(self, function: typing.Any, struct: type, result: type[Result]) -> typing.Any:
-        """What a function with one struct as its result tells."""
+        """Calls a C function that fills one struct and converts the struct to a result."""
         filled = struct()
         check(function(self._c, ctypes.byref(filled)))
         return result._of(filled)
 
     @contextlib.contextmanager
-    def _alone(self) -> typing.Iterator[None]:
-        """Work that may not be asked for again from its own callbacks."""
+    def _exclusive(self) -> typing.Iterator[None]:
+        """Raises RuntimeError if a callback of this work starts the same work again."""
         if self._busy:
             raise RuntimeError(f"this {type(self).__name__} is being trained")
         self._busy = True
@@ -81,16 +91,16 @@ class Handle:
             self._busy = False
 
     def close(self) -> None:
-        """Frees the memory; the object is of no use afterwards."""
+        """Destroys the object and frees its memory; later calls raise ValueError. Closing twice is allowed."""
         self._pointer = None
 
-    def _told(self) -> str:
-        """What repr() says of an open object."""
+    def _summary(self) -> str:
+        """Text of repr() for an open object."""
         return type(self).__name__
 
     def __repr__(self) -> str:
         try:
-            return f"<{self._told()}>"
+            return f"<{self._summary()}>"
         except ValueError:
             return f"<closed {type(self).__name__}>"
 
@@ -104,4 +114,4 @@ class Handle:
         self.close()
 
     def __reduce__(self) -> typing.Any:
-        raise TypeError(f"a {type(self).__name__} cannot be pickled: make it anew where it is needed")
+        raise TypeError(f"a {type(self).__name__} cannot be pickled: create it in each process")

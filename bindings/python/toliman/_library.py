@@ -1,4 +1,4 @@
-"""Finds libtoliman.so, once, and turns its failures into exceptions."""
+"""Loads libtoliman.so, checks that it fits these bindings, and converts status codes to exceptions."""
 from __future__ import annotations
 
 import ctypes
@@ -10,15 +10,20 @@ import types
 import typing
 
 from . import _raw
-from ._gate import gated
+from ._lock import locked
 
 SONAME = f"libtoliman.so.{_raw.TOLIMAN_VERSION_MAJOR}.{_raw.TOLIMAN_VERSION_MINOR}"
 
 
 class Error(Exception):
-    """A failed library call: the message says what was wrong; `status` is the code, `name` its name in C; `field` names
-    the argument, member, key of a scene or file that was wrong, "" where there is none; `outcomes`, of
-    Tracker.push_many, what became of the frames before."""
+    """Raised when a library call fails; base class of all exceptions of the library.
+
+    The message names the argument, struct member, scene key or file, its value, and what is allowed. Attributes:
+
+    status: status code. name: name of the code in C ("TOLIMAN_E_RANGE"). field: name of the argument, member, scene key
+    or file at fault, "" if there is none. outcomes: only after Tracker.push and push_many, the outcomes of the frames
+    processed before the failure.
+    """
 
     outcomes: list[typing.Any]
 
@@ -36,7 +41,8 @@ class Error(Exception):
 
 
 class _FileError(Error, OSError):
-    """An OSError: `filename` is the file, `errno` the reason where the file system still shows it, else None."""
+    """An OSError. filename: the file. errno: the cause, found by examining the file after the failure; None if the file
+    system no longer shows one."""
 
     def __init__(self, status: int, message: str, field: str = ""):
         super().__init__(status, message, field)
@@ -58,38 +64,39 @@ def _errno_of(path: str, mode: int) -> int | None:
 
 
 class InputError(Error, ValueError):
-    """An argument, scene or file that says something impossible, or two that do not belong together."""
+    """An argument, scene or file has an invalid value, or two of them do not match; also a ValueError."""
 
 
 class NotFoundError(_FileError, FileNotFoundError):
-    """A file, `filename`, that is missing or cannot be read."""
+    """The file `filename` is missing or cannot be read; also a FileNotFoundError."""
 
 
 class WriteError(_FileError):
-    """A file, `filename`, that cannot be written."""
+    """The file `filename` cannot be written; also an OSError."""
 
     def _find_errno(self, path: str) -> int | None:
         return _errno_of(os.path.join(os.path.dirname(path) or ".", ""), os.W_OK)
 
 
 class LostError(_FileError):
-    """A file, `filename`, that no longer has what it had: another program or the disk has changed it."""
+    """The file `filename` has lost data that it contained before: another program or the disk changed it."""
 
 
 class NoMemoryError(Error, MemoryError):
-    """Out of memory."""
+    """Memory, or another resource of the system, is exhausted; also a MemoryError."""
 
 
 class UnsupportedError(Error, NotImplementedError):
-    """Valid, but this version cannot do it."""
+    """The request is valid but not supported by this version; also a NotImplementedError."""
 
 
 class StateError(Error, RuntimeError):
-    """The object is not ready for this call: too few samples, nothing trained yet, or in use by another call."""
+    """The object is not ready for this call: too few samples, not trained yet, or in use by another call; also a
+    RuntimeError."""
 
 
 class CapacityError(Error):
-    """A capacity that was fixed when the object was made is used up."""
+    """A capacity fixed when the object was created is exhausted."""
 
 
 class Cancelled(Error):
@@ -118,21 +125,22 @@ _KINDS: dict[int, type[Error]] = {
 
 
 def check(status: int) -> None:
-    """Raises the Error of a call that failed."""
+    """Raises the exception that belongs to a status code, unless it is TOLIMAN_OK."""
     if status != _raw.TOLIMAN_OK:
         raise _KINDS.get(status, Error)(status, library.toliman_last_error().decode(errors="replace"),
                                         os.fsdecode(library.toliman_last_error_field()))
 
 
 def above(levels: int) -> pathlib.Path:
-    """The folder so many levels above this package's."""
+    """Returns the folder `levels` above this package's folder, or the root."""
     parents = pathlib.Path(__file__).resolve().parents
     return parents[min(levels, len(parents) - 1)]
 
 
 def _candidates() -> typing.Iterator[str]:
-    """Where the library may be: as it was told, beside these files, in their prefix or source tree, in Python's prefix,
-    and wherever the system looks."""
+    """Yields the places to look for the library: TOLIMAN_LIBRARY alone if it is set; else the package's folder (as in a
+    wheel), the installation prefix, the build folder of a source tree, Python's prefix, and the loader's search
+    path."""
     if os.environ.get("TOLIMAN_LIBRARY"):
         yield os.environ["TOLIMAN_LIBRARY"]
         return
@@ -156,22 +164,23 @@ def _load() -> ctypes.CDLL:
 
 def _refuse(found: ctypes.CDLL, why: str) -> typing.NoReturn:
     raise ImportError(f"{found._name} does not fit these bindings, which are of version {_raw.TOLIMAN_VERSION}: {why}. "
-                      "Set TOLIMAN_LIBRARY to the path of one that does")
+                      "Set TOLIMAN_LIBRARY to the path of a matching library")
 
 
 def _fit(found: ctypes.CDLL) -> ctypes.CDLL:
-    """The library with the types of its functions, or ImportError if it is not of this table."""
+    """Declares the functions' types and checks the ABI number and the size of every struct; ImportError if they differ.
+    Structs larger than ours are allowed: a newer library only appends members."""
     try:
         _raw.declare(found)
     except AttributeError as error:
         _refuse(found, str(error))
     if found.toliman_abi_version() != _raw.TOLIMAN_ABI_VERSION:
-        _refuse(found, f"its ABI is {found.toliman_abi_version()}, theirs {_raw.TOLIMAN_ABI_VERSION}")
+        _refuse(found, f"its ABI is {found.toliman_abi_version()}, expected {_raw.TOLIMAN_ABI_VERSION}")
     for name, kind in vars(_raw).items():
         if isinstance(kind, type) and issubclass(kind, ctypes.Structure) and getattr(kind, "_fields_", None):
             size = found.toliman_get_struct_size(name.encode())
             if name != "Sized" and size < ctypes.sizeof(kind):
-                _refuse(found, f"its {name} has {size} bytes, theirs {ctypes.sizeof(kind)}")
+                _refuse(found, f"its {name} has {size} bytes, expected {ctypes.sizeof(kind)}")
     return found
 
 
@@ -179,25 +188,25 @@ _found = _fit(_load())
 
 
 def _functions() -> types.SimpleNamespace:
-    """Functions of the library; those of objects wait for their turn."""
-    made = {name: getattr(_found, name) for name in _raw.FUNCTIONS}
-    made.update((name, gated(made[name], changes)) for name, changes in _raw.OF_OBJECTS.items())
-    return types.SimpleNamespace(**made)
+    """Returns the library's functions; those that take objects hold the objects' locks."""
+    functions = {name: getattr(_found, name) for name in _raw.FUNCTIONS}
+    functions.update((name, locked(functions[name], changes)) for name, changes in _raw.OF_OBJECTS.items())
+    return types.SimpleNamespace(**functions)
 
 
 library = _functions()
 
 
 def version() -> str:
-    """Version of the library, such as "0.1.0"."""
+    """Returns the version of the loaded library, such as "0.2.0"."""
     return library.toliman_version().decode()
 
 
 def abi_version() -> int:
-    """Number of the binary interface."""
+    """Returns the number of the binary interface (ABI) of the loaded library."""
     return library.toliman_abi_version()
 
 
 def library_path() -> str:
-    """Where the library was found; a bare name is one that the system found."""
+    """Returns the path from which the library was loaded; a bare file name if the system's loader found it."""
     return _found._name

@@ -1,4 +1,4 @@
-"""Messages of the library go to Python's logging as "toliman"."""
+"""Forwards the library's diagnostic messages to Python's logging, logger "toliman"."""
 from __future__ import annotations
 
 import logging
@@ -15,5 +15,5 @@ def _logged(level: int, text: bytes, _: object) -> None:
         _log.info("%s", text.decode(errors="replace"))
 
 
-# One for all calls, which therefore outlives each.
+# One callback for all calls: C may keep the pointer, so it must never be collected.
 log = _raw.toliman_log_fn(_logged)

@@ -1,4 +1,4 @@
-"""Kinds of pixels: numpy's types as C has them, and arrays of frames as C reads them."""
+"""Pixel types and frame arrays: passes numpy arrays to C without a copy where C can address them."""
 from __future__ import annotations
 
 import typing
@@ -12,7 +12,7 @@ from ._words import words
 
 
 def _type_of(word: str) -> str:
-    """u16 -> u2, u16be -> >u2."""
+    """Returns numpy's code of a pixel type: u16 gives "u2", u16be gives ">u2"."""
     big = word.endswith("be")
     bits = int(word[1:-2] if big else word[1:])
     return f"{'>' if big else ''}{word[0]}{bits // 8}"
@@ -27,7 +27,8 @@ def _kind_of(array: NDArray) -> int | None:
 
 
 def frames_of(frames: ArrayLike, shape: tuple[int, int]) -> NDArray:
-    """Frames [frame][row][column] or one [row][column], as they lie where C knows their pixels, else as doubles."""
+    """Returns frames [frame][row][column], or one [row][column], unchanged if C knows their pixel type, else as
+    float64. ValueError for another shape, masked values or units."""
     known = isinstance(frames, numpy.ndarray) and _kind_of(frames) is not None
     if known:
         refuse_lost("frames", frames)
@@ -37,7 +38,8 @@ def frames_of(frames: ArrayLike, shape: tuple[int, int]) -> NDArray:
 
 
 def image_of(images: NDArray) -> tuple[typing.Any, NDArray]:
-    """The struct for frames [frame][row][column], and the array that it points into: a copy where C cannot step."""
+    """Returns the toliman_image struct for frames [frame][row][column] and the array that it points into: a copy if the
+    strides are not multiples of the pixel size, rows are not contiguous, or memory is not aligned."""
     size = images.itemsize
     frame, row, column = images.strides
     if (column != size or row < images.shape[2] * size or row % size or frame < size or frame % size

@@ -1,4 +1,4 @@
-"""Progress of long calls, and the way out of them."""
+"""Progress reports and cancellation of long calls: callbacks, progress bars, Ctrl-C."""
 from __future__ import annotations
 
 import html
@@ -10,15 +10,16 @@ import time
 import typing
 
 from . import _raw
-from ._gate import in_callback
 from ._library import Cancelled, check
+from ._lock import in_callback
 
-# Called with a stage, as "frames" or "train: epoch 3 of 300", and the fraction done; a true answer stops.
+# Called with the stage, such as "frames" or "train: epoch 3 of 300", and the fraction done in [0, 1]. A true return
+# value cancels the call.
 Progress = typing.Callable[[str, float], typing.Any]
 
 
 def _columns() -> int:
-    """Columns of the terminal on stderr now, 80 where it does not know."""
+    """Returns the current width of the terminal on stderr, or 80 if unknown."""
     try:
         return os.get_terminal_size(sys.stderr.fileno()).columns or 80
     except (OSError, ValueError):
@@ -26,10 +27,11 @@ def _columns() -> int:
 
 
 class Bar:
-    """A line on a terminal, else a line a finished stage on stderr, or a bar in a notebook; progress=True makes one."""
+    """Shows progress; created by progress=True. On a terminal one line of stderr is redrawn, in a notebook a bar; a
+    file or pipe gets one line per finished stage."""
 
     def __init__(self) -> None:
-        self._shown, self._told, self._stage, self._next, self._html = "", "", "", 0.0, None
+        self._shown, self._finished, self._stage, self._next, self._html = "", "", "", 0.0, None
         try:
             from IPython import get_ipython  # type: ignore[import]
             from IPython.display import HTML, display  # type: ignore[import]
@@ -51,11 +53,11 @@ class Bar:
             return
         text = f"{100 * fraction:3.0f} % {stage}"
         if not sys.stderr.isatty():
-            if fraction >= 1 and stage != self._told:
+            if fraction >= 1 and stage != self._finished:
                 print(text, file=sys.stderr, flush=True)
-                self._told = stage
+                self._finished = stage
             return
-        text = text[:_columns() - 1]  # a line that wraps could not be drawn over
+        text = text[:_columns() - 1]  # a wrapped line could not be redrawn
         print("\r" + text.ljust(len(self._shown)), end="", file=sys.stderr, flush=True)
         self._shown = text
 
@@ -67,7 +69,10 @@ class Bar:
 
 
 class Watch:
-    """Shows the progress of the calls made within it and lets what its callbacks raise, as KeyboardInterrupt, through.
+    """Reports the progress of calls and re-raises exceptions of callbacks, KeyboardInterrupt included.
+
+    An exception cannot propagate through C. A callback therefore stores it and returns "cancel"; check() raises it once
+    the C call has returned.
 
     with Watch(progress) as watch:
         options.progress = watch.callback
@@ -78,8 +83,8 @@ class Watch:
         self._bar = Bar() if progress is True else None
         self._progress = self._bar if progress is True else progress or None
         self._raised: BaseException | None = None
-        self._before: typing.Any = None  # the handler of Ctrl-C
-        self._outside = False  # in code of the caller's, which Ctrl-C may break off
+        self._before: typing.Any = None  # the previous SIGINT handler
+        self._outside = False  # running the user's callback, which Ctrl-C may interrupt directly
         self.callback = _raw.toliman_progress_fn(self._call)
 
     def _call(self, stage: bytes, fraction: float, _: object) -> int:
@@ -89,7 +94,8 @@ class Watch:
         return int(self._raised is not None)
 
     def run(self, work: typing.Callable[..., int], *arguments: typing.Any) -> int:
-        """Code of the caller's that C calls. C cannot carry what it raises: check() raises the first of it again."""
+        """Runs the user's code inside a callback from C; stores the first exception for check() and returns
+        TOLIMAN_E_CANCELLED."""
         try:
             self._outside = True
             with in_callback():
@@ -101,13 +107,14 @@ class Watch:
             self._outside = False
 
     def step(self, stage: str, fraction: float) -> None:
-        """Progress of work that is done in parts by Python."""
+        """Reports progress between the C calls of work that Python splits; raises Cancelled if progress asks to
+        stop."""
         self.check(_raw.TOLIMAN_OK)
         if self._progress and self._progress(stage, fraction):
             raise Cancelled(_raw.TOLIMAN_E_CANCELLED, f"{stage}: cancelled")
 
     def check(self, status: int) -> None:
-        """Raises what a callback raised, or the Error of a call that failed."""
+        """Raises the exception stored by a callback, else the exception of a failed status."""
         raised, self._raised = self._raised, None
         if raised is not None:
             raise raised
@@ -119,7 +126,8 @@ class Watch:
         self._raised = self._raised or KeyboardInterrupt()
 
     def __enter__(self) -> Watch:
-        # Python would raise it in front of the callback's first statement, where nothing can catch it.
+        # Without this handler Python raises KeyboardInterrupt before the callback's first statement, where no code of
+        # ours can catch it, and ctypes drops it.
         if threading.current_thread() is threading.main_thread():
             if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
                 self._before = signal.signal(signal.SIGINT, self._interrupt)

@@ -1,4 +1,4 @@
-"""C's numbered choices by their words, as the headers name them."""
+"""Maps the enumerations of C to words, the lower-case ends of the constants' names, and back."""
 from __future__ import annotations
 
 import functools
@@ -8,13 +8,13 @@ from . import _raw
 
 @functools.lru_cache(maxsize=None)
 def words(enumeration: str) -> dict[int, str]:
-    """The words of its constants by their numbers: TOLIMAN_SIM_UNIT -> 301: photon, 302: electron, 303: dn."""
+    """Words of an enumeration by value: TOLIMAN_SIM_UNIT gives {301: "photon", 302: "electron", 303: "dn"}."""
     prefix = enumeration + "_"
     return {value: name[len(prefix):].lower() for name, value in vars(_raw).items() if name.startswith(prefix)}
 
 
 def number(argument: str, word: str, enumeration: str) -> int:
-    """The number of a word that somebody gave for an argument."""
+    """Value of the constant that a word names; ValueError names the argument and lists the words."""
     for known, name in words(enumeration).items():
         if name == word:
             return known

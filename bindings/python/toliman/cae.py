@@ -1,4 +1,4 @@
-"""The convolutional autoencoder: a frame -> one number; include/toliman/cae.h is the manual."""
+"""Convolutional autoencoder: compresses each frame to one number, the separation. Reference: include/toliman/cae.h."""
 from __future__ import annotations
 
 import ctypes
@@ -22,13 +22,17 @@ from .sim import Simulator
 
 _SIDE = 256
 
-# Frames for unsupervised training: an array [frame][row][column], or a function of (first, count) that gives such ones.
+# Frames for unsupervised training: an array [frame][row][column], or a function of (first, count) that returns one.
 Frames = typing.Union[ArrayLike, typing.Callable[[int, int], ArrayLike]]
 
 
 class Reconstruction(typing.NamedTuple):
-    """A frame as the network sees it again, [256][256] in counts, and how close it comes: mean squared error and mean
-    structural similarity of both scaled to 0 ... 1, and the error that noise alone leaves."""
+    """The network's reconstruction of a frame and its quality.
+
+    image: [256][256] in counts, the network's crop of the frame. mmse, mssim: mean squared error and mean structural
+    similarity between the frame and its reconstruction, both scaled to [0, 1] by the frame's extremes. photon_floor:
+    the mmse that noise alone causes.
+    """
 
     image: Doubles
     mmse: float
@@ -37,7 +41,10 @@ class Reconstruction(typing.NamedTuple):
 
 
 class CAE(Handle):
-    """A network that knows its scene. Calls of one that is not being trained may run together from several threads.
+    """A convolutional autoencoder whose latent is the stellar separation in pixels.
+
+    The preprocessing (crop, reference image, variance, nuisance images) comes from the scene and is saved with the
+    weights. Threads may share a network; they wait while it is being trained.
 
         network = CAE(simulator)                   # random weights
         network.train()                            # half a second
@@ -45,12 +52,20 @@ class CAE(Handle):
         network.save("weights.tlmw")
         network = CAE.load("weights.tlmw")
 
-    seed: of the random weights, by default the scene's. layout: flight, which reaches the photon limit, or paper, the
-    chapter's. input: whitened, residual or raw. With random weights it encodes too, as a control: some hundred times as
-    noisy; info.trained tells.
+    Parameters
+
+    simulator: Simulator of the scene; not needed afterwards.
+    seed: seed of the random weights; None takes the scene's.
+    layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
+    input: "whitened" ((counts - reference)/sigma per pixel), "residual" or "raw".
+
+    An untrained network of the default layout and input encodes too, as a control, but about a hundred times as
+    noisily; see info.trained.
+
+    Raises InputError if the nuisances leave nothing of the signal, UnsupportedError for frames below 256x256.
     """
 
-    _kind, _end = _raw.toliman_cae, "toliman_cae_destroy"
+    _kind, _destroy = _raw.toliman_cae, "toliman_cae_destroy"
 
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
                  input: str = "whitened"):
@@ -59,7 +74,7 @@ class CAE(Handle):
                              input=number("input", input, "TOLIMAN_CAE_INPUT"))
         of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
-        super().__init__(self._made(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
+        super().__init__(self._create(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))
 
     @functools.cached_property
     def _trackers(self) -> weakref.WeakSet[Handle]:
@@ -67,25 +82,37 @@ class CAE(Handle):
 
     @property
     def info(self) -> NetworkInfo:
-        """Facts of the network; `cosine` is the efficiency to expect."""
+        """Properties of the network. `cosine` is the predicted efficiency relative to the photon limit."""
         return self._read(library.toliman_cae_get_info, _raw.toliman_cae_info, NetworkInfo)
 
     def train(self, mode: str = "tied", *, steps: int = 0, learning_rate: float = 0, frames: Frames | None = None,
               count: int | None = None, epochs: int = 0, validation: int = 0, batch: int = 0, threads: int = 0,
               progress: Progress | bool | None = None) -> Training:
-        """Trains, or goes on with a training that was stopped.
+        """Trains the network, or resumes a cancelled training with the same options.
 
-        tied: fits the decoder to the scene's derivative image; needs no frames; steps, default 300. unsupervised: the
-        chapter's, over `frames`, an array [frame][row][column] or a function of (first, count) that gives them, then
-        with the `count` of all; epochs, default 300, batch, default 16, and `validation`, default a tenth, frames kept
-        back. 0 is the default everywhere. The network is not for other calls meanwhile. Ctrl-C and a progress function
-        that raises or answers something true stop; what is done so far can be taken up.
+        Parameters
+
+        mode: "tied" fits the linear decoder to the scene's derivative image and needs no frames; the latent is then the
+            separation in px. "unsupervised", as in the chapter, minimises the reconstruction error over frames; the
+            latent then has no unit and may have either sign.
+        steps: tied: number of steps; 0 means 300.
+        learning_rate: in [0, 1]; 0 means 0.08 (tied) or 1e-3 (unsupervised).
+        frames: unsupervised: an array [frame][row][column], or a function of (first, count) that returns one.
+        count: number of frames; required if `frames` is a function.
+        epochs: unsupervised: passes over the training frames in all; 0 means 300.
+        validation: unsupervised: number of held-out frames; 0 means a tenth.
+        batch: unsupervised: frames per step; 0 means 16.
+
+        Ctrl-C, and a progress function that raises or returns a true value, cancel the training, which can be resumed.
+
+        Raises RuntimeError if an open Tracker uses this network, since its values would come from two networks;
+        InputError if the training diverges; Cancelled.
         """
         if mode == "tied" and (frames is not None or count is not None):
-            raise ValueError("frames are for mode = 'unsupervised'")
+            raise ValueError("frames, count: allowed for mode = 'unsupervised' only")
         if any(tracker._pointer is not None for tracker in self._trackers):
-            raise RuntimeError("a Tracker uses this CAE: its values would be of two networks; train another")
-        with self._alone(), Watch(progress) as watch:
+            raise RuntimeError("a Tracker uses this CAE: close the Tracker first, or train another CAE")
+        with self._exclusive(), Watch(progress) as watch:
             source, count = _source(watch, frames, count, self.info)
             options = options_of(
                 _raw.toliman_cae_train_options, library.toliman_cae_train_options_init,
@@ -108,32 +135,40 @@ class CAE(Handle):
 
     def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
-        """Latent (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. Arrays of a pixel
-        type of C (u1 to u4, i2, i4, f4, f8, and big-endian u2, u4, i2, f4) are read where they lie if rows are
-        contiguous; others are copied. chi_square: a pair, of the latents and of what the scene's linear model leaves of
-        each frame, per degree of freedom: 1 for frames of the scene, far larger for damaged ones."""
+        """Encodes one frame [row][column] to its latent (px), a float; or frames [frame][row][column] to an array.
+
+        Arrays of a pixel type of C (u1, u2, u4, i2, i4, f4, f8 and big-endian u2, u4, i2, f4) with contiguous rows are
+        read in place; others are copied as float64.
+
+        chi_square: return a pair of the latents and the reduced chi-square of each frame against the scene's linear
+        model: 1 for frames of the scene, far larger for damaged ones.
+
+        Raises ValueError for another shape than `shape`, InputError for a non-finite count.
+        """
         return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the frames it takes."""
+        """Rows and columns of the input frames."""
         info = self.info
         return info.rows, info.cols
 
     def decode(self, latent: float) -> Doubles:
-        """Whitened residual [256][256], in sigmas of a pixel, that the decoder paints for a latent (px)."""
+        """Returns the decoder's output for a latent (px): the whitened residual [256][256], in sigmas of each pixel.
+        Raises UnsupportedError for layout "paper"."""
         image = numpy.empty((_SIDE, _SIDE))
         check(library.toliman_cae_decode(self._c, real("latent", latent), pointer(image), _SIDE))
         return image
 
     def target(self) -> Doubles:
-        """Whitened, projected derivative image [256][256], per px: what the decoder should paint for a latent of 1."""
+        """Returns the ideal decoder output per px of latent: the whitened derivative image [256][256], orthogonal to
+        the projected nuisances."""
         image = numpy.empty((_SIDE, _SIDE))
         check(library.toliman_cae_get_target(self._c, pointer(image), _SIDE))
         return image
 
     def reconstruct(self, frame: ArrayLike) -> Reconstruction:
-        """A frame [row][column] as the network sees it again, and how close it comes."""
+        """Reconstructs a frame [row][column] of counts, and compares it with the frame."""
         counts, image = shaped("frame", frame, self.shape), numpy.empty((_SIDE, _SIDE))
         quality = [ctypes.c_double() for _ in range(3)]
         check(library.toliman_cae_reconstruct(self._c, pointer(counts), counts.shape[1], pointer(image), _SIDE,
@@ -142,33 +177,36 @@ class CAE(Handle):
 
     def save(self, path: str | os.PathLike[str], *, weights: str = "float32", planes: str = "float32",
              training: bool = False) -> None:
-        """Writes the weights blob, as a whole or not at all. weights, planes (variance, target and nuisance images):
-        float32, bf16 or fp16. training: also where the last training stands, to go on with."""
+        """Writes the network to a file, atomically.
+
+        weights, planes: encoding of the weights, and of the variance, target and nuisance images: "float32" (exact),
+        "bf16" or "fp16". training: also save the state of the last training, so that train() can resume it.
+        """
         check(library.toliman_cae_save_file(self._c, _save_options(weights, planes, training), file_name(path)))
 
     def to_bytes(self, *, weights: str = "float32", planes: str = "float32", training: bool = False) -> bytes:
-        """The same as bytes."""
+        """Returns the contents of a file written by save() with the same options."""
         options = _save_options(weights, planes, training)
         return saved(functools.partial(library.toliman_cae_save, self._c, options))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> CAE:
-        """A network from a weights blob."""
-        return cls._adopt(cls._made(library.toliman_cae_load_file, file_name(path), None))
+        """Loads a network from a file written by save()."""
+        return cls._adopt(cls._create(library.toliman_cae_load_file, file_name(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> CAE:
-        """A network from the bytes of a weights blob."""
+        """Loads a network from the bytes returned by to_bytes()."""
         content = memoryview(content).tobytes()
-        return cls._adopt(cls._made(library.toliman_cae_load, content, len(content), None))
+        return cls._adopt(cls._create(library.toliman_cae_load, content, len(content), None))
 
     def __reduce__(self):
         return type(self).from_bytes, (self.to_bytes(),)
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         info = self.info
         state = f"trained, cosine {info.cosine:.4f}" if info.trained else "not trained"
-        return f"CAE of layout {info.layout} for frames of {info.rows}x{info.cols}, {state}"
+        return f"CAE of layout {info.layout} for {info.rows}x{info.cols} frames, {state}"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
@@ -182,12 +220,12 @@ def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
 
 
 def _source(watch: Watch, frames: Frames | None, count: int | None, info: NetworkInfo) -> tuple[typing.Any, int]:
-    """The callback that gives frames to C, and how many there are."""
+    """Returns the callback that provides the training frames to C, and their number."""
     if frames is None:
         return ctypes.cast(0, _raw.toliman_frames_fn), 0
     if callable(frames):
         if count is None:
-            raise ValueError("count: must be given where frames is a function")
+            raise ValueError("count = None: must be given if frames is a function")
         of_range = frames
     else:
         images = shaped("frames", frames, (-1 if count is None else count, info.rows, info.cols))

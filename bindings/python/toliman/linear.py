@@ -1,4 +1,7 @@
-"""Linear estimators: the template, which reaches the Cramer-Rao bound, and components; include/toliman/linear.h."""
+"""Linear estimators: the least-squares template, and principal components or a dictionary of frames.
+
+Reference: include/toliman/linear.h and components.h.
+"""
 from __future__ import annotations
 
 import ctypes
@@ -20,17 +23,20 @@ from .sim import Simulator
 
 
 class Template(Handle):
-    """Weighted least-squares estimate of the separation: the reference for the network.
+    """Weighted least-squares estimator of the separation; it reaches the Cramer-Rao bound to first order.
 
         template = Template(simulator)
         value = template.encode(frame)             # px; its standard deviation is template.sigma
+
+    simulator: Simulator of the scene; not needed afterwards. Nuisances listed in the scene's preprocess.project are
+    fitted along with the separation. Raises InputError if they leave nothing of the signal.
     """
 
-    _kind, _end = _raw.toliman_linear, "toliman_linear_destroy"
+    _kind, _destroy = _raw.toliman_linear, "toliman_linear_destroy"
 
     def __init__(self, simulator: Simulator):
         of_kind("simulator", simulator, Simulator)
-        super().__init__(self._made(library.toliman_linear_create, simulator._c, None))
+        super().__init__(self._create(library.toliman_linear_create, simulator._c, None))
         self.shape = simulator.shape
 
     @typing.overload
@@ -43,58 +49,78 @@ class Template(Handle):
 
     def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
                progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
-        """Displacement (px) of a frame [row][column], a float; or of frames [frame][row][column], an array. Pixel types
-        and chi_square as of CAE.encode."""
+        """Estimates the displacement (px) of one frame [row][column], a float; or of frames [frame][row][column], an
+        array. Pixel types, chi_square and exceptions as in CAE.encode."""
         return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
 
     @property
     def sigma(self) -> float:
-        """Predicted standard deviation (px) of a value: the Cramer-Rao bound with preprocess.project free."""
+        """Predicted standard deviation (px) of one estimate: the Cramer-Rao bound with the nuisances of
+        preprocess.project free."""
         sigma = ctypes.c_double()
         check(library.toliman_linear_get_sigma(self._c, ctypes.byref(sigma)))
         return sigma.value
 
-    def _told(self) -> str:
-        return f"Template for frames of {self.shape[0]}x{self.shape[1]}, sigma {self.sigma:.3g} px"
+    def _summary(self) -> str:
+        return f"Template for {self.shape[0]}x{self.shape[1]} frames, sigma {self.sigma:.3g} px"
 
 
 class Components(Handle):
-    """Frames of a scene, collected to find their principal components or a sparse dictionary.
+    """Collects frames of a scene and finds their principal components or a sparse dictionary.
 
-    raw: counts instead of whitened residuals. bin: pixels a side that are summed first. capacity: frames at most, those
-    of the scene's cadence by default; all memory is taken at once, 4 bytes a pixel and frame.
+    These are the classical baselines: they do not know the signal. Each component gives one value per frame.
+
+    Parameters
+
+    simulator: Simulator of the scene; not needed afterwards.
+    raw: use counts instead of whitened residuals.
+    bin: side of the square of pixels summed first; must divide rows and columns.
+    capacity: maximum number of frames; 0 means the frames of the scene's cadence. All memory is allocated at once, 4
+        bytes per binned pixel and frame.
     """
 
-    _kind, _end = _raw.toliman_components, "toliman_components_destroy"
+    _kind, _destroy = _raw.toliman_components, "toliman_components_destroy"
 
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
         of_kind("simulator", simulator, Simulator)
         options = options_of(_raw.toliman_components_options, library.toliman_components_options_init,
                              raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
-        super().__init__(self._made(library.toliman_components_create, simulator._c, ctypes.byref(options)))
+        super().__init__(self._create(library.toliman_components_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 
     @property
     def info(self) -> ComponentsInfo:
-        """Facts of the collection; threshold_px: the amplitude below which principal components see nothing."""
+        """Properties of the collection. threshold_px: signal amplitude below which the leading principal component is
+        uncorrelated with the signal."""
         return self._read(library.toliman_components_get_info, _raw.toliman_components_info,
                           ComponentsInfo)
 
     def push(self, frames: ArrayLike) -> None:
-        """Adds a frame [row][column], or frames [frame][row][column], and forgets what was trained."""
+        """Adds one frame [row][column] or frames [frame][row][column], and discards the trained components. Raises
+        CapacityError when the collection is full."""
         images = frames_of(frames, self.shape)
-        image, lying = image_of(images[None] if images.ndim == 2 else images)
-        check(library.toliman_components_push_many(self._c, ctypes.byref(image), len(lying)))
+        image, array = image_of(images[None] if images.ndim == 2 else images)
+        check(library.toliman_components_push_many(self._c, ctypes.byref(image), len(array)))
 
     def reset(self) -> None:
-        """Forgets every frame."""
+        """Removes all frames; options and memory are kept."""
         check(library.toliman_components_reset(self._c))
 
     def train(self, method: str = "pca", components: int = 1, *, iterations: int = 0, sparsity: float = 0,
               seed: int = 0, threads: int = 0, progress: Progress | bool | None = None) -> ComponentsTraining:
-        """Finds components of the frames: pca, or dictionary with at most so many iterations (200) and the weight
-        `sparsity` (1 rms pixel) of the codes' L1 norm; 0 is the default."""
-        with self._alone(), Watch(progress) as watch:
+        """Finds components of the frames pushed so far, after subtracting their mean.
+
+        Parameters
+
+        method: "pca" or "dictionary".
+        components: number of components, 1 to 64 and less than the number of frames.
+        iterations: dictionary: maximum number of iterations; 0 means 200.
+        sparsity: dictionary: weight of the codes' L1 norm, in rms pixels, in [0, 1e6]; 0 means 1.
+        seed: dictionary: seed of the initial random atoms.
+
+        Raises StateError for too few frames; Cancelled.
+        """
+        with self._exclusive(), Watch(progress) as watch:
             options = options_of(
                 _raw.toliman_components_train_options, library.toliman_components_train_options_init,
                 method=number("method", method, "TOLIMAN_COMPONENTS"),
@@ -107,7 +133,8 @@ class Components(Handle):
         return ComponentsTraining._of(report)
 
     def series(self, component: int = 0) -> tuple[Doubles, float]:
-        """One number a frame, in the order of the pushes, and the component's share of the frames' sum of squares."""
+        """Returns the time series of a component, one value per frame in the order of the pushes, and the component's
+        share of the frames' sum of squares. Raises StateError before train()."""
         values, share = numpy.empty(self.info.frames), ctypes.c_double()
         check(library.toliman_components_get_series(self._c, whole("component", component, 2**32), pointer(values),
                                                 ctypes.byref(share)))
@@ -116,9 +143,9 @@ class Components(Handle):
     def __len__(self) -> int:
         return self.info.frames
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         info = self.info
-        return f"Components of {info.frames} frames, {info.components} found"
+        return f"Components of {info.frames} frames, {info.components} trained"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()

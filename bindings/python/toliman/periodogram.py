@@ -1,4 +1,4 @@
-"""Periodograms: samples -> period; include/toliman/period.h is the manual."""
+"""Lomb-Scargle periodograms, streaming and in batch. Reference: include/toliman/period.h."""
 from __future__ import annotations
 
 import ctypes
@@ -18,7 +18,7 @@ from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_o
 from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import Model, PeriodogramInfo, Sampling
-from ._shown import result
+from ._result_base import result
 from ._words import number
 
 
@@ -32,19 +32,19 @@ class Peak(_results.Peak):
 
 
 def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Doubles, Doubles, Doubles | None]:
-    """Arrays of equal length; one sigma stands for all."""
+    """Returns float64 arrays of equal length; a scalar sigma is repeated."""
     if sigma is not None and numpy.ndim(sigma) == 0:
         sigma = numpy.full(numpy.shape(t), real("sigma", sigma))
     times, values = plain("t", t), plain("y", y)
     sigmas = None if sigma is None else plain("sigma", sigma)
     shapes = {array.shape for array in (times, values, sigmas) if array is not None}
     if len(shapes) != 1 or times.ndim != 1:
-        raise ValueError(f"t, y and sigma must be one-dimensional and of equal length, not {sorted(shapes)}")
+        raise ValueError(f"t, y, sigma have the shapes {sorted(shapes)}: must be one-dimensional and of equal length")
     return times, values, sigmas
 
 
 def _sample(t: float, y: float, sigma: float | None, t_low: float, ns: bool) -> typing.Any:
-    """One sample for C, where sigma 0 stands for none."""
+    """Returns one sample as a C struct, in which sigma = 0 means unweighted."""
     sample = _raw.toliman_period_sample(y=real("y", y), t_low=real("t_low", t_low))
     if ns:
         sample.flags, sample.t_ns = _raw.TOLIMAN_PERIOD_TIME_NS, within("t", t, -INT64, INT64)  # type: ignore[arg-type]
@@ -58,22 +58,21 @@ def _sample(t: float, y: float, sigma: float | None, t_low: float, ns: bool) -> 
 
 
 class AccuracyWarning(RuntimeWarning):
-    """Powers that may be wrong by more than 1e-3."""
+    """Warns that powers may be wrong by more than 1e-3."""
 
 
 AccuracyWarning.__module__ = "toliman"
 
 
 def warn_if_inaccurate(inaccurate: bool) -> None:
-    """Of a result that the caller's caller asked for."""
+    """Issues an AccuracyWarning at the line of the user's call, two frames up."""
     if inaccurate:
-        warnings.warn("the power may be wrong by more than 1e-3 where the samples cover too small a part of a cycle: "
-                      "double_limb=True keeps more digits; frequencies far below 1/T are best left out", AccuracyWarning,
-                      stacklevel=3)
+        warnings.warn("the power may be wrong by more than 1e-3 at frequencies where the samples cover a small part of "
+                      "a cycle: set double_limb=True, or omit frequencies far below 1/T", AccuracyWarning, stacklevel=3)
 
 
 class Grid(typing.NamedTuple):
-    """Frequencies f0 + k df, k < nf."""
+    """Frequency grid f0 + k df for k = 0 ... nf - 1, in cycles per unit of time."""
 
     f0: float
     df: float
@@ -81,30 +80,39 @@ class Grid(typing.NamedTuple):
 
 
 def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
-    """The grid that suits times t: 1.5/T, steps of 0.1/T, up to 1/(2 median step), T the time span and a median step, or
-    mission_span, where more samples are to come.
+    """Suggests a frequency grid for the times t that misses no peak.
 
         grid = suited_grid(t)
         with Periodogram(*grid) as periodogram: ...
+
+    The grid runs from 1.5/T in steps of 0.1/T up to 1/(2 s), where s is the median step between different times and T
+    the time span plus one step. mission_span: the final T, in units of t, if more samples are to come; 0: t is
+    complete.
+
+    Raises StateError if all times are equal, InputError for more than 2e6 frequencies.
     """
     return _suggested(plain("t", t), None, None, mission_span)[0]
 
 
 def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
                mission_span: float) -> tuple[Grid, typing.Any]:
-    """A grid and options for samples."""
+    """Returns the grid and options suggested for samples."""
     f0, df, nf = ctypes.c_double(), ctypes.c_double(), ctypes.c_int64()
     options = _raw.toliman_period_options()
-    check(library.toliman_period_suggest(pointer(t), pointer(y), pointer(sigma), t.size, real("mission_span", mission_span),
-                                         ctypes.byref(f0), ctypes.byref(df), ctypes.byref(nf), ctypes.byref(options)))
+    check(library.toliman_period_suggest(pointer(t), pointer(y), pointer(sigma), t.size,
+                                         real("mission_span", mission_span), ctypes.byref(f0), ctypes.byref(df),
+                                         ctypes.byref(nf), ctypes.byref(options)))
     return Grid(f0.value, df.value, nf.value), options
 
 
 def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
-    """The period of samples t, y with standard errors dy, by least squares from the highest peak on the grid that suits
-    them, with its false alarm probability.
+    """Finds the period of a time series.
 
         print(toliman.period(t, y, dy))
+
+    Takes times t, values y and standard errors dy (None: unweighted), searches the grid of suited_grid(t) for the
+    highest peak, and refines it by least squares against the samples. Returns the Peak: period, amplitude, their
+    standard errors, and the false alarm probability.
     """
     times, values, sigmas = _series(t, y, dy)
     grid, options = _suggested(times, values, sigmas, 0.0)
@@ -118,8 +126,12 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
 def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
           fit_mean: bool = True, tolerance: float = 1e-9, direct: bool = False, threads: int = 0,
           progress: Progress | bool | None = None) -> Doubles:
-    """Power of a whole archive at f0 + k df, k < nf, each within the tolerance of the exact one; much quicker than a
-    Periodogram, but without a state. direct=True sums without an FFT, to 1e-13."""
+    """Computes the power of a complete time series at f0 + k df, k < nf, without a streaming state.
+
+    Much faster than a Periodogram. t, y, sigma: arrays of equal length; sigma may be one number, None means unweighted.
+    fit_mean: fit the mean at each frequency (floating mean) instead of subtracting the weighted mean once. tolerance:
+    largest error of any power, by nonuniform FFT. direct: sum without an FFT, to 1e-13. Returns power[nf].
+    """
     times, values, sigmas = _series(t, y, sigma)
     power = numpy.empty(whole_float("nf", nf))
     with Watch(progress) as watch:
@@ -127,13 +139,14 @@ def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: Arra
                              flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                              | (_raw.TOLIMAN_PERIOD_DIRECT if direct else 0), tolerance=real("tolerance", tolerance),
                              threads=whole("threads", threads, 2**32), progress=watch.callback)
-        watch.check(library.toliman_period_batch(real("f0", f0), real("df", df), len(power), pointer(times), pointer(values), pointer(sigmas),
-                                                 len(times), ctypes.byref(options), pointer(power)))
+        watch.check(library.toliman_period_batch(real("f0", f0), real("df", df), len(power), pointer(times),
+                                                 pointer(values), pointer(sigmas), len(times), ctypes.byref(options),
+                                                 pointer(power)))
     return power
 
 
 class View(Handle):
-    """What can be asked of a periodogram; that of a Tracker can only be asked."""
+    """Queries of a periodogram. Tracker.period is a View: its samples come from the tracker alone."""
 
     _kind = _raw.toliman_period
 
@@ -144,13 +157,16 @@ class View(Handle):
 
     @property
     def frequency(self) -> Doubles:
-        """The grid, f0 + k df, cycles per unit of time."""
+        """Frequencies of the grid, f0 + k df, in cycles per unit of time."""
         info = self.info
         return info.f0 + info.df * numpy.arange(info.nf)
 
     def power(self, normalisation: str = "standard", *, first: int = 0, count: int | None = None) -> Doubles:
-        """Power at every frequency, or at `count` of them from number `first` on: standard, model, log or psd, as
-        astropy names them. Never NaN. Warns (AccuracyWarning) if some power of the grid may be wrong by more than 1e-3."""
+        """Returns the power at every frequency, or at `count` frequencies from index `first`. Never NaN.
+
+        normalisation: "standard" (in [0, 1]), "model", "log" or "psd", as in astropy's LombScargle. Issues an
+        AccuracyWarning if any power of the grid may be wrong by more than 1e-3.
+        """
         first = whole("first", first)
         power = numpy.empty(whole("count", max(self.info.nf - first, 0) if count is None else count))
         kind = number("normalisation", normalisation, "TOLIMAN_PERIOD_POWER")
@@ -159,14 +175,15 @@ class View(Handle):
         return power
 
     def peak(self) -> Peak:
-        """Highest peak: frequency refined by a parabola, power and FAP of the highest grid point."""
+        """Returns the highest peak of the grid. The frequency is refined by a parabola; power and FAP are those of the
+        highest grid point. Raises StateError with fewer than five samples or constant values."""
         peak = self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
     def peaks(self, most: int = 10) -> list[Peak]:
-        """The highest peaks, at most 64, highest first; `alias` tells of those that the sampling could make of higher
-        ones. Each is judged as if it were the only one."""
+        """Returns up to `most` <= 64 local maxima, highest first. `alias` marks peaks that the sampling could produce
+        from a higher one. Power and FAP of each peak assume that it is the only signal."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
         peaks = [Peak._of(peak) for peak in found[:count.value]]
@@ -174,14 +191,16 @@ class View(Handle):
         return peaks
 
     def model(self, k: int) -> Model:
-        """Least squares at frequency f0 + k df, from the sums: amplitude, phase and offset with their errors."""
+        """Returns the least-squares sinusoid at frequency f0 + k df: amplitude, phase (rad) and offset with standard
+        errors, y = offset + amplitude sin(2 pi f (t - time_offset) + phase)."""
         found = _raw.toliman_period_model()
         check(library.toliman_period_query_model(self._c, whole("k", k), ctypes.byref(found)))
         warn_if_inaccurate(found.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
         return Model._of(found)
 
     def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> Peak:
-        """Highest peak refined by least squares on the samples that were pushed."""
+        """Refines the highest peak by least squares against t, y, sigma, which must be the samples pushed; only their
+        number is checked. Returns period, amplitude and phase with standard errors."""
         times, values, sigmas = _series(t, y, sigma)
         peak = _raw.toliman_period_peak()
         check(library.toliman_period_query_fit(self._c, pointer(times), pointer(values), pointer(sigmas), len(times),
@@ -190,9 +209,10 @@ class View(Handle):
         return Peak._of(peak)
 
     def log10_fap(self, log10_residual: float, method: str = "baluev") -> float:
-        """log10 of the false alarm probability of a power P, given as log10(1 - P), on this grid.
+        """Returns log10 of the false alarm probability (FAP) of a power P on this grid.
 
-        method: baluev, naive, single, or sequential for looking again and again while samples come in.
+        log10_residual: log10(1 - P), as in Peak, which resolves powers close to 1. method: "baluev" (upper bound),
+        "naive", "single" (one given frequency), or "sequential" for repeated interim queries while samples arrive.
         """
         fap = ctypes.c_double()
         check(library.toliman_period_query_fap(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
@@ -200,7 +220,8 @@ class View(Handle):
         return fap.value
 
     def threshold(self, log10_fap: float, method: str = "baluev") -> float:
-        """log10(1 - P) of the power P that has this log10 of the false alarm probability."""
+        """Returns the detection threshold, as log10(1 - P), for a false alarm probability given as log10. The inverse
+        of log10_fap()."""
         residual = ctypes.c_double()
         check(library.toliman_period_query_threshold(self._c, number("method", method, "TOLIMAN_PERIOD_FAP"),
                                                  real("log10_fap", log10_fap), ctypes.byref(residual)))
@@ -208,7 +229,8 @@ class View(Handle):
 
     def bootstrap(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, count: int = 1000, seed: int = 0,
                   threads: int = 0, progress: Progress | bool | None = None) -> Doubles:
-        """log10(1 - P) of the highest peaks of `count` resamplings of the samples that were pushed, strongest first."""
+        """Returns log10(1 - P) of the highest peak of each of `count` bootstrap resamplings, strongest peak first. t,
+        y, sigma must be the samples pushed."""
         times, values, sigmas = _series(t, y, sigma)
         peaks = numpy.empty(whole("count", count))
         with Watch(progress) as watch:
@@ -221,98 +243,126 @@ class View(Handle):
         return peaks
 
     def sampling(self, t: ArrayLike | None = None) -> Sampling:
-        """What the samples' times are worth, and whether the grid suits them; by the times pushed, if given."""
+        """Returns diagnostics of the sampling: time span, Nyquist frequency, whether the grid is too coarse.
+
+        t: the times pushed, for the exact time span and median step; None estimates both from the variance of the
+        times, assuming even sampling.
+        """
         times, found = None if t is None else plain("t", t), _raw.toliman_period_sampling()
         check(library.toliman_period_query_sampling(self._c, pointer(times), 0 if times is None else times.size,
                                                     ctypes.byref(found)))
         return Sampling._of(found)
 
     def to_bytes(self) -> bytes:
-        """All sums as bytes; the same samples give the same bytes, whatever their order."""
+        """Returns the state as bytes. The same samples give the same bytes, regardless of order."""
         return saved(functools.partial(library.toliman_period_save, self._c))
 
     def copy(self) -> Periodogram:
-        """A periodogram of its own with the same grid, options and samples."""
-        return Periodogram._adopt(self._made(library.toliman_period_copy, self._c))
+        """Returns an independent periodogram with the same grid, options and samples."""
+        return Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
 
     def __len__(self) -> int:
         return library.toliman_period_count(self._c)
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         info = self.info
-        return f"{type(self).__name__} of {info.count} samples on {info.f0:g} + k {info.df:g}, k < {info.nf}"
+        return f"{type(self).__name__} of {info.count} samples at f = {info.f0:g} + k {info.df:g}, k < {info.nf}"
 
     def _repr_html_(self) -> str:
         return self.info._repr_html_()
 
 
 class Periodogram(View):
-    """Lomb-Scargle periodogram on the grid f0 + k df, k < nf, that takes one sample at a time.
+    """A streaming Lomb-Scargle periodogram: samples can be added and removed one at a time.
 
-    time_offset and value_offset are subtracted exactly; |y - value_offset| must stay within value_bound, and sigma
-    between sigma_floor and sigma_ceiling (by default 32 times, at most 1e8 times sigma_floor). The sums are exact: any
-    order of pushes gives the same bits. With small sigmas give sigma_floor=min(sigma), sigma_ceiling=max(sigma).
-    double_limb=True keeps all digits where sampling().needs_double_limb says that they are lost, as over small parts of a cycle.
-    Whole nanoseconds, push(..., ns=True), count from time_offset_ns and have unit_ns in a unit of t.
-    suited_grid(t) gives a grid that suits times.
+    The sums are exact integers, so that the result is bit-identical for any order of pushes.
+
+    Parameters
+
+    f0, df, nf: frequencies f0 + k df, k < nf, in cycles per unit of t; suited_grid(t) suggests them.
+    fit_mean: fit the mean at each frequency (floating mean) instead of subtracting the weighted mean once.
+    time_offset, value_offset: subtracted exactly from every t and y. Give the first time of long time stamps, and a
+        typical value if the mean is large.
+    value_bound: largest |y - value_offset| to come.
+    sigma_floor, sigma_ceiling: smallest and largest sigma to come; sigma_ceiling = 0 means 32 sigma_floor, the maximum
+        is 1e8 sigma_floor. For small sigmas give min(sigma) and max(sigma).
+    double_limb: use double-limb (178-bit) accumulators. They keep the digits that are lost where the samples cover a
+        small part of a cycle; sampling().needs_double_limb reports this.
+    time_offset_ns, unit_ns: for times in integer nanoseconds (push with ns=True): the offset, and the number of
+        nanoseconds per unit of t.
+
+    Raises InputError for an invalid grid or options.
     """
 
-    _end = "toliman_period_destroy"
+    _destroy = "toliman_period_destroy"
 
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: float = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
                  sigma_ceiling: float = 0.0, double_limb: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
+        flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
+                 | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
-            _raw.toliman_period_options, library.toliman_period_options_init, time_offset=real("time_offset", time_offset),
-            value_offset=real("value_offset", value_offset), value_bound=real("value_bound", value_bound),
-            sigma_floor=real("sigma_floor", sigma_floor), sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
-            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
-            flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
-        super().__init__(self._made(library.toliman_period_create, real("f0", f0), real("df", df), whole_float("nf", nf),
-                                    ctypes.byref(options)))
+            _raw.toliman_period_options, library.toliman_period_options_init, flags=flags,
+            time_offset=real("time_offset", time_offset), value_offset=real("value_offset", value_offset),
+            value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
+            sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
+            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns))
+        super().__init__(self._create(library.toliman_period_create, real("f0", f0), real("df", df),
+                                      whole_float("nf", nf), ctypes.byref(options)))
 
     def push(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
-        """Adds one sample; without sigma it is unweighted. Its time is t + t_low, as astropy's Time.jd1 and jd2, or
-        with ns=True t whole nanoseconds."""
+        """Adds one sample.
+
+        t: the time is t + t_low, like astropy's Time.jd1 and jd2; with ns=True, t is in integer nanoseconds. sigma:
+        standard error of y; None: unweighted, counted as sigma_floor. Raises StateError for a mixture of unweighted
+        samples and samples whose sigma is not sigma_floor, InputError for a value or sigma outside the bounds given at
+        creation.
+
+        Every sample counts as evidence: a sample pushed twice is counted twice.
+        """
         check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
-        """Adds arrays of samples, all or none; sigma may be one number. Without it they are unweighted."""
+        """Adds arrays of samples, all or none. sigma may be one number; None: unweighted. Exceptions as in push()."""
         times, values, sigmas = _series(t, y, sigma)
         check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
 
     def retract(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
-        """Removes a sample that was pushed with exactly these values."""
+        """Removes a sample previously pushed with exactly these values.
+
+        The sums become bit-identical to never having pushed it. The library cannot check that the sample was pushed.
+        Raises StateError if the remaining sums cannot be those of any samples.
+        """
         check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
 
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
-        """Removes arrays of samples, all or none."""
+        """Removes arrays of samples, all or none. See retract()."""
         times, values, sigmas = _series(t, y, sigma)
         check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas),
                                                   len(times)))
 
     def merge(self, other: View) -> None:
-        """Adds all samples of another periodogram, which stays as it is: a shard of the same grid."""
+        """Adds all samples of another periodogram of the same grid, a shard, which is not changed."""
         check(library.toliman_period_merge(self._c, of_kind("other", other, View)._c))
 
     def reset(self) -> None:
-        """Forgets every sample."""
+        """Removes all samples; grid and options are kept."""
         check(library.toliman_period_reset(self._c))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes all sums to a file, as a whole or not at all."""
+        """Writes the state to a file, atomically."""
         check(library.toliman_period_save_file(self._c, file_name(path)))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Periodogram:
-        """A periodogram from such a file; it goes on where the other stood."""
-        return cls._adopt(cls._made(library.toliman_period_load_file, file_name(path), None))
+        """Loads a periodogram from a file written by save(); further samples can be pushed."""
+        return cls._adopt(cls._create(library.toliman_period_load_file, file_name(path), None))
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Periodogram:
-        """The same from bytes."""
+        """Loads a periodogram from the bytes returned by to_bytes()."""
         content = memoryview(content).tobytes()
-        return cls._adopt(cls._made(library.toliman_period_load, content, len(content), None))
+        return cls._adopt(cls._create(library.toliman_period_load, content, len(content), None))
 
     def __reduce__(self):
         return type(self).from_bytes, (self.to_bytes(),)

@@ -1,4 +1,4 @@
-"""Simulator: scene -> frames; include/toliman/sim.h is the manual and states the conventions."""
+"""Simulates frames of a scene. Reference, with the conventions for axes, signs and units: include/toliman/sim.h."""
 from __future__ import annotations
 
 import ctypes
@@ -26,11 +26,11 @@ from .machine import warn_of_slow_blas
 
 Scene = typing.Union[str, "os.PathLike[str]", "dict[str, typing.Any]"]
 
-_FRAMES_AT_A_TIME = 64  # between two looks at progress and Ctrl-C
+_FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
 
 
 class Spectrum(typing.NamedTuple):
-    """Wavelengths (m) and the photons a frame of each star there, as used."""
+    """The sampled spectrum: wavelengths (m) and, for stars A and B, photons per frame at each wavelength."""
 
     wavelength_m: Doubles
     weight_a: Doubles
@@ -38,7 +38,7 @@ class Spectrum(typing.NamedTuple):
 
 
 def shipped_scenes() -> list[pathlib.Path]:
-    """The scenes that come with the library; a scene is found by its name alone where there is no such file."""
+    """Returns the paths of the scenes shipped with the library. Simulator and plan() also accept their file names."""
     shared = pathlib.Path("share", "toliman", "scenes")
     library_prefix = pathlib.Path(library_path()).resolve().parent.parent
     folders = [above(4) / shared, above(3) / "examples" / "scenes", library_prefix / shared, "/usr" / shared,
@@ -52,15 +52,16 @@ def _path_of(scene: str | os.PathLike[str]) -> bytes:
         shipped = {known.name: known for known in shipped_scenes()}
         if path not in shipped:
             raise NotFoundError(_raw.TOLIMAN_E_NOT_FOUND,
-                                f"{path}: No such file, and none of the shipped scenes: {', '.join(shipped)}", path)
+                                f"{path}: No such file, nor a shipped scene ({', '.join(shipped)})", path)
         path = str(shipped[path])
     return os.fsencode(path)
 
 
 def _json_of(value: typing.Any, place: str) -> typing.Any:
-    """A part of a scene as JSON has it: numpy's numbers and arrays, and paths, are taken for what they are."""
+    """Converts a part of a scene to JSON types: numpy numbers and arrays, tuples and paths included. `place` is the key
+    for error messages."""
     if getattr(value, "unit", None) is not None:
-        raise TypeError(f"{place} is in {value.unit}: give plain numbers, in the unit of its name")
+        raise TypeError(f"{place} is in {value.unit}: give plain numbers in the unit that the key names")
     if isinstance(value, (numpy.generic, numpy.ndarray)):
         value = value.tolist()
     if isinstance(value, dict):
@@ -72,20 +73,20 @@ def _json_of(value: typing.Any, place: str) -> typing.Any:
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError(f"{place} = {value}: must be finite")
     if isinstance(value, int) and abs(value) > 2**53:
-        raise ValueError(f"{place} = {value}: JSON holds whole numbers up to 2^53")
+        raise ValueError(f"{place} = {value}: must be in [-2^53, 2^53], the integers that JSON represents exactly")
     if value is not None and not isinstance(value, (str, int, float, bool)):
-        raise TypeError(f"{place} is a {type(value).__name__}, which a scene cannot have")
+        raise TypeError(f"{place} is a {type(value).__name__}: must be a number, string, list, dict or None")
     return value
 
 
 def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: typing.Any, of_text: typing.Any,
                 *rest: typing.Any) -> int:
-    """Calls the function for a path or the one for a text."""
+    """Calls the C function for a scene file, or the one for JSON text if the scene is a dict."""
     if isinstance(scene, dict):
         text = json.dumps(_json_of(scene, "scene")).encode()
         return of_text(text, len(text), None if folder is None else file_name(folder), *rest)
     if folder is not None:
-        raise ValueError("folder is for a scene that is a dict: a file's names start at the file's own folder")
+        raise ValueError("folder: allowed only if the scene is a dict; names in a file are relative to its folder")
     return of_path(_path_of(scene), *rest)
 
 
@@ -117,7 +118,11 @@ def _plan_of(struct: typing.Any) -> Plan:
 
 
 def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: str | None = None) -> Plan:
-    """What a scene needs at its accuracy, with the error and cost of each choice, without making its images."""
+    """Plans a simulation without computing its images.
+
+    Returns the numerical choices that the scene's accuracy requires (wavelengths, expansion order, filter), the
+    expected error of each, and the cost in time and memory. scene, folder, engine: as for Simulator.
+    """
     found = _raw.toliman_sim_plan_info()
     with Watch(None) as watch:
         watch.check(_with_scene(scene, folder, library.toliman_sim_plan_file, library.toliman_sim_plan_json,
@@ -126,32 +131,41 @@ def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: 
 
 
 class Simulator(Handle):
-    """A scene made ready: PSFs and derivative images computed once, then frames by random access.
+    """Simulates the frames of a scene. PSFs and derivative images are computed once; frames by random access.
 
         simulator = Simulator("chapter.json")
         image = simulator.frame(17)                # [row][column], float64
 
-    scene: a file's path, the name of a shipped scene, or a dict of the schema toliman-scene/1, whose file names start
-    at `folder` (the current one). threads: 0 is one a processor; they never change a bit. engine: None (the matrix DFT), matrix_dft or
-    padded_fft. progress: True for a line on stderr or a bar in a notebook, or a function of stage and fraction, which
-    stops the work by returning something true. Remarks go to Python's logging as "toliman". Calls from several threads
-    may run together.
+    Parameters
+
+    scene: path of a scene file, file name of a shipped scene, or a dict of the schema toliman-scene/1.
+    folder: base of relative file names in a dict; the current folder by default.
+    threads: number of worker threads; 0 means one per processor. The result does not depend on it.
+    engine: "matrix_dft" (default), with exact pixel positions, or "padded_fft", as in the chapter.
+    progress: True for a progress bar, or a function of (stage, fraction) that cancels by returning a true value.
+
+    Frames and expected images are in photons; in electrons if the detector has qe; in DN if it has a gain, bias or bit
+    depth (info.unit). Displacements are in px along the axis through both stars; positive ones increase the separation.
+    Threads may use one simulator concurrently.
+
+    Raises NotFoundError for a missing file, InputError for an invalid scene, UnsupportedError, Cancelled.
     """
 
-    _kind, _end = _raw.toliman_sim, "toliman_sim_destroy"
+    _kind, _destroy = _raw.toliman_sim, "toliman_sim_destroy"
 
     def __init__(self, scene: Scene, *, folder: str | os.PathLike[str] | None = None, threads: int = 0,
                  engine: str | None = None, progress: Progress | bool | None = None):
         warn_of_slow_blas()
         with Watch(progress) as watch:
             options = _options(watch, threads, engine)
-            made = self._made(_with_scene, scene, folder, library.toliman_sim_create_file, library.toliman_sim_create_json,
-                              ctypes.byref(options), keep=options, check=watch.check)
-        super().__init__(made)
+            created = self._create(_with_scene, scene, folder, library.toliman_sim_create_file,
+                                     library.toliman_sim_create_json, ctypes.byref(options), keep=options,
+                                     check=watch.check)
+        super().__init__(created)
 
     @functools.cached_property
     def info(self) -> SceneInfo:
-        """Facts of the scene, the Cramer-Rao bounds of a frame among them."""
+        """Properties of the scene, including the Cramer-Rao bounds of the separation per frame."""
         return self._read(library.toliman_sim_get_info, _raw.toliman_sim_info, SceneInfo)
 
     @property
@@ -161,7 +175,7 @@ class Simulator(Handle):
 
     @property
     def plan(self) -> Plan:
-        """What is computed, its errors and cost."""
+        """The numerical choices in use, their errors and their cost; see plan()."""
         plan = _raw.toliman_sim_plan_info()
         check(library.toliman_sim_get_plan(self._c, ctypes.byref(plan)))
         return _plan_of(plan)
@@ -173,73 +187,87 @@ class Simulator(Handle):
 
     @property
     def stages(self) -> list[str]:
-        """Names of what is modelled: "photon noise", ..."""
+        """Names of the modelled stages: "photon noise", ..."""
         return list(self.plan.stages)
 
     def series(self, first: int = 0, count: int | None = None) -> tuple[Doubles, Doubles]:
-        """Times (days) and true displacements (px) of frames first ... first + count - 1; by default all from first."""
+        """Returns the times (days) and true displacements (px) of frames first ... first + count - 1, by default of all
+        from `first`. Raises InputError outside the scene's cadence."""
         first, count = self._range(first, count)
         times, displacements = numpy.empty(count), numpy.empty(count)
         check(library.toliman_sim_get_series(self._c, first, count, pointer(times), pointer(displacements)))
         return times, displacements
 
     def image(self, kind: str = "both") -> Doubles:
-        """Expected image or derivative, [row][column], in the frame's unit: both, star_a, star_b, separation (per px),
-        curvature (per px^2), shift_x, shift_y, variance, roll (per rad), scale, focus (per nm rms), background."""
+        """Returns an expected image or derivative, [row][column], in the frame's unit.
+
+        kind: "both" (the noiseless frame without displacement), "star_a", "star_b"; the derivatives "separation" (per
+        px), "curvature" (second derivative, per px^2), "shift_x", "shift_y" (per px), "roll" (per rad), "scale"
+        (relative), "focus" (per nm rms), "background" (per photon); or "variance" of the counts.
+        """
         return self._image(library.toliman_sim_get_image, number("kind", kind, "TOLIMAN_SIM_IMAGE"))
 
     def pupil(self) -> tuple[Doubles, Doubles]:
-        """Amplitude (0 to 1) and OPD (m) of the pupil, each [N][N]."""
+        """Returns the amplitude (0 to 1) and the optical path difference (m) of the pupil, each [N][N]."""
         shape = (self.info.pupil_samples,) * 2
         amplitude, opd_m = numpy.empty(shape), numpy.empty(shape)
         check(library.toliman_sim_get_pupil(self._c, pointer(amplitude), pointer(opd_m)))
         return amplitude, opd_m
 
     def spectrum(self) -> Spectrum:
-        """Wavelengths (m) and photons a frame of A and B, whole star, before cropping."""
+        """Returns the sampled spectrum: wavelengths (m) and photons per frame of stars A and B, before cropping."""
         arrays = [numpy.empty(self.info.wavelengths) for _ in Spectrum._fields]
         check(library.toliman_sim_get_spectrum(self._c, self.info.wavelengths, *map(pointer, arrays)))
         return Spectrum(*arrays)
 
     def plate_scale(self) -> Doubles:
-        """Relative error of the plate scale at each wavelength: that of the padded FFT; 0 for the matrix DFT."""
+        """Returns the relative error of the plate scale at each wavelength: nonzero for engine "padded_fft" only."""
         errors = numpy.empty(self.info.wavelengths)
         check(library.toliman_sim_get_plate_scale(self._c, len(errors), pointer(errors)))
         return errors
 
     def offsets(self) -> Doubles:
-        """Places of A and B without displacement, px, [[Ax, Ay], [Bx, By]]; NaN for a star that is not there."""
-        at = _raw.toliman_sim_offsets()
-        check(library.toliman_sim_get_offsets(self._c, ctypes.byref(at)))
-        return numpy.array([[at.a_x_px, at.a_y_px], [at.b_x_px, at.b_y_px]])
+        """Returns the undisplaced positions of the stars, [[Ax, Ay], [Bx, By]], in px from the frame's centre: x
+        towards higher columns, y towards higher rows. NaN for a star that the scene does not have."""
+        offsets = _raw.toliman_sim_offsets()
+        check(library.toliman_sim_get_offsets(self._c, ctypes.byref(offsets)))
+        return numpy.array([[offsets.a_x_px, offsets.a_y_px], [offsets.b_x_px, offsets.b_y_px]])
 
     def propagate(self, displacement: float) -> Doubles:
-        """Expected image with the star displaced by so many px, each wavelength propagated anew: slow and exact."""
+        """Returns the expected image at a displacement (|displacement| <= 100 px) by propagating every wavelength
+        again: slow, exact. Raises InputError outside the range."""
         return self._image(library.toliman_sim_propagate, real("displacement", displacement))
 
     def expect(self, displacement: float) -> Doubles:
-        """Expected image by the series in the displacement (px), as frames use it."""
+        """Returns the expected image at a displacement (|displacement| <= 0.1 px) by the Taylor expansion that frames
+        use. Raises InputError outside the range."""
         return self._image(library.toliman_sim_expect, real("displacement", displacement))
 
     def frame(self, k: int, *, displacement: float | None = None, seed: int | None = None) -> Doubles:
-        """Frame k, [row][column]: a function of (scene, displacement, seed, k) alone. Without a displacement (px) it
-        has the scene's own, without a seed the scene's."""
+        """Simulates frame k, [row][column], with noise.
+
+        displacement: in px; None takes the scene's signal at the time of frame k. seed: None takes the scene's. A frame
+        depends on (scene, displacement, seed, k) only, not on the order of calls or on threads.
+        """
         k = whole("k", k)
         moved = self.series(k, 1)[1][0] if displacement is None else real("displacement", displacement)
         return self._image(library.toliman_sim_frame, moved, self._seed(seed), k)
 
     def frames(self, first: int = 0, count: int | None = None, *, displacements: ArrayLike | None = None,
                seed: int | None = None, threads: int = 0, progress: Progress | bool | None = None) -> NDArray:
-        """Frames first ... first + count - 1, [frame][row][column], all from first on by default; with displacements
-        (px), one a frame, instead of the scene's signal."""
+        """Simulates frames first ... first + count - 1, [frame][row][column]; by default all from `first`.
+
+        displacements: one value (px) per frame instead of the scene's signal. seed, threads, progress: as above. Raises
+        InputError outside the scene's cadence unless displacements are given.
+        """
         if displacements is not None:
             displacements = shaped("displacements", displacements, (-1 if count is None else count,))
             count = len(displacements)
         first, count = self._range(first, count)
         images, seed = numpy.empty((count, *self.shape)), self._seed(seed)
         with Watch(progress) as watch:
-            for start in range(0, count, _FRAMES_AT_A_TIME):
-                part = images[start:start + _FRAMES_AT_A_TIME]
+            for start in range(0, count, _FRAMES_PER_CALL):
+                part = images[start:start + _FRAMES_PER_CALL]
                 moved = None if displacements is None else displacements[start:start + len(part)]
                 watch.check(library.toliman_sim_frame_many(self._c, pointer(moved), seed, first + start, len(part),
                                                            whole("threads", threads, 2**32), pointer(part)))
@@ -258,7 +286,7 @@ class Simulator(Handle):
         check(function(self._c, *arguments, pointer(image), self.info.cols))
         return image
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         return f"Simulator of {self.name!r}: {self.info.frames} frames of {self.info.rows}x{self.info.cols}"
 
     def _repr_html_(self) -> str:

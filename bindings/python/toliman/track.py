@@ -1,4 +1,7 @@
-"""Tracker: frames off the downlink -> the period, losing nothing; include/toliman/track.h is the manual."""
+"""Tracks frames of a downlink: estimates, records and adds each exactly once to a periodogram.
+
+Reference: include/toliman/track.h.
+"""
 from __future__ import annotations
 
 import ctypes
@@ -11,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import check, library
-from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text, whole,
-                         whole_float, within)
+from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text,
+                         whole, whole_float, within)
 from ._handle import Handle
 from ._log import log
 from ._pixels import PIXELS
@@ -26,9 +29,12 @@ from .periodogram import Peak, View, warn_if_inaccurate
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """What a function may return for an image in place of the value alone. further: values beyond the first, in the
-    order of the tracker's `values`. covariance: [value][value] of all of them. sigma: of the first value, 0 is the
-    frame's. chi_square: per pixel, against the function's model. flags: bits of its own. All are kept in the ledger."""
+    """Result of a user-supplied estimator that returns more than one number. All members are stored in the ledger.
+
+    value: the estimate, pushed to the periodogram. further: additional values, in the order of the tracker's `values`.
+    covariance: [value][value] of all values. sigma: standard deviation of `value`; 0 takes the frame's. chi_square: per
+    pixel, against the estimator's model. flags: bits defined by the estimator.
+    """
 
     value: float
     further: typing.Sequence[float] = ()
@@ -38,7 +44,7 @@ class Estimate:
     flags: int = 0
 
 
-# What makes a number of an image [row][column]: a network, a template, or a function.
+# Converts an image [row][column] to a number: a network, a template, or a function.
 Estimator = typing.Union[CAE, Template, typing.Callable[[NDArray], typing.Union[float, Estimate]]]
 
 VERDICTS = words("TOLIMAN_TRACK_VERDICT")
@@ -47,11 +53,19 @@ REASONS = words("TOLIMAN_TRACK_REASON")
 
 @dataclasses.dataclass(eq=False)
 class Frame:
-    """A frame as it arrived. pixels: [row][column] of 8, 16 or 32 bits without sign, 16 or 32 with, float32 or float64,
-    read where they lie if rows are contiguous. A frame is known by session, frame_id and roi. camera_ns: the camera's
-    clock. dropped: frames that the camera dropped before this one. sigma: of this frame's value; 0 is the tracker's.
-    exposure_s: length of the exposure, 0 where it is not known; intervals: [n][2] start and end of each time on the
-    target, in s from the start of the exposure; window: row and column of the first pixel on the detector."""
+    """A frame as received.
+
+    pixels: [row][column] of uint8, uint16, uint32, int16, int32, float32 or float64; read in place if rows are
+        contiguous.
+    frame_id, session, roi: identify the frame. A second frame with the same three is a duplicate if its bytes are
+        equal; otherwise both are quarantined.
+    camera_ns: time of the camera's clock, in ns.
+    dropped: number of frames that the camera dropped before this one.
+    sigma: standard deviation of this frame's value; 0 takes the tracker's.
+    exposure_s: exposure time in s; 0: unknown.
+    intervals: [n][2], start and end of each interval on target, in s from the start of the exposure.
+    window: row and column on the detector of the first pixel.
+    """
 
     pixels: NDArray
     frame_id: int
@@ -65,95 +79,128 @@ class Frame:
     window: tuple[int, int] = (0, 0)
 
 
-class _Callers:
-    """Who looks after the estimator's function: the call that runs."""
+class _RunningCall:
+    """Holds the Watch of the running call, which receives exceptions of the estimator function."""
 
     def __init__(self) -> None:
         self.watch = Watch(None)
 
 
 class Tracker(Handle):
-    """Takes frames in any order, twice or damaged, and keeps the periodogram of all that are good.
+    """Maintains the periodogram of all valid frames, received in any order, duplicated or damaged.
 
         with Tracker(template, f0, df, nf, folder="mission") as tracker:
             outcome = tracker.push(Frame(pixels, frame_id=3, camera_ns=259200000000000))
             print(outcome.verdict, tracker.period.peak())
             tracker.save()
 
-    estimator: a CAE, a Template, or a function of an image [row][column], which then needs `estimator_id`, a number
-    that tells it from others, `sigma`, the standard deviation of its values, rows, cols and image_shape; None where
-    nothing is pushed. values: names of what the function's Estimate has in `further`. Frequencies
-    are in cycles per unit_ns nanoseconds, a day by default; without a grid the folder's is taken. folder: of the
-    ledger, made unless it is there; None keeps all in memory. clock: pairs [n][2] of camera and TAI nanoseconds. rows, cols:
-    of frames; crop (row, column), bin and image_shape: what of them the estimator gets. sync: group (every `group`
-    lines), frame or none. threads work on the frames of one push_many; 0: one per processor, but one of a function.
-    zero_run_bytes: so many bytes of zero pixels in a row reject a frame, unless allow_zero_runs is set.
-    Damage to the folder that can be done without is told to Python's logging as "toliman".
+    Each frame is checked, estimated, time-stamped, recorded in a ledger, and added to the periodogram exactly once. The
+    periodogram is bit-identical for any order of arrival.
+
+    Parameters
+
+    estimator: a CAE, a Template, or a function of an image [row][column] that returns a float or an Estimate. A
+        function also needs estimator_id, sigma, rows, cols and image_shape. None if no frames will be pushed.
+    f0, df, nf: frequencies f0 + k df in cycles per unit_ns nanoseconds (a day by default). nf = 0 takes the folder's.
+    folder: folder of the ledger, created if missing; None keeps everything in memory.
+    capacity: maximum number of frames.
+    sigma: standard deviation of a value; 0 takes the Cramer-Rao bound of a CAE or Template.
+    estimator_id: a number that distinguishes this estimator from others.
+    values: names of the values in Estimate.further.
+    value_limit: frames with |value| above the limit are outliers; 0 means 10,000 sigma.
+    rows, cols: shape of the frames. Only a function needs it, and image_shape.
+    crop, bin, image_shape: first (row, column) of the crop, side of the square of pixels that are summed, and shape of
+        the resulting image, which the estimator receives.
+    bit_depth: reject frames with a pixel of 2^bit_depth or more; 0: no limit.
+    zero_run_bytes: reject frames with a run of zero pixels of at least this many bytes (a lost packet), unless
+        allow_zero_runs is set.
+    time_offset_ns: TAI time subtracted from all times, in ns.
+    fit_mean, double_limb: as for Periodogram.
+    threads: threads for the frames of one push_many; 0 means one per processor, but one thread for a function.
+    clock: pairs [n][2] of camera and TAI nanoseconds, interpolated linearly; None takes the folder's, or for a new
+        folder assumes that camera times are TAI.
+    sync: durability of ledger records: "group" (fsync every `group` records), "frame" (every record) or "none".
+    read_only: open the folder for queries; a writer may be active.
+    rebuild: recompute the sums from the ledger with the given grid and clock.
+
+    Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".
+
+    Raises InputError if the folder belongs to another estimator, grid or geometry, StateError if another process is
+    writing to the folder, LostError for a truncated ledger, CapacityError if the folder holds more frames.
     """
 
-    _kind, _end = _raw.toliman_track, "toliman_track_destroy"
-    _at_a_time = 64  # frames between two looks at progress and Ctrl-C
+    _kind, _destroy = _raw.toliman_track, "toliman_track_destroy"
+    _frames_per_call = 64  # progress and Ctrl-C are checked after each call
 
     def __init__(self, estimator: Estimator | None, f0: float = 0.0, df: float = 0.0, nf: int = 0, *,
                  folder: str | os.PathLike[str] | None = None, capacity: int = 2**20, sigma: float = 0.0,
-                 estimator_id: int = 0, values: typing.Sequence[str] = (), value_limit: float = 0.0, rows: int = 0, cols: int = 0,
-                 crop: tuple[int, int] = (0, 0), bin: int = 1, image_shape: tuple[int, int] = (0, 0),
-                 bit_depth: int = 0, zero_run_bytes: int = 4096, allow_zero_runs: bool = False, time_offset_ns: int = 0, unit_ns: float = 86400e9,
-                 fit_mean: bool = True, double_limb: bool = False, threads: int = 0, clock: ArrayLike | None = None,
-                 sync: str = "group", group: int = 64, read_only: bool = False, rebuild: bool = False):
+                 estimator_id: int = 0, values: typing.Sequence[str] = (), value_limit: float = 0.0, rows: int = 0,
+                 cols: int = 0, crop: tuple[int, int] = (0, 0), bin: int = 1, image_shape: tuple[int, int] = (0, 0),
+                 bit_depth: int = 0, zero_run_bytes: int = 4096, allow_zero_runs: bool = False, time_offset_ns: int = 0,
+                 unit_ns: float = 86400e9, fit_mean: bool = True, double_limb: bool = False, threads: int = 0,
+                 clock: ArrayLike | None = None, sync: str = "group", group: int = 64, read_only: bool = False,
+                 rebuild: bool = False):
+        period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
+                        | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
             _raw.toliman_track_options, library.toliman_track_options_init,
             f0=real("f0", f0), df=real("df", df), nf=whole_float("nf", nf), capacity=whole("capacity", capacity),
-            sigma=real("sigma", sigma),
-            estimator_id=whole("estimator_id", estimator_id, 2**64), values=_names(values), value_limit=real("value_limit", value_limit),
-            rows=whole("rows", rows), cols=whole("cols", cols), crop_row=whole("crop", crop[0]),
-            crop_col=whole("crop", crop[1]), bin=whole("bin", bin), image_rows=whole("image_shape", image_shape[0]),
-            image_cols=whole("image_shape", image_shape[1]), bit_depth=whole("bit_depth", bit_depth, 2**32),
-            zero_run_bytes=whole("zero_run_bytes", zero_run_bytes, 2**32), time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64),
-            unit_ns=real("unit_ns", unit_ns), threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
-            sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log,
-            period_flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN) | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0),
+            sigma=real("sigma", sigma), estimator_id=whole("estimator_id", estimator_id, 2**64), values=_names(values),
+            value_limit=real("value_limit", value_limit), rows=whole("rows", rows), cols=whole("cols", cols),
+            crop_row=whole("crop", crop[0]), crop_col=whole("crop", crop[1]), bin=whole("bin", bin),
+            image_rows=whole("image_shape", image_shape[0]), image_cols=whole("image_shape", image_shape[1]),
+            bit_depth=whole("bit_depth", bit_depth, 2**32),
+            zero_run_bytes=whole("zero_run_bytes", zero_run_bytes, 2**32),
+            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
+            threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
+            sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log, period_flags=period_flags,
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
             | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
         if folder is not None:
             options.folder = file_name(folder)
         if clock is not None:
             options.clock, options.clock_points = _clock_of(clock)
-        self._callers, self._read_only = _Callers(), read_only
-        kept = _set_estimator(options, estimator, self._callers)
-        super().__init__(self._made(library.toliman_track_create, ctypes.byref(options), keep=kept))
+        self._running, self._read_only = _RunningCall(), read_only
+        kept = _set_estimator(options, estimator, self._running)
+        super().__init__(self._create(library.toliman_track_create, ctypes.byref(options), keep=kept))
         if isinstance(estimator, CAE):
             estimator._trackers.add(self)
-        if callable(estimator):  # no more of them after what it raises
-            self._at_a_time = threads or 1
+        if callable(estimator):  # so that no further frame is processed after an exception of the function
+            self._frames_per_call = threads or 1
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> Tracker:
-        """A folder as it stands, to be asked, beside its writer if need be."""
+        """Opens a folder read-only for queries; a writer may be active."""
         options, name = _raw.toliman_track_options(), file_name(folder)
         check(library.toliman_track_load_options(name, ctypes.byref(options)))
         options.folder = name
         options.flags, options.log = options.flags | _raw.TOLIMAN_TRACK_READ_ONLY, log
         self = cls.__new__(cls)
-        self._callers, self._read_only = _Callers(), True
-        Handle.__init__(self, cls._made(library.toliman_track_create, ctypes.byref(options)))
+        self._running, self._read_only = _RunningCall(), True
+        Handle.__init__(self, cls._create(library.toliman_track_create, ctypes.byref(options)))
         return self
 
     def push(self, frame: Frame) -> Outcome:
-        """Takes one frame and says what became of it; a rejected frame is no error."""
+        """Processes one frame and returns its outcome. A rejected frame does not raise; see outcome.verdict."""
         return self.push_many([frame])[0]
 
     def push_many(self, frames: typing.Iterable[Frame], *, progress: Progress | bool | None = None) -> list[Outcome]:
-        """Takes frames, many at once, which several threads need. After an exception its `outcomes` are those of the
-        frames that are in. What an estimator raises goes through, after the frame is rejected."""
+        """Processes frames, in parallel if the tracker has several threads, and returns their outcomes.
+
+        If the call raises, the exception's attribute `outcomes` has the outcomes of the frames already processed. An
+        exception of the estimator function is re-raised after its frame has been rejected.
+
+        Raises InputError for an impossible frame, CapacityError, WriteError if the ledger cannot be written, LostError
+        if another program changed the ledger.
+        """
         self._c  # not closed
         frames = list(frames)
         outcomes: list[Outcome] = []
         try:
             with Watch(progress) as watch:
-                self._callers.watch = watch
-                for start in range(0, len(frames), self._at_a_time):
-                    part = frames[start:start + self._at_a_time]
+                self._running.watch = watch
+                for start in range(0, len(frames), self._frames_per_call):
+                    part = frames[start:start + self._frames_per_call]
                     self._push(part, outcomes)
                     watch.step("frames", (start + len(part)) / len(frames))
         except BaseException as error:
@@ -161,32 +208,36 @@ class Tracker(Handle):
             raise
         return outcomes
 
-    def _push(self, frames: list[Frame], told: list[Outcome]) -> None:
+    def _push(self, frames: list[Frame], processed: list[Outcome]) -> None:
         pixels = [_pixels_of(frame) for frame in frames]
         intervals = [_intervals_of(frame) for frame in frames]
         given = (_raw.toliman_frame * len(frames))(*map(_struct_of, frames, pixels, intervals))
         outcomes, done = array_of(_raw.toliman_track_outcome, len(frames)), ctypes.c_size_t()
         status = library.toliman_track_push(self._c, given, len(frames), outcomes, ctypes.byref(done))
-        told += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
-        self._callers.watch.check(status)
+        processed += [Outcome._of(outcome) for outcome in outcomes[:done.value]]
+        self._running.watch.check(status)
 
     def commit(self) -> None:
-        """Brings every line to the disk: all frames that were pushed are then safe."""
+        """Makes all ledger records durable with fsync: all frames pushed so far are then acknowledged."""
         check(library.toliman_track_commit(self._c))
 
     def save(self) -> None:
-        """The same and a checkpoint, so that taking up is quick."""
+        """Commits, and writes a checkpoint of the sums so that reopening the folder is fast."""
         check(library.toliman_track_save(self._c))
 
     def merge(self, folder: str | os.PathLike[str], *, salvage: bool = False) -> int:
-        """Takes the lines of another folder, as if its frames had been pushed here. salvage: leave out what is damaged;
-        how many lines that were is returned."""
+        """Adds the ledger records of another folder, as if its frames had been pushed here, and commits.
+
+        salvage: skip damaged records instead of raising. Returns the number of records that were skipped. A folder may
+        be merged again after it has grown; only new records count.
+        """
         lost, flags = ctypes.c_int64(), _raw.TOLIMAN_TRACK_SALVAGE if salvage else 0
         check(library.toliman_track_merge(self._c, file_name(folder), flags, ctypes.byref(lost)))
         return lost.value
 
     def close(self) -> None:
-        """Commits, and frees the memory. Without it the garbage collector or the end of Python commits, in silence."""
+        """Commits and frees the memory. If close() is never called, the garbage collector or the exit of Python commits
+        without reporting errors."""
         try:
             if self._pointer is not None and not self._read_only:
                 self.commit()
@@ -195,25 +246,26 @@ class Tracker(Handle):
 
     @property
     def info(self) -> TrackInfo:
-        """Counts; `rejected` has those of each reason."""
+        """Counts of received, accepted and other frames; `rejected` has the counts by reason."""
         return self._read(library.toliman_track_get_info, _raw.toliman_track_info, TrackInfo)
 
     @property
     def options(self) -> dict[str, typing.Any]:
-        """What is in force, by the names of toliman_track_options: grid, geometry, limits, folder, values, sync."""
-        told = _raw.toliman_track_options()
-        check(library.toliman_track_get_options(self._c, ctypes.byref(told)))
-        known = {name: getattr(told, name) for name, kind in told._fields_
-                 if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
-        del known["struct_size"]
-        known["values"] = tuple(filter(None, told.values.decode().split(",")))
-        known["folder"] = None if told.folder is None else os.fsdecode(told.folder)
-        known["sync"] = words("TOLIMAN_TRACK_SYNC")[told.sync]
-        return known
+        """Options in effect, defaults resolved, by the names of toliman_track_options: grid, geometry, limits, folder,
+        values, sync."""
+        struct = _raw.toliman_track_options()
+        check(library.toliman_track_get_options(self._c, ctypes.byref(struct)))
+        options = {name: getattr(struct, name) for name, kind in struct._fields_
+                   if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
+        del options["struct_size"]
+        options["values"] = tuple(filter(None, struct.values.decode().split(",")))
+        options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
+        options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
+        return options
 
     @property
     def rejected(self) -> dict[str, int]:
-        """Frames rejected for each of REASONS but none."""
+        """Number of frames rejected for each reason."""
         counts, frames = {}, ctypes.c_int64()
         for reason in list(REASONS)[1:]:
             check(library.toliman_track_get_rejected(self._c, reason, ctypes.byref(frames)))
@@ -222,21 +274,25 @@ class Tracker(Handle):
 
     @property
     def period(self) -> View:
-        """The periodogram, which follows every push."""
-        return _Followed(self)
+        """The tracker's periodogram, a View that reflects every push."""
+        return _TrackerView(self)
 
     def fit(self) -> Peak:
-        """The highest peak refined by least squares on the values in the periodogram."""
+        """Refines the highest peak by least squares against the accepted values. Returns period, amplitude and phase
+        with standard errors."""
         peak = self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
     def records(self, first: int = 0, count: int | None = None) -> NDArray:
-        """Lines of the ledger in the order of arrival, an array with a field for each member of toliman_track_record and
-        for each of the ledger's columns; verdict and reason are numbers, VERDICTS and REASONS their words."""
+        """Returns ledger records in the order of arrival, by default all from index `first`.
+
+        The structured array has a field for each member of toliman_track_record and each column of the ledger. verdict
+        and reason are numbers; VERDICTS and REASONS map them to words.
+        """
         first = whole("first", first)
-        there = max(self.info.records - first, 0)
-        count = there if count is None else min(whole("count", count), there)
+        available = max(self.info.records - first, 0)
+        count = available if count is None else min(whole("count", count), available)
         found, done = array_of(_raw.toliman_track_record, count), ctypes.c_size_t()
         check(library.toliman_track_get_records(self._c, first, count, found, ctypes.byref(done)))
         fixed = numpy.ctypeslib.as_array(found)[:done.value]
@@ -253,7 +309,7 @@ class Tracker(Handle):
         return records
 
     def _columns(self) -> list[tuple[str, type]]:
-        """Names and types of the ledger's columns."""
+        """Returns names and types of the ledger's columns."""
         count = ctypes.c_size_t()
         check(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_column, count.value)
@@ -262,7 +318,7 @@ class Tracker(Handle):
                 for column in found[:count.value]]
 
     def streams(self) -> list[Stream]:
-        """Sessions and regions, sorted by name, with the frame ids from first to last and how many are missing."""
+        """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
         count = ctypes.c_size_t()
         check(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_stream, count.value)
@@ -270,7 +326,7 @@ class Tracker(Handle):
         return [Stream._of(stream) for stream in found[:count.value]]
 
     def clock(self) -> NDArray[numpy.int64]:
-        """Pairs [n][2] of camera and TAI nanoseconds; none where the camera's time is TAI."""
+        """Returns the clock pairs [n][2] of camera and TAI nanoseconds; empty if camera times are TAI."""
         points = ctypes.c_size_t()
         check(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
         pairs = numpy.empty((points.value, 2), numpy.int64)
@@ -279,7 +335,7 @@ class Tracker(Handle):
                                                   len(pairs), ctypes.byref(points)))
         return pairs
 
-    def _told(self) -> str:
+    def _summary(self) -> str:
         info = self.info
         return f"Tracker of {info.accepted} frames, {info.received - info.accepted} others"
 
@@ -287,8 +343,8 @@ class Tracker(Handle):
         return self.info._repr_html_()
 
 
-class _Followed(View):
-    """The periodogram of a tracker, which ends with it."""
+class _TrackerView(View):
+    """The periodogram of a tracker, destroyed with the tracker."""
 
     def __init__(self, tracker: Tracker):
         super().__init__(None)
@@ -297,11 +353,11 @@ class _Followed(View):
     @property
     def _c(self) -> typing.Any:
         tracker = self._tracker._c
-        return self._made(library.toliman_track_get_period, tracker, keep=tracker)
+        return self._create(library.toliman_track_get_period, tracker, keep=tracker)
 
 
-def _set_estimator(options: typing.Any, estimator: Estimator | None, callers: _Callers) -> typing.Any:
-    """Puts the estimator into the options; returns what must live as long as the tracker."""
+def _set_estimator(options: typing.Any, estimator: Estimator | None, running: _RunningCall) -> typing.Any:
+    """Stores the estimator in the options; returns the object that must live as long as the tracker."""
     if isinstance(estimator, CAE):
         options.cae = estimator._c
         return estimator._c
@@ -313,24 +369,27 @@ def _set_estimator(options: typing.Any, estimator: Estimator | None, callers: _C
 
         def estimate(given: typing.Any, made: typing.Any, _: object) -> int:
             given, made = given.contents, made.contents
-            image = numpy.ctypeslib.as_array(given.image, (given.rows, given.stride))[:, :given.cols].copy()  # to keep
-            _give(function(image), made)
+            # A copy, since the function may keep the image.
+            image = numpy.ctypeslib.as_array(given.image, (given.rows, given.stride))[:, :given.cols].copy()
+            _store(function(image), made)
             return 0
-        options.estimate = callback = _raw.toliman_estimate_fn(lambda *arguments: callers.watch.run(estimate, *arguments))
+        callback = _raw.toliman_estimate_fn(lambda *arguments: running.watch.run(estimate, *arguments))
+        options.estimate = callback
         return callback
     if estimator is not None:
         raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a function or None")
     return None
 
 
-def _give(found: float | Estimate, made: typing.Any) -> None:
-    """What a function returned, as C takes it."""
+def _store(found: float | Estimate, made: typing.Any) -> None:
+    """Writes the return value of an estimator function to the C struct."""
     if not isinstance(found, Estimate):
         made.values[0] = float(found)
         return
     values = (found.value, *found.further)
     if len(values) > made.value_count:
-        raise ValueError(f"further has {len(found.further)} values: the tracker's `values` name {made.value_count - 1}")
+        raise ValueError(f"further has {len(found.further)} values: must have at most {made.value_count - 1}, the "
+                         "number of names in the tracker's `values`")
     for i, value in enumerate(values):
         made.values[i] = real("value", value)
     if found.covariance is not None:
@@ -341,28 +400,30 @@ def _give(found: float | Estimate, made: typing.Any) -> None:
 
 
 def _names(values: typing.Sequence[str]) -> bytes:
-    """Names of values, which C takes in one text."""
+    """Joins names of values, which C takes as one comma-separated string."""
     names = text("values", ",".join([values] if isinstance(values, str) else values))
     if len(names) >= _raw.toliman_track_options.values.size:
-        raise ValueError(f"values has {len(names)} characters: must be fewer than {_raw.toliman_track_options.values.size}")
+        raise ValueError(f"values has {len(names)} characters: must be at most "
+                         f"{_raw.toliman_track_options.values.size - 1}")
     return names
 
 
 def _intervals_of(frame: Frame) -> NDArray | None:
-    """Pairs [n][2] in s, or None."""
+    """Returns the intervals as an array [n][2], or None."""
     return None if frame.intervals is None else shaped("intervals", frame.intervals, (-1, 2))
 
 
 def _clock_of(clock: ArrayLike) -> tuple[typing.Any, int]:
+    """Returns the clock pairs as a C array, and their number."""
     pairs = numpy.asarray(clock)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iuO":
-        raise ValueError(f"clock has the shape {pairs.shape} and type {pairs.dtype}: must be whole numbers (any, 2)")
+        raise ValueError(f"clock has the shape {pairs.shape} and type {pairs.dtype}: must be integers (any, 2)")
     times = [within("clock", time, -INT64, INT64) for time in pairs.flat]
     return (ctypes.c_int64 * pairs.size)(*times), len(pairs)
 
 
 def _pixels_of(frame: Frame) -> NDArray:
-    """The pixels in the machine's byte order, with contiguous rows."""
+    """Returns the pixels in native byte order with contiguous rows."""
     of_kind("frame", frame, Frame)
     refuse_lost("pixels", frame.pixels)
     pixels = numpy.asarray(frame.pixels)
@@ -371,8 +432,8 @@ def _pixels_of(frame: Frame) -> NDArray:
         raise TypeError(f"pixels has the shape {pixels.shape} and type {pixels.dtype}: must be (rows, columns) of "
                         f"{', '.join(PIXELS)}")
     pixels = pixels.astype(kind, copy=False)
-    rows_apart, apart = pixels.strides
-    if apart != kind.itemsize or rows_apart < pixels.shape[1] * apart or rows_apart % apart or not pixels.flags.aligned:
+    row, column = pixels.strides
+    if column != kind.itemsize or row < pixels.shape[1] * column or row % column or not pixels.flags.aligned:
         pixels = numpy.require(pixels, requirements=["C", "A"])
     return pixels
 
@@ -383,8 +444,9 @@ def _struct_of(frame: Frame, pixels: NDArray, intervals: NDArray | None) -> typi
         roi=text("roi", frame.roi),
         frame_id=within("frame_id", frame.frame_id, -INT64, INT64),
         camera_ns=within("camera_ns", frame.camera_ns, -INT64, INT64),
-        dropped=within("dropped", frame.dropped, -INT64, INT64), pixels=pixels.ctypes.data, rows=pixels.shape[0], cols=pixels.shape[1],
-        stride=pixels.strides[0] // pixels.itemsize, sigma=real("sigma", frame.sigma),
+        dropped=within("dropped", frame.dropped, -INT64, INT64), pixels=pixels.ctypes.data, rows=pixels.shape[0],
+        cols=pixels.shape[1], stride=pixels.strides[0] // pixels.itemsize, sigma=real("sigma", frame.sigma),
         exposure_s=real("exposure_s", frame.exposure_s), intervals=pointer(intervals),
         interval_count=0 if intervals is None else len(intervals),
-        window_row=within("window", frame.window[0], -INT64, INT64), window_col=within("window", frame.window[1], -INT64, INT64))
+        window_row=within("window", frame.window[0], -INT64, INT64),
+        window_col=within("window", frame.window[1], -INT64, INT64))

@@ -1,4 +1,4 @@
-"""Results as frozen dataclasses that are made of C's structs and shown as tables."""
+"""Base of the result classes: frozen dataclasses filled from C structs, printed and displayed as tables."""
 from __future__ import annotations
 
 import dataclasses
@@ -8,15 +8,16 @@ import typing
 from ._words import words as words_of
 
 
-def told(doc: str, *, words: str = "", flag: int = 0) -> typing.Any:
-    """A member with its comment; `words`: the first constant of its words; `flag`: its bit of the struct's flags."""
+def member(doc: str, *, words: str = "", flag: int = 0) -> typing.Any:
+    """Declares a documented member. words: prefix of the enumeration whose constants the member holds as words; flag:
+    the bit of the struct's `flags` that a bool member reports."""
     if words:
         doc = doc.replace("...", ", ".join(words_of(words).values()))
     return dataclasses.field(metadata={"doc": doc, "words": words, "flag": flag})
 
 
 def result(kind: type) -> type:
-    """Makes a class of members a frozen dataclass whose docstring tells of each."""
+    """Makes a frozen dataclass of a class and lists its members in the docstring."""
     kind = dataclasses.dataclass(frozen=True, repr=False)(kind)
     lines = [f"    {field.name} ({field.type}): {field.metadata.get('doc', '')}".rstrip(": ")
              for field in dataclasses.fields(kind)]
@@ -29,11 +30,11 @@ def _text(value: typing.Any) -> str:
 
 
 class Result:
-    """Something the library told."""
+    """Base class of results."""
 
     @classmethod
     def _of(cls, struct: typing.Any):
-        """Made of a struct of the same members."""
+        """Converts a C struct with members of the same names."""
         return cls(*(cls._member(field, struct) for field in dataclasses.fields(cls)))
 
     @staticmethod
@@ -42,7 +43,7 @@ class Result:
             return bool(struct.flags & field.metadata["flag"])
         value = getattr(struct, field.name)
         if field.metadata.get("words"):
-            return words_of(field.metadata["words"]).get(value, str(value))  # of a newer library: its number
+            return words_of(field.metadata["words"]).get(value, str(value))  # a newer library's constant: its number
         if field.type == "bool":
             return bool(value)
         if field.type == "str":
