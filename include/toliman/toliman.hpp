@@ -1,4 +1,10 @@
-// libtoliman for C++11 and later: owning handles and exceptions over the C interface. Header only.
+// libtoliman for C++11 and later: owning handles and exceptions for the C interface. Header only; the C headers are the
+// reference for every function.
+//
+//   using namespace toliman;
+//   simulator sim = make<simulator>(toliman_sim_create_file, "scene.json", nullptr);
+//   auto info = sized<toliman_sim_info>();
+//   check(toliman_sim_get_info(sim.get(), &info)); // throws toliman::error
 #ifndef TOLIMAN_TOLIMAN_HPP
 #define TOLIMAN_TOLIMAN_HPP
 
@@ -10,12 +16,17 @@
 
 namespace toliman {
 
-// A failed call: its status code, the library's message, and the name of what was wrong (toliman_last_error_field).
+// Thrown by check() for a failed call. what() is the library's message.
 class error : public std::runtime_error {
   public:
+    // Copies the message of the last failed call on this thread.
     explicit error(toliman_status status)
         : std::runtime_error(toliman_last_error()), status_(status), field_(toliman_last_error_field()) {}
+
+    // Returns the status code (TOLIMAN_E_...).
     toliman_status status() const noexcept { return status_; }
+
+    // Returns the name of the argument, member, scene key or file at fault, "" if there is none.
     const std::string &field() const noexcept { return field_; }
 
   private:
@@ -23,26 +34,27 @@ class error : public std::runtime_error {
     std::string field_;
 };
 
-// A struct that knows its size, with 0, the default, in every other member:
-// auto options = sized<toliman_sim_options>().
+// Returns a struct with struct_size set and 0, the default, in every other member:
+//   auto options = sized<toliman_sim_options>();
 template <class Struct> Struct sized() noexcept {
-    Struct made = Struct();
-    made.struct_size = sizeof(Struct);
-    return made;
+    Struct result = Struct();
+    result.struct_size = sizeof(Struct);
+    return result;
 }
 
-// Throws unless the call succeeded: check(toliman_sim_get_info(sim.get(), &info)).
+// Throws error unless status is TOLIMAN_OK. Call it on the thread that made the failed call.
 inline void check(toliman_status status) {
     if (status != TOLIMAN_OK)
         throw error(status);
 }
 
-// Owning handles; simulator sim = make<simulator>(toliman_sim_create_file, "scene.json", nullptr).
+// Owning handle: a std::unique_ptr whose deleter is the C destroy function. Pass handle.get() to C functions.
 template <class T, void (*destroy)(T *)> struct destroyer {
     void operator()(T *object) const noexcept { destroy(object); }
 };
 template <class T, void (*destroy)(T *)> using handle = std::unique_ptr<T, destroyer<T, destroy>>;
 
+// C++ wrappers of the destroy functions, as template arguments of `handle`.
 inline void destroy_sim(toliman_sim *sim) {
     toliman_sim_destroy(sim);
 }
@@ -69,7 +81,7 @@ using component_set = handle<toliman_components, destroy_components>;
 using periodogram = handle<toliman_period, destroy_period>;
 using tracker = handle<toliman_track, destroy_track>;
 
-// Calls create(arguments..., &object) and owns the object.
+// Calls create(arguments..., &object) and returns the owning handle of the object; throws error on failure.
 template <class Handle, class Create, class... Arguments> Handle make(Create create, Arguments... arguments) {
     typename Handle::pointer object = nullptr;
     check(create(arguments..., &object));

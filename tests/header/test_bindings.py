@@ -88,17 +88,17 @@ class Bindings(unittest.TestCase):
     def test_what_the_table_of_shapes_forgets(self):
         for before, after, complaint in (
                 ("toliman_period_query_power: power[count]\n", "",
-                 "toliman_period_query_power: nothing has the extent count"),
+                 "toliman_period_query_power: no argument has the extent count"),
                 ("t[n] y[n] sigma[n]?\n", "t[n] sigma[n]?\n",
-                 "toliman_period_push_many: nothing tells the extents of y"),
+                 "toliman_period_push_many: y needs extents"),
                 ("toliman_linear_encode: counts[rows]", "toliman_linear_encode: counts[row]",
-                 "toliman_linear_encode: row is no argument and no fact of toliman_linear"),
+                 "toliman_linear_encode: row is neither an argument nor a property of toliman_linear"),
                 ("toliman_components_push_many: count\n", "",
-                 "toliman_components_push_many: nothing has the extent count"),
+                 "toliman_components_push_many: no argument has the extent count"),
                 ("toliman_track_merge: lost?\n", "",
-                 "toliman_track_merge: its comment says that something may be NULL"),
-                ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is no function"),
-                ("merge: lost?", "merge: lots?", "lots?: expected a pointer among the arguments of toliman_track_merge"),
+                 "toliman_track_merge: the comment states that an argument may be NULL"),
+                ("toliman_track_merge:", "toliman_track_merged:", "toliman_track_merged is not a function"),
+                ("merge: lost?", "merge: lots?", "lots?: expected a pointer argument of toliman_track_merge"),
                 ("merge: lost?", "merge: lost?\ntoliman_sim_get_info: sim[", "sim[: expected a pointer")):
             with self.subTest(complaint):
                 self.setUp()

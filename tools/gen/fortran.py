@@ -1,4 +1,4 @@
-"""The model as Fortran: constants, bind(C) types, abstract interfaces of callbacks and interfaces of all functions."""
+"""Writes the model as Fortran: constants, bind(C) types, abstract interfaces of callbacks, interfaces of functions."""
 import re
 import textwrap
 
@@ -11,7 +11,7 @@ KINDS = {"int32_t": "integer(c_int32_t)", "uint32_t": "integer(c_int32_t)", "int
 
 
 def wrapped(line, indent):
-    """A statement, continued where it is too long."""
+    """Returns a statement, continued over several lines where it is too long."""
     pad, parts = " " * indent, []
     text = line
     while len(text) > WIDTH - indent - 2:
@@ -22,13 +22,13 @@ def wrapped(line, indent):
 
 
 def comment(text, indent):
-    """A comment's text, line by line."""
+    """Returns text as a comment with the same line breaks."""
     pad = " " * indent
     return "".join(f"{pad}! {line}".rstrip() + "\n" for line in text.split("\n")) if text else ""
 
 
 def flowing(text, indent):
-    """A comment as one paragraph."""
+    """Returns text as a comment, refilled to one paragraph."""
     return comment("\n".join(textwrap.wrap(" ".join(text.split()), WIDTH - indent - 2)), indent)
 
 
@@ -37,7 +37,7 @@ def first_sentence(text):
 
 
 def fortran_name(model, item):
-    """A constant's name: Fortran sees no difference between TOLIMAN_VERSION and toliman_version."""
+    """Returns a constant's name, changed where it differs from a function's only in case: Fortran ignores case."""
     if item.name.lower() in model.by_name:
         return item.name.replace("TOLIMAN_", "TOLIMAN_HEADER_", 1)
     return item.name
@@ -56,7 +56,7 @@ def constant(model, item):
 
 
 def field(model, struct, item):
-    """A component; every one has a value from the beginning, struct_size the right one."""
+    """Returns the declaration of a component with its default initialisation: struct_size the size, others zero."""
     kind, dimension = item.type, ""
     if kind.pointers:
         declared, value = "type(c_ptr)", "c_null_ptr"
@@ -76,7 +76,7 @@ def struct(model, item):
     text, before = comment(item.doc, 4) + f"    type, bind(C), public :: {item.name}\n", None
     for member in item.fields:
         line = "        " + field(model, item, member)
-        doc = " ".join(member.doc.split()) if member.doc != before else ""  # one may speak of several
+        doc = " ".join(member.doc.split()) if member.doc != before else ""  # one comment may document several members
         short = len(line) + len(doc) + 3 <= WIDTH
         text += (line + (f" ! {doc}" if doc else "") if short else flowing(doc, 8) + line) + "\n"
         before = member.doc
@@ -84,14 +84,14 @@ def struct(model, item):
 
 
 def base_type(model, kind):
-    """The type of what is pointed to, or of a value."""
+    """Returns the Fortran type of a value or of a pointer's target."""
     if model.kind(kind.base) is Struct:
         return f"type({kind.base})"
     return KINDS[model.plain(kind.base)]
 
 
 def declared(model, argument, inside_out=False):
-    """Declaration of a dummy argument of a C function, or (inside_out) of a callback, which C calls."""
+    """Returns the declaration of a dummy argument of a C function, or (inside_out) of a callback that C calls."""
     kind, name = argument.type, argument.name
     if model.kind(kind.base) is Callback:
         return f"type(c_funptr), value :: {name}"
@@ -112,14 +112,14 @@ def declared(model, argument, inside_out=False):
 
 
 def result(model, kind):
-    """Type of a function's result; None of a subroutine."""
+    """Returns the type of a function's result; None for a subroutine."""
     if kind.pointers:
         return "type(c_ptr)"
     return None if kind.base == "void" else KINDS[model.plain(kind.base)]
 
 
 def interface(model, item):
-    """Interface body of a function, or of a callback."""
+    """Returns the interface body of a function or callback."""
     names = ", ".join(argument.name for argument in item.arguments)
     returned = result(model, item.returns)
     word = "function" if returned else "subroutine"
@@ -133,7 +133,7 @@ def interface(model, item):
 
 
 def listed(declarations, indent):
-    """Declarations, those of one kind together and values first: they may be extents of the others."""
+    """Returns declarations grouped by type. Values come first, since they may be extents of the others."""
     kinds = {}
     for line in sorted(declarations, key=lambda line: ", value ::" not in line):
         kind, name = line.split(" :: ")
@@ -142,18 +142,19 @@ def listed(declarations, indent):
 
 
 def callback(model, item):
-    """Abstract interface; the texts that come are for toliman_text, arrays have the extents that come with them."""
+    """Returns the abstract interface of a callback. Strings arrive as type(c_ptr), for toliman_text; arrays have the
+    extents passed along with them."""
     text = interface(model, item)
     return f"    abstract interface\n{text}    end interface\n    public :: {item.name}\n"
 
 
 def declarations(model):
-    """All of the specification part."""
+    """Returns the specification part of the module."""
     text, functions, before = "", [], None
-    taken = {fortran_name(model, item).lower() for item in model.all(Constant)}
+    constants = {fortran_name(model, item).lower() for item in model.all(Constant)}
     for item in model.items:
-        if not isinstance(item, Constant) and item.name.lower() in taken:
-            raise SystemExit(f"{item.name}: Fortran has a constant of this name already")
+        if not isinstance(item, Constant) and item.name.lower() in constants:
+            raise SystemExit(f"{item.name}: differs from a constant only in case, which Fortran ignores")
         if isinstance(item, Function):
             functions.append(item)
         elif isinstance(item, (Constant, Struct, Callback)):

@@ -1,6 +1,6 @@
-"""The thin layer of Fortran: a derived type for each handle, with the functions of the handle bound to it.
+"""Writes the object layer of Fortran: a derived type per handle with type-bound procedures around its functions.
 
-What is written out in toliman.f90.in, by the name that it would have here, is bound but not made.
+A procedure that toliman.f90.in defines under the name that it would have here is bound but not generated.
 """
 import re
 
@@ -11,16 +11,16 @@ from model import Callback, Function, Handle, Struct
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
          "toliman_components": "component_set", "toliman_period": "periodogram", "toliman_track": "tracker"}
 
-ENDING = ["integer, intent(out), optional :: stat",
+STATUS_ARGUMENTS = ["integer, intent(out), optional :: stat",
           "character(len=*), intent(inout), optional :: errmsg"]
 
 
 class Layer:
-    """All types and their procedures."""
+    """All derived types and their procedures."""
 
     def __init__(self, model, template):
         self.model = model
-        self.written = re.findall(r"^    subroutine (\w+)\((.*)\)", template, re.M)
+        self.handwritten = re.findall(r"^    subroutine (\w+)\((.*)\)", template, re.M)
         self.bindings = {handle.name: [] for handle in model.all(Handle)}
         self.procedures = ""
         for name in self.bindings:
@@ -28,16 +28,17 @@ class Layer:
                 raise SystemExit(f"tools/gen/fortran_layer.py: {name} has no name among TYPES")
         for item in model.all(Function):
             self.bind(item)
-        for name, arguments in self.written:
-            self.bind_written(name, arguments.startswith("self"))
+        for name, arguments in self.handwritten:
+            self.bind_handwritten(name, arguments.startswith("self"))
 
-    # What a function belongs to.
+    # Assignment of functions to types.
 
     def handle_of(self, argument):
+        """Returns the name of an argument's handle type, None if it is not a handle."""
         return argument.type.base if self.model.kind(argument.type.base) is Handle else None
 
-    def facts(self, handle, name):
-        """The function and struct that tell a fact of an object, such as the rows of its frames."""
+    def info_of(self, handle, name):
+        """Returns the _info function and struct that have a property of an object, such as the rows of its frames."""
         for item in self.model.all(Function):
             if re.search(r"_get_\w*info$", item.name) and self.handle_of(item.arguments[0]) == handle:
                 struct = self.model.by_name[item.arguments[1].type.base]
@@ -46,40 +47,42 @@ class Layer:
         return None
 
     def owner(self, item):
-        """The handle whose type has a function, and whether the function makes an object of it; None where none has."""
+        """Returns the handle that a function is bound to, None if there is none, and whether the function creates an
+        object of this handle."""
         handles = [self.handle_of(argument) for argument in item.arguments] or [None]
         last = item.arguments[-1].type if item.arguments else None
         if handles[-1] and last.pointers == 2 and not last.const and handles[0] != handles[-1]:
             return handles[-1], True
-        return handles[0] or self.room(item), False
+        return handles[0] or self.module_of(item), False
 
-    def room(self, item):
-        """The handle of the header that a function stands in: toliman_sim of toliman_sim_plan_file."""
+    def module_of(self, item):
+        """Returns the handle whose name prefixes a function: toliman_sim for toliman_sim_plan_file."""
         return min((handle for handle in TYPES if item.name.startswith(handle + "_")), key=len, default=None)
 
     def bind(self, item):
-        """Makes the procedure of a function, unless it has no object or is for C alone."""
+        """Writes the procedure of a function, unless the function has no object, is an _init or a _destroy."""
         owner, creator = self.owner(item)
         if owner is None or item.name.endswith("_init") or "_destroy" in item.name:
             return
-        room = self.room(item)
-        binding = item.name[len(room) + 1:].replace(owner[len(room):], "") if owner != room else item.name[len(room) + 1:]
+        module = self.module_of(item)
+        binding = item.name[len(module) + 1:]
+        binding = binding.replace(owner[len(module):], "") if owner != module else binding
         bound = creator or self.handle_of(item.arguments[0]) == owner
         self.bindings[owner].append((binding, bound))
-        if f"{TYPES[owner]}_{binding}" not in dict(self.written):
+        if f"{TYPES[owner]}_{binding}" not in dict(self.handwritten):
             self.procedures += Procedure(self, item, owner, binding, bound, creator).write() + "\n"
 
-    def bind_written(self, name, bound):
-        """Binds a procedure of the template that stands for no function."""
+    def bind_handwritten(self, name, bound):
+        """Binds a handwritten procedure that corresponds to no single C function."""
         for handle, short in TYPES.items():
             binding = name[len(short) + 1:]
             if name.startswith(short + "_") and (binding, bound) not in self.bindings[handle]:
                 self.bindings[handle].append((binding, bound))
 
-    # The types.
+    # Derived types.
 
     def has_frames(self, handle):
-        """Whether the arrays of an object are the size of its frames."""
+        """Returns whether arrays of a handle's functions have the shape of its frames."""
         return any(extent in ("rows", "cols") for item in self.model.all(Function)
                    for argument in item.arguments for extent in argument.extents
                    if self.handle_of(item.arguments[0]) == handle)
@@ -100,8 +103,8 @@ class Layer:
     def types(self):
         return "\n".join(self.type(handle) for handle in self.model.all(Handle))
 
-    def endings(self):
-        """destroy, finaliser and refused assignment of every type."""
+    def lifecycle(self):
+        """Returns destroy, finaliser and the rejected assignment of every type."""
         text = ""
         for handle in self.model.all(Handle):
             short = TYPES[handle.name]
@@ -109,7 +112,7 @@ class Layer:
                            and item.arguments[0].type.base == handle.name)
             forget = "        self%rows = -1\n        self%cols = -1\n" if self.has_frames(handle.name) else ""
             text += f"""\
-    ! Frees the object, which may be created anew.
+    ! Destroys the object; create may be called again.
     impure elemental subroutine {short}_destroy(self)
         class(toliman_{short}), intent(inout) :: self
         call {destroy.name}(self%handle)
@@ -137,26 +140,26 @@ def size_of(argument, place):
 
 
 class Procedure:
-    """One type-bound procedure around one function."""
+    """A type-bound procedure that wraps one C function."""
 
     def __init__(self, layer, item, owner, binding, bound, creator):
         self.layer, self.model, self.item, self.owner, self.creator = layer, layer.model, item, owner, creator
         self.short, self.binding, self.bound = TYPES[owner], binding, bound
-        self.names, self.names_left_out, self.declared, self.locals = [], [], [], []
+        self.names, self.optional_names, self.declared, self.locals = [], [], [], []
         self.before, self.actual = [], []
-        self.asked, self.shapes = False, []
+        self.info_filled, self.shapes = False, []
         self.array_extents = {extent for argument in item.arguments for extent in argument.extents}
         if bound:
             intent = "inout" if creator or not item.arguments[0].type.const else "in"
             self.names.append("self")
             self.declared.append(f"class(toliman_{self.short}), intent({intent}) :: self")
         for place, argument in enumerate(item.arguments):
-            self.take(argument, place)
-        self.names += self.names_left_out
-        self.measure()
+            self.add_argument(argument, place)
+        self.names += self.optional_names
+        self.add_extents()
 
-    def take(self, argument, place):
-        """Turns one argument of C into the procedure's and into what is handed on."""
+    def add_argument(self, argument, place):
+        """Adds the dummy argument for one C argument, and the actual argument that is passed to C."""
         kind, name = argument.type, argument.name
         optional = ", optional" if argument.nullable else ""
         handle = self.layer.handle_of(argument)
@@ -166,38 +169,38 @@ class Procedure:
             self.locals.append("type(c_ptr) :: made")
             self.actual.append("made")
             if not self.creator:
-                self.show(name, f"type(toliman_{TYPES[handle]}), intent(inout) :: {name}")
+                self.add_dummy(name, f"type(toliman_{TYPES[handle]}), intent(inout) :: {name}")
         elif handle:
-            self.show(name, f"type(toliman_{TYPES[handle]}), intent(in) :: {name}")
+            self.add_dummy(name, f"type(toliman_{TYPES[handle]}), intent(in) :: {name}")
             self.actual.append(f"{name}%handle")
         elif name in self.array_extents and not kind.pointers:
             self.locals.append(f"{base_type(self.model, kind)} :: of_{name}")
             self.actual.append(f"of_{name}")
         elif kind.base == "char":
-            self.take_text(argument, optional)
+            self.add_text(argument, optional)
         elif argument.extents:
-            self.take_array(argument, optional)
+            self.add_array(argument, optional)
         elif kind.pointers and kind.base == "void":
-            self.show(name, f"type(c_ptr), intent(in) :: {name}")
+            self.add_dummy(name, f"type(c_ptr), intent(in) :: {name}")
             self.actual.append(name)
         elif self.model.kind(kind.base) is Callback:
-            self.show(name, f"type(c_funptr), intent(in) :: {name}")
+            self.add_dummy(name, f"type(c_funptr), intent(in) :: {name}")
             self.actual.append(name)
         else:
             changed = "inout" if self.model.kind(kind.base) is Struct else "out"
             intent = "in" if kind.const or not kind.pointers else changed
-            self.show(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}")
+            self.add_dummy(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}")
             self.actual.append(name)
 
-    def show(self, name, declaration, series=False):
-        """Adds a dummy argument; those that may be left out come last, but for the arrays of a series, which keep C's
-        order: y and sigma exchanged would be no error."""
-        (self.names_left_out if ", optional" in declaration and not series else self.names).append(name)
+    def add_dummy(self, name, declaration, series=False):
+        """Adds a dummy argument. Optional ones come last, except in a series of arrays (t, y, sigma), which keeps C's
+        order: y and sigma have the same type, so that swapping them would go unnoticed."""
+        (self.optional_names if ", optional" in declaration and not series else self.names).append(name)
         self.declared.append(declaration)
 
-    def take_text(self, argument, optional):
+    def add_text(self, argument, optional):
         name = argument.name
-        self.show(name, f"character(len=*), intent(in){optional} :: {name}")
+        self.add_dummy(name, f"character(len=*), intent(in){optional} :: {name}")
         if argument.extents:
             self.before.append(f"of_{argument.extents[0]} = len({name}, c_size_t)")
             self.actual.append(name)
@@ -208,7 +211,7 @@ class Procedure:
         else:
             self.actual.append(f"c_string({name})")
 
-    def take_array(self, argument, optional):
+    def add_array(self, argument, optional):
         kind, name = argument.type, argument.name
         extents = list(reversed(argument.extents))
         intent = "in" if kind.const else "inout" if self.model.kind(kind.base) is Struct else "out"
@@ -218,34 +221,35 @@ class Procedure:
             shape, optional = f"({', '.join(':' for _ in extents)})", optional + ", contiguous"
             self.shapes.append(f"{name}({', '.join(extents)})")
         place = self.item.arguments.index(argument)
-        beside = self.item.arguments[max(place - 1, 0):place] + self.item.arguments[place + 1:place + 2]
-        series = kind.const and argument.extents in (other.extents for other in beside)
-        self.show(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}{shape}", series)
+        neighbours = self.item.arguments[max(place - 1, 0):place] + self.item.arguments[place + 1:place + 2]
+        series = kind.const and argument.extents in (other.extents for other in neighbours)
+        self.add_dummy(name, f"{base_type(self.model, kind)}, intent({intent}){optional} :: {name}{shape}", series)
         self.actual.append(name)
 
-    def measure(self):
-        """Extents that are arguments of C come from the arrays; all are compared with what they must be."""
+    def add_extents(self):
+        """Sets C's extent arguments from the arrays' sizes, and adds the checks of all other extents."""
         plain = {argument.name: argument.type for argument in self.item.arguments if not argument.type.pointers}
         arrays = [argument for argument in self.item.arguments
                   if argument.extents and not argument.type.array and argument.type.base != "char"]
         sources = {}
         for extent in sorted(self.array_extents & set(plain), key=list(plain).index):
             has = [argument for argument in arrays if extent in argument.extents]
-            sources[extent] = self.take_extent(extent, plain[extent], has) if has else None
+            sources[extent] = self.set_extent(extent, plain[extent], has) if has else None
         for argument in arrays:
             checks = []
             for place, extent in enumerate(reversed(argument.extents), 1):
                 if sources.get(extent) is argument:
                     continue
-                wanted = f"of_{extent}" if extent in plain else self.fact(extent)
+                wanted = f"of_{extent}" if extent in plain else self.object_extent(extent)
                 checks.append(f"if (.not. fits({size_of(argument, place)}, {wanted}, '{argument.name}', {place}, stat, "
                               "errmsg)) return")
             if argument.nullable and checks:
                 checks = [f"if (present({argument.name})) then", *("    " + check for check in checks), "end if"]
             self.before += checks
 
-    def take_extent(self, extent, kind, arrays):
-        """Sets an extent by the first array that has it and is there; that array itself if it always is."""
+    def set_extent(self, extent, kind, arrays):
+        """Sets an extent argument from the first array present that has it. Returns the array that needs no check
+        against the extent, if one is certain."""
         sizes = []
         for argument in arrays:
             size = size_of(argument, len(argument.extents) - argument.extents.index(extent))
@@ -258,31 +262,33 @@ class Procedure:
             self.before.append(f"if (present({argument.name})) of_{extent} = {size}")
         return arrays[0] if len(arrays) == 1 else None
 
-    def fact(self, extent):
-        """An extent that the object knows."""
+    def object_extent(self, extent):
+        """Returns an expression for an extent that is a number or a property of the object."""
         if extent.isdigit():
             return f"{extent}_c_size_t"
         if extent in ("rows", "cols"):
             return f"self%{extent}"
-        facts = self.layer.facts(self.owner, extent)
-        if facts is None:
-            raise SystemExit(f"tools/gen/shapes: {self.item.name}: {extent} is no argument and no fact of {self.owner}")
-        if not self.asked:
-            function, struct = facts
-            self.asked = True
+        source = self.layer.info_of(self.owner, extent)
+        if source is None:
+            raise SystemExit(f"tools/gen/shapes: {self.item.name}: {extent} is neither an argument nor a property of "
+                             f"{self.owner}")
+        if not self.info_filled:
+            function, struct = source
+            self.info_filled = True
             self.locals.append(f"type({struct}) :: info")
             self.before += [f"status = {function}(self%handle, info)", "if (status /= TOLIMAN_OK) then",
                             "    call conclude(status, stat, errmsg)", "    return", "end if"]
         return f"int(info%{extent}, c_size_t)"
 
     def after(self):
-        """What becomes of an object that was made."""
+        """Returns the statements that store an object created by the call."""
         last = self.item.arguments[-1]
         handle = self.layer.handle_of(last)
         if not handle or last.type.pointers != 2:
             return []
         if last.type.const:
-            raise SystemExit(f"{self.item.name}: lends a handle; write {self.short}_{self.binding} in toliman.f90.in")
+            raise SystemExit(f"{self.item.name}: returns a borrowed handle: define {self.short}_{self.binding} in "
+                             "toliman.f90.in")
         target = "self" if self.creator else last.name
         lines = [f"call {target}%destroy()", f"{target}%handle = made"]
         if self.creator and self.layer.has_frames(handle):
@@ -291,7 +297,7 @@ class Procedure:
             if source:
                 lines += [f"self%rows = {source}%rows", f"self%cols = {source}%cols"]
             else:
-                function, struct = self.layer.facts(handle, "rows")
+                function, struct = self.layer.info_of(handle, "rows")
                 self.locals.append(f"type({struct}) :: info")
                 lines += [f"status = {function}(made, info)", "self%rows = int(info%rows, c_size_t)",
                           "self%cols = int(info%cols, c_size_t)"]
@@ -310,7 +316,7 @@ class Procedure:
                     "    end function\n")
         after = self.after()
         text = doc + wrapped(f"subroutine {name}({', '.join(self.names + ['stat', 'errmsg'])})", 4)
-        text += listed(self.declared, 8) + listed(ENDING, 8) + listed(self.locals, 8)
+        text += listed(self.declared, 8) + listed(STATUS_ARGUMENTS, 8) + listed(self.locals, 8)
         if not self.before and not after:
             return text + wrapped(f"call conclude({call}, stat, errmsg)", 8) + "    end subroutine\n"
         text += "        integer(c_int32_t) :: status\n"
@@ -320,8 +326,8 @@ class Procedure:
 
 
 def write(model, template):
-    """The whole of toliman.f90."""
+    """Returns toliman.f90."""
     layer = Layer(model, template)
     parts = {"declarations": declarations(model) + "\n" + layer.types(),
-             "procedures": layer.procedures + layer.endings().rstrip("\n") + "\n"}
+             "procedures": layer.procedures + layer.lifecycle().rstrip("\n") + "\n"}
     return re.sub(r"^@(\w+)@$", lambda match: parts[match.group(1)].rstrip("\n") + "\n", template, flags=re.M)

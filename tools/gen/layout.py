@@ -1,4 +1,4 @@
-"""The C compiler's view of the model: values of constants, sizes of structs, offsets of members."""
+"""Asks the C compiler for the layout of the model: values of constants, sizes of structs, offsets of members."""
 import os
 import subprocess
 import tempfile
@@ -7,7 +7,7 @@ from model import Callback, Constant, Function, Struct, version_header
 
 
 def same_types(table):
-    """C that compiles only if every declaration of the table is the header's."""
+    """Yields C code that compiles only if every declaration of the model matches the headers."""
     for item in table.all(Function):
         arguments = ", ".join(argument.type.declare(argument.name) for argument in item.arguments) or "void"
         yield f"{item.returns.declare(item.name)}({arguments});"
@@ -24,7 +24,7 @@ def same_types(table):
 
 
 def program(table):
-    """C that prints a line "name number" for every constant, struct and member."""
+    """Returns a C program that prints a line "name value" for every constant, struct and member."""
     lines = ["#include <stddef.h>", "#include <stdio.h>", "#include <toliman/toliman.h>", *same_types(table),
              "int main(void) {"]
     for item in table.all(Constant):
@@ -37,7 +37,7 @@ def program(table):
 
 
 def measure(table, top):
-    """Name -> number, as text, by the C compiler from the headers of a tree."""
+    """Returns a dictionary from name to value (as text), measured by the C compiler with the headers of a tree."""
     with tempfile.TemporaryDirectory() as folder:
         os.mkdir(os.path.join(folder, "toliman"))
         for name, text in (("toliman/version.h", version_header(top)), ("layout.c", program(table))):
@@ -48,6 +48,6 @@ def measure(table, top):
                                f"-I{folder}", os.path.join(folder, "layout.c"), "-o", binary], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, universal_newlines=True)
         if made.returncode != 0:
-            raise SystemExit(f"the headers are not what tools/gen/model.py read:\n{made.stdout[:2000]}")
+            raise SystemExit(f"the headers differ from the model of tools/gen/model.py:\n{made.stdout[:2000]}")
         printed = subprocess.run([binary], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
     return dict(line.split(" ") for line in printed.splitlines())

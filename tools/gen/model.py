@@ -1,7 +1,8 @@
-"""The public headers as one model: constants, handles, structs, callbacks and functions, in the headers' order.
+"""Parses the public headers into a model: constants, handles, structs, callbacks and functions, in the headers' order.
 
-A strict reader of the one style the headers are written in: whatever it does not know is an error with file and line.
-That it reads what the compiler reads is shown by tests/bind, which gives the model back to the compiler.
+Method: a tokenizer and a recursive-descent parser for the one style in which the headers are written. Anything else is
+an error with file and line, so that a declaration is never skipped silently. tests/bind verifies the model by compiling
+it against the headers. tools/gen/README.md explains why libclang is not used.
 """
 import dataclasses
 import os
@@ -13,7 +14,7 @@ POINTER_SIZE = 8
 
 @dataclasses.dataclass
 class Type:
-    """const base ** [array]; const is that of what is pointed to."""
+    """A type `const base ** [array]`; const applies to the pointer's target."""
 
     base: str
     const: bool = False
@@ -21,7 +22,7 @@ class Type:
     array: str = ""
 
     def declare(self, name):
-        """As C declares a thing of that type."""
+        """Returns the C declaration of a variable of this type."""
         stars = "*" * self.pointers
         return f"{'const ' if self.const else ''}{self.base} {stars}{name}{f'[{self.array}]' if self.array else ''}"
 
@@ -39,8 +40,8 @@ class Named:
 class Constant:
     name: str
     value: object  # int or str
-    doc: str  # the comment behind it
-    heading: str  # the comment above the group that it begins
+    doc: str  # the comment on its line
+    heading: str  # the comment above the group whose first constant it is
 
 
 @dataclasses.dataclass
@@ -88,7 +89,7 @@ class Function:
 
 
 class Model:
-    """Every declaration in order, and by kind."""
+    """All declarations, in order, by name and by kind."""
 
     def __init__(self, items):
         self.items = items
@@ -98,32 +99,32 @@ class Model:
         return [item for item in self.items if isinstance(item, kind)]
 
     def kind(self, name):
-        """What a name of ours stands for; None for C's own types."""
+        """Returns the class of a declared name; None for C's own types."""
         return type(self.by_name[name]) if name in self.by_name else None
 
     def plain(self, base):
-        """A base type without aliases: toliman_status is int32_t."""
+        """Resolves aliases of a base type: toliman_status is int32_t."""
         item = self.by_name.get(base)
         return self.plain(item.type.base) if isinstance(item, Alias) else base
 
     def length(self, array):
-        """Number of elements of an array, which may be given by a constant."""
+        """Returns the number of elements of an array, given as a number or a constant's name."""
         return int(array) if array.isdigit() else self.by_name[array].value
 
     def size(self, kind):
-        """Bytes of a field, which are also its alignment but for an array's."""
+        """Returns the size in bytes of a field's element, which is also its alignment."""
         if kind.pointers or self.kind(kind.base) is Callback:
             return POINTER_SIZE
         return SCALARS[self.plain(kind.base)]
 
     def struct_size(self, struct):
-        """sizeof, for 64-bit machines."""
-        offset, widest = 0, 1
+        """Returns sizeof(struct) on 64-bit machines, with padding."""
+        offset, alignment = 0, 1
         for field in struct.fields:
             size = self.size(field.type)
             offset = (offset + size - 1) // size * size + size * (self.length(field.type.array or "1"))
-            widest = max(widest, size)
-        return (offset + widest - 1) // widest * widest
+            alignment = max(alignment, size)
+        return (offset + alignment - 1) // alignment * alignment
 
 
 TOKEN = re.compile(
@@ -140,20 +141,20 @@ class Token:
 
 
 def plain_comment(text):
-    """A comment's text without its marks; lines with a star in front keep their indentation."""
+    """Returns a comment's text without its delimiters; lines that start with a star keep their indentation."""
     lines = text[2:-2].replace("\\\n", "\n").split("\n")
     lines = [re.sub(r"^\s*\* ?", "", line) if re.match(r"\s*\*", line) else line.strip() for line in lines]
     return "\n".join(line.rstrip() for line in lines).strip()
 
 
 class Reader:
-    """Declarations of one header."""
+    """Parses the declarations of one header."""
 
     def __init__(self, path, text, known):
         self.path, self.known, self.items, self.includes = path, known, [], []
         self.tokens, self.place = [], 0
-        self.comment, self.reach = "", 0  # the last comment, and the last line of it and what it speaks of
-        self.fresh = False  # nothing was declared since it
+        self.comment, self.reach = "", 0  # the last comment; the last line of it or of the declarations it documents
+        self.fresh = False  # no declaration since the last comment
         line = 1
         for match in TOKEN.finditer(text):
             end = line + match.group().count("\n")
@@ -169,7 +170,7 @@ class Reader:
         return self.tokens[self.place].text if self.place < len(self.tokens) else ""
 
     def take(self, *allowed):
-        """The next word or mark, which must be one of those allowed if any are given."""
+        """Consumes and returns the next word or mark, which must be one of `allowed` if any are given."""
         text = self.peek()
         if (allowed and text not in allowed) or self.tokens[self.place].kind not in ("word", "mark"):
             self.fail("expected " + (" or ".join(allowed) or "a name"))
@@ -177,13 +178,14 @@ class Reader:
         return text
 
     def taken(self, text):
+        """Consumes the next token if it is `text`; returns whether it was."""
         if self.peek() == text:
             self.place += 1
             return True
         return False
 
     def doc(self, line):
-        """The comment that belongs to a declaration that begins at line: right above, or above its neighbours."""
+        """Returns the comment of a declaration that begins at `line`: directly above it, or above its group."""
         if self.reach + 1 != line:
             self.comment = ""
         return self.comment
@@ -217,7 +219,7 @@ class Reader:
         if include:
             self.includes.append(include.group(1))
         elif re.fullmatch(r"#define (TOLIMAN_\w*INIT\(type\) .*|TOLIMAN_(\w+)_INIT TOLIMAN_INIT\((\w+)\))", code):
-            pass  # of C alone
+            pass  # initialisers, for C only
         elif constant:
             self.items.append(Constant(constant.group(1), self.value(constant.group(2)),
                                        plain_comment(comment.group()) if comment else "",
@@ -226,7 +228,7 @@ class Reader:
             self.fail("expected a constant")
 
     def value(self, text):
-        """Value of a constant: a text, or a number that may be an expression of others."""
+        """Returns the value of a constant: a string, or an integer expression of numbers and other constants."""
         if re.fullmatch(r'"[^"]*"', text):
             return text[1:-1]
         expression = re.sub(r"\b(\d+)u\b", r"\1", text)
@@ -236,8 +238,8 @@ class Reader:
                 self.fail(f"{name} is unknown; expected a number")
             expression = re.sub(rf"\b{name}\b", str(found[0]), expression)
         if not re.fullmatch(r"[-+*() 0-9]+", expression):
-            self.fail("expected a whole number or a text")
-        return eval(expression)  # digits and signs alone, as the line above sees to
+            self.fail("expected an integer or a string")
+        return eval(expression)  # only digits and operators, by the check above
 
     def base_type(self):
         const = self.taken("const")
@@ -245,7 +247,7 @@ class Reader:
         names = {item.name for item in self.known + self.items}
         if base not in SCALARS and base != "void" and base not in names:
             self.place -= 1
-            self.fail("expected a type of <stdint.h>, size_t, double, char, void or ours")
+            self.fail("expected a type of <stdint.h>, size_t, double, char, void or a type declared above")
         return const, base
 
     def pointers(self):
@@ -262,7 +264,7 @@ class Reader:
         return length
 
     def arguments(self):
-        """(type name, ...), the parenthesis of the beginning already taken."""
+        """Parses (type name, ...) after the opening parenthesis."""
         found = []
         if self.taken("void"):
             if self.taken(")"):
@@ -314,7 +316,7 @@ class Reader:
         self.take(";")
 
     def fields(self):
-        """Fields up to the closing brace, each with the comment above it or behind it."""
+        """Parses fields up to the closing brace, each with the comment above it or on its line."""
         found, above = [], ""
         while not self.taken("}"):
             token = self.tokens[self.place]
@@ -344,7 +346,7 @@ class Reader:
 
 
 def version_header(top):
-    """version.h as the build makes it."""
+    """Returns version.h as the build configures it."""
     def text(name):
         with open(os.path.join(top, name), encoding="utf-8") as stream:
             return stream.read()
@@ -357,7 +359,7 @@ def version_header(top):
 
 
 def read(top):
-    """The model of the headers in a tree; a header comes after those that it includes."""
+    """Returns the model of the headers in a source tree; a header comes after those that it includes."""
     items, done = [], {"export.h"}
 
     def visit(header):

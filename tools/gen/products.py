@@ -1,4 +1,4 @@
-"""Every generated file."""
+"""Lists the generated files."""
 import os
 
 import fortran_layer
@@ -10,7 +10,7 @@ import struct_sizes
 
 
 def products(top):
-    """Path -> text of every generated file."""
+    """Returns a dictionary from path to text of every generated file."""
     table = model.read(top)
     shapes.attach(table, top)
     with open(os.path.join(top, "tools/gen/toliman.f90.in"), encoding="utf-8") as stream:

@@ -1,4 +1,4 @@
-"""Reads the table of shapes into the model: what an argument's extents are, and whether it may be NULL."""
+"""Adds the table `shapes` to the model: the extents of each argument, and whether it may be NULL."""
 import os
 import re
 
@@ -6,7 +6,7 @@ from model import Callback, Function
 
 
 def words(top):
-    """(line, name of a function or callback, its words) of the table."""
+    """Yields (line number, function or callback name, list of argument entries) of the table."""
     with open(os.path.join(top, "tools/gen/shapes"), encoding="utf-8") as stream:
         for number, line in enumerate(stream, 1):
             line = line.split("#")[0].strip()
@@ -16,7 +16,7 @@ def words(top):
 
 
 def attach(table, top):
-    """Gives every argument its extents ([] for one thing) and whether it may be NULL; errors name the table's line."""
+    """Sets `extents` ([] for a scalar) and `nullable` of every argument; errors name the line of the table."""
     for item in table.all(Function) + table.all(Callback):
         for argument in item.arguments:
             argument.extents, argument.nullable = [argument.type.array] if argument.type.array else [], False
@@ -25,7 +25,7 @@ def attach(table, top):
         place = f"tools/gen/shapes:{number}"
         item = table.by_name.get(name)
         if not isinstance(item, (Function, Callback)):
-            raise SystemExit(f"{place}: {name} is no function of include/toliman")
+            raise SystemExit(f"{place}: {name} is not a function of include/toliman")
         arguments = {argument.name: argument for argument in item.arguments}
         for word in rest:
             match = re.fullmatch(r"(\w+)((?:\[(?:\w+|\*)\])*)(\??)", word)
@@ -34,23 +34,23 @@ def attach(table, top):
                 argument.alone = True
                 continue
             if argument is None or not argument.type.pointers:
-                raise SystemExit(f"{place}: {word}: expected a pointer among the arguments of {name}")
+                raise SystemExit(f"{place}: {word}: expected a pointer argument of {name}")
             argument.extents = re.findall(r"\w+|\*", match.group(2)) or argument.extents
             argument.nullable = match.group(3) == "?"
     for item in table.all(Function):
-        if not item.name.endswith("_init"):  # whose size is that of the struct
-            complain(item)
+        if not item.name.endswith("_init"):  # their size_t is the size of the struct
+            require_complete(item)
 
 
-def complain(item):
-    """Stops where the table must have forgotten something."""
+def require_complete(item):
+    """Stops if the table lacks an entry for the function."""
     extents = {extent for argument in item.arguments for extent in argument.extents}
     for argument in item.arguments:
         kind = argument.type
         if kind.base == "size_t" and not kind.pointers and argument.name not in extents and not argument.alone:
-            raise SystemExit(f"tools/gen/shapes: {item.name}: nothing has the extent {argument.name}")
+            raise SystemExit(f"tools/gen/shapes: {item.name}: no argument has the extent {argument.name}")
         number = kind.pointers and not kind.base.startswith("toliman_") and kind.base != "char"
         if number and not argument.extents and (kind.const or kind.base == "void") and argument.name != "user_data":
-            raise SystemExit(f"tools/gen/shapes: {item.name}: nothing tells the extents of {argument.name}")
+            raise SystemExit(f"tools/gen/shapes: {item.name}: {argument.name} needs extents")
     if re.search(r"may\s+be\s+NULL", item.doc) and not any(argument.nullable for argument in item.arguments):
-        raise SystemExit(f"tools/gen/shapes: {item.name}: its comment says that something may be NULL")
+        raise SystemExit(f"tools/gen/shapes: {item.name}: the comment states that an argument may be NULL")
