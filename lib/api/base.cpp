@@ -1,4 +1,9 @@
-// include/toliman/base.h: status names, messages, versions, the machine.
+// include/toliman/base.h: status names, last error, versions, properties of the machine.
+//
+// Slow OpenBLAS kernels: OpenBLAS selects its kernels by CPU model when it is loaded, and a library older than the CPU
+// may fall back to an older core with narrower vectors. The library cannot change the selection afterwards. It compares
+// the vector width of the selected core (by name) with the CPU's instruction set and reports the OPENBLAS_CORETYPE to
+// set.
 #include <cstring>
 #include <initializer_list>
 #include <thread>
@@ -47,7 +52,7 @@ constexpr bool codes_agree() {
 }
 static_assert(codes_agree(), "base/error.hpp and toliman/base.h number the codes differently");
 
-// Vector width in bits that OpenBLAS's kernels of this name use.
+// Vector width in bits of the OpenBLAS kernels of this name.
 int vector_bits(const char *core) noexcept {
     for (const char *name : {"SkylakeX", "Cooperlake", "SapphireRapids"})
         if (std::strcmp(core, name) == 0)
@@ -58,7 +63,7 @@ int vector_bits(const char *core) noexcept {
     return 128;
 }
 
-// OPENBLAS_CORETYPE that this CPU deserves, "" when the kernels in use are as wide or the CPU is not x86.
+// OPENBLAS_CORETYPE that fits this CPU; "" if the kernels in use have its vector width or the CPU is not x86-64.
 const char *better_core(const char *core) noexcept {
 #if defined(__x86_64__)
     const kernels::Isa isa = kernels::host_isa();
@@ -127,7 +132,7 @@ size_t toliman_get_struct_size(const char *name) noexcept {
 
 toliman_status toliman_get_machine(toliman_machine *out) noexcept {
     return api::guard([&] {
-        const blas::Facts blas = blas::facts();
+        const blas::Properties blas = blas::properties();
         toliman_machine machine = {};
         machine.processors = static_cast<int32_t>(std::thread::hardware_concurrency());
         machine.isa = kernels::host_isa_name();

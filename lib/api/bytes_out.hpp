@@ -1,4 +1,4 @@
-// The two-call idiom of every _save: first the size, then the bytes.
+// The two-call protocol of every _save function: with bytes NULL it returns the size, otherwise it copies the bytes.
 #pragma once
 #include <cstdint>
 #include <cstring>

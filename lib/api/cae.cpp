@@ -1,4 +1,5 @@
-// include/toliman/cae.h: unwrap, call, convert.
+// include/toliman/cae.h. Training replaces the handle's immutable network only after it has succeeded; its state is
+// kept in the handle, so that a cancelled training can be resumed.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -37,13 +38,13 @@ constexpr Choice<cae::Encoding> kEncodings = {TOLIMAN_CAE_ENCODING_FLOAT32, TOLI
                                               "TOLIMAN_CAE_ENCODING_..."};
 
 const cae::Layout &layout_of(int32_t layout) {
-    const LayoutName name = kLayouts.take_or(layout, LayoutName::flight, "options->layout");
+    const LayoutName name = kLayouts.to_enum_or(layout, LayoutName::flight, "options->layout");
     return name == LayoutName::flight ? cae::kFlight : cae::kPaper;
 }
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
     toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");
-    options.mode = kModes.give(kModes.take_or(options.mode, cae::Mode::tied, "options->mode"));
+    options.mode = kModes.to_constant(kModes.to_enum_or(options.mode, cae::Mode::tied, "options->mode"));
     if (!(options.learning_rate >= 0 && options.learning_rate <= 1))
         fail(Status::argument, "{options->learning_rate} = %g: must be in [0, 1], 0 for the default",
              options.learning_rate);
@@ -52,9 +53,9 @@ toliman_cae_train_options known_train_options(const toliman_cae_train_options *g
     return options;
 }
 
-// Works on the last training, if it is the one asked for, or on a new one; what then fails before anything is done
-// leaves the last one as it was.
-template <class Work> void take_up(toliman_cae &cae, const cae::Course &course, uint32_t until, Work work) {
+// Runs work on the state of the last training if it has the same options and is not beyond `until`, else on a new one.
+// If the new one fails before its first step or epoch, the last state is restored.
+template <class Work> void resume_training(toliman_cae &cae, const cae::Course &course, uint32_t until, Work work) {
     std::optional<cae::Training> last;
     if (!cae.training || !(cae.training->course == course) || cae.training->done > until) {
         last = std::exchange(cae.training, cae::Training());
@@ -69,7 +70,7 @@ template <class Work> void take_up(toliman_cae &cae, const cae::Course &course, 
     }
 }
 
-// NULL where there is nothing to go on with.
+// State of the last training; NULL if there is nothing to resume.
 const cae::Training *training_of(const toliman_cae &cae) noexcept {
     return cae.training && cae.training->done > 0 ? &*cae.training : nullptr;
 }
@@ -81,7 +82,7 @@ toliman_cae_training train_tied(toliman_cae &cae, const toliman_cae_train_option
     known.progress = {options.progress, options.progress_data};
     known.losses = {options.losses, options.loss_count};
     toliman_cae_training report = {};
-    take_up(cae, known.course(), known.steps, [&](cae::Training &state) {
+    resume_training(cae, known.course(), known.steps, [&](cae::Training &state) {
         cae.network = cae::train_tied(cae.network, known, state);
         report.loss = state.loss;
     });
@@ -95,7 +96,7 @@ cae::FrameSource frame_source(const toliman_cae_train_options &options) {
     return [call = options.frames, data = options.frames_data](size_t first, size_t count, double *counts) {
         const toliman_status status = in_callback("frames", [&] { return call(first, count, counts, data); });
         if (status != TOLIMAN_OK)
-            fail(static_cast<Status>(status), "{frames} %zu to %zu: their source failed with %s", first,
+            fail(static_cast<Status>(status), "{frames} %zu to %zu: the frames callback returned %s", first,
                  first + count - 1, toliman_status_name(status));
     };
 }
@@ -105,7 +106,7 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
         fail(Status::argument, "{options->frame_count} = %llu: must be in [2, %llu]",
              static_cast<unsigned long long>(options.frame_count), static_cast<unsigned long long>(cae::kMostFrames));
     if (options.validation >= options.frame_count)
-        fail(Status::argument, "{options->validation} = %llu: must be below the frame count, %llu",
+        fail(Status::argument, "{options->validation} = %llu: must be below frame_count = %llu",
              static_cast<unsigned long long>(options.validation), static_cast<unsigned long long>(options.frame_count));
     if (options.batch > cae::kLargestBatch)
         fail(Status::argument, "{options->batch} = %u: must be at most %u", options.batch, cae::kLargestBatch);
@@ -125,7 +126,7 @@ toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_trai
     const cae::UnsupervisedOptions known = unsupervised_options(options);
     const cae::FrameSource frames = frame_source(options);
     toliman_cae_training report = {};
-    take_up(cae, known.course(), known.epochs, [&](cae::Training &state) {
+    resume_training(cae, known.course(), known.epochs, [&](cae::Training &state) {
         cae::train_unsupervised(cae.network, known, frames, state);
         cae::Network trained = cae::trained_network(cae.network, state);
         const cae::Quality quality = cae::validate(trained, known, frames);
@@ -149,8 +150,8 @@ std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_opti
         fail(Status::argument, "{options->training} = %u: must be 0 or 1", options.training);
     return cae::to_blob(
         network,
-        {kEncodings.take_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
-         kEncodings.take_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
+        {kEncodings.to_enum_or(options.weights_encoding, cae::Encoding::float32, "options->weights_encoding"),
+         kEncodings.to_enum_or(options.planes_encoding, cae::Encoding::float32, "options->planes_encoding")},
         options.training != 0 ? training_of(*cae) : nullptr);
 }
 
@@ -159,12 +160,12 @@ ImageView<const double> frame_of(const cae::Network &network, const double *coun
     return {required_image(counts, stride, preprocess.cols, "counts"), preprocess.rows, preprocess.cols, stride};
 }
 
-void give_image(const Buffer<double> &from, double *image, size_t stride) {
+void copy_image(const Buffer<double> &from, double *image, size_t stride) {
     for (size_t r = 0; r < cae::kSide; r++)
         std::copy_n(&from[r * cae::kSide], cae::kSide, image + r * stride);
 }
 
-void give(cae::Blob &&blob, toliman_cae **out) {
+void store_network(cae::Blob &&blob, toliman_cae **out) {
     *out = new toliman_cae{{}, std::move(blob.network), std::move(blob.training)};
 }
 
@@ -187,13 +188,14 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
-        give({cae::untrained_network(
-                  layout,
-                  cae::Preprocess::from_model(simulator.frame_model(),
-                                              kInputs.take_or(known.input, cae::Input::whitened, "options->input")),
-                  seed),
-              std::nullopt},
-             out);
+        store_network(
+            {cae::untrained_network(
+                 layout,
+                 cae::Preprocess::from_model(simulator.frame_model(),
+                                             kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input")),
+                 seed),
+             std::nullopt},
+            out);
     });
 }
 
@@ -224,10 +226,10 @@ toliman_status toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae
         const Use use(cae, "cae");
         const cae::Training *training = training_of(*use);
         if (training == nullptr)
-            fail(Status::state, "cae: there is no training to go on with");
+            fail(Status::state, "cae: has no training to resume");
         const cae::Course &course = training->course;
         toliman_cae_train_options options = {};
-        options.mode = kModes.give(course.mode);
+        options.mode = kModes.to_constant(course.mode);
         options.steps = static_cast<uint32_t>(course.total);
         options.epochs = course.mode == cae::Mode::unsupervised ? training->done : 0;
         options.learning_rate = course.learning_rate;
@@ -247,7 +249,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.trained = network.trained();
         info.layout = network.layout().name;
         info.layout_hash = cae::layout_hash(network.layout());
-        info.input = kInputs.give(preprocess.input);
+        info.input = kInputs.to_constant(preprocess.input);
         info.scene_digest = preprocess.scene_digest;
         info.parameters = cae::kParameters;
         info.rows = static_cast<int64_t>(preprocess.rows);
@@ -291,9 +293,9 @@ toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px, doub
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
         required_image(image, stride, cae::kSide, "image");
-        Buffer<double> painted(cae::kPixels);
-        network.decode(latent_px, painted.data());
-        give_image(painted, image, stride);
+        Buffer<double> output(cae::kPixels);
+        network.decode(latent_px, output.data());
+        copy_image(output, image, stride);
     });
 }
 
@@ -301,7 +303,7 @@ toliman_status toliman_cae_get_target(const toliman_cae *cae, double *image, siz
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
-        give_image(network.preprocess().target, required_image(image, stride, cae::kSide, "image"), stride);
+        copy_image(network.preprocess().target, required_image(image, stride, cae::kSide, "image"), stride);
     });
 }
 
@@ -313,11 +315,11 @@ toliman_status toliman_cae_reconstruct(const toliman_cae *cae, const double *cou
         const cae::Network &network = use->network;
         const ImageView<const double> frame = frame_of(network, counts, counts_stride);
         required_image(image, stride, cae::kSide, "image");
-        Buffer<double> painted(cae::kPixels);
-        network.reconstruct(frame, painted.data());
+        Buffer<double> output(cae::kPixels);
+        network.reconstruct(frame, output.data());
         const bool compare = mmse != nullptr || mssim != nullptr || photon_floor != nullptr;
-        const cae::Quality quality = compare ? cae::quality(network, frame, painted.data()) : cae::Quality{};
-        give_image(painted, image, stride);
+        const cae::Quality quality = compare ? cae::quality(network, frame, output.data()) : cae::Quality{};
+        copy_image(output, image, stride);
         if (mmse != nullptr)
             *mmse = quality.mmse;
         if (mssim != nullptr)
@@ -342,7 +344,7 @@ toliman_status toliman_cae_load(const void *bytes, size_t size, const toliman_lo
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         required(out, "out");
-        give(cae::from_blob(bytes, size), out);
+        store_network(cae::from_blob(bytes, size), out);
     });
 }
 
@@ -361,7 +363,7 @@ toliman_status toliman_cae_load_file(const char *path, const toliman_load_option
         required(path, "path");
         required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, cae::kMaxBlob);
-        in_file(path, [&] { give(cae::from_blob(bytes.data(), bytes.size()), out); });
+        in_file(path, [&] { store_network(cae::from_blob(bytes.data(), bytes.size()), out); });
     });
 }
 

@@ -1,4 +1,4 @@
-// include/toliman/components.h: unwrap, call, convert.
+// include/toliman/components.h
 #include <algorithm>
 
 #include <toliman/components.h>
@@ -18,13 +18,13 @@ using namespace toliman::api;
 struct toliman_components : Handle<toliman_components> {
     static constexpr char kType[] = "toliman_components";
     linear::Residuals residuals;
-    Buffer<double> gram = {}; // of the frames in residuals; empty: not made yet
+    Buffer<double> gram = {}; // inner products of all frames; empty until the first training after a push
     linear::Components trained = {};
 };
 
 namespace {
 
-constexpr uint32_t kMostFrames = 16384; // their products fill 2 GiB
+constexpr uint32_t kMostFrames = 16384; // 16384^2 products of 8 bytes are 2 GiB
 constexpr uint32_t kMostComponents = 64;
 constexpr double kLargestLambda = 1e6;
 
@@ -34,8 +34,7 @@ linear::Preparation preparation_of(const toliman_components_options &options, in
     const int64_t capacity = options.capacity != 0 ? options.capacity : cadence;
     if (capacity < 2 || capacity > kMostFrames)
         fail(Status::argument, "{options->capacity} = %lld%s: must be in [2, %u] frames",
-             static_cast<long long>(capacity), options.capacity != 0 ? "" : ", that of the scene's cadence",
-             kMostFrames);
+             static_cast<long long>(capacity), options.capacity != 0 ? "" : " (from the scene's cadence)", kMostFrames);
     return {options.raw != 0, std::max<size_t>(options.bin, 1), static_cast<size_t>(capacity)};
 }
 
@@ -47,7 +46,7 @@ toliman_components_train_options known_options(const toliman_components_train_op
     auto options = accept(given, toliman_components_train_options{}, "options");
     if (options.reserved != 0)
         fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
-    options.method = kMethods.give(kMethods.take_or(options.method, Method::pca, "options->method"));
+    options.method = kMethods.to_constant(kMethods.to_enum_or(options.method, Method::pca, "options->method"));
     if (options.components > kMostComponents)
         fail(Status::argument, "{options->components} = %u: must be in [1, %u], 0 for 1", options.components,
              kMostComponents);
@@ -68,7 +67,7 @@ linear::DictionaryOptions dictionary_of(const toliman_components_train_options &
     return known;
 }
 
-void forget_training(toliman_components &components) noexcept {
+void discard_training(toliman_components &components) noexcept {
     components.gram.clear();
     components.trained = {};
 }
@@ -108,7 +107,7 @@ toliman_status toliman_components_push(toliman_components *handle, const double 
         linear::Residuals &residuals = components->residuals;
         required_image(counts, stride, residuals.cols(), "counts");
         residuals.push({counts, residuals.rows(), residuals.cols(), stride});
-        forget_training(*components);
+        discard_training(*components);
     });
 }
 
@@ -120,7 +119,7 @@ toliman_status toliman_components_push_many(toliman_components *handle, const to
         if (count == 0)
             return;
         residuals.push_many(frames_of(image, count, residuals.rows(), residuals.cols()), count);
-        forget_training(*components);
+        discard_training(*components);
     });
 }
 
@@ -128,7 +127,7 @@ toliman_status toliman_components_reset(toliman_components *handle) noexcept {
     return guard([&] {
         const Use components(handle, "components");
         components->residuals.clear();
-        forget_training(*components);
+        discard_training(*components);
     });
 }
 
@@ -141,8 +140,8 @@ toliman_status toliman_components_train(toliman_components *handle, const tolima
         if (report != nullptr)
             check_struct_size("report", *report);
         if (residuals.frames() <= known.components)
-            fail(Status::state, "%zu frames are in: %u components need at least %u", residuals.frames(),
-                 known.components, known.components + 1);
+            fail(Status::state, "%u components need at least %u frames, %zu were pushed", known.components,
+                 known.components + 1, residuals.frames());
 
         const Progress progress{known.progress, known.progress_data};
         if (components->gram.empty())
@@ -166,9 +165,9 @@ toliman_status toliman_components_get_series(const toliman_components *handle, u
         const Use components(handle, "components");
         const linear::Components &trained = components->trained;
         if (trained.frames == 0)
-            fail(Status::state, "components: no series before training, nor after a push until the next");
+            fail(Status::state, "components: not trained, or not since the last push");
         if (component >= trained.share.size())
-            fail(Status::range, "{component} = %u: must be less than %zu, those trained", component,
+            fail(Status::range, "{component} = %u: must be below %zu, the number of trained components", component,
                  trained.share.size());
         if (values != nullptr)
             std::copy_n(&trained.series[component * trained.frames], trained.frames, values);

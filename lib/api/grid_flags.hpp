@@ -1,4 +1,4 @@
-// TOLIMAN_PERIOD_... flags of a grid and back.
+// Converts the TOLIMAN_PERIOD_... flags of a grid to its members and back.
 #pragma once
 #include <toliman/period.h>
 

@@ -1,4 +1,5 @@
-// The border: every exported function that can fail runs through guard(), the one place where exceptions end.
+// Exception firewall of the C interface: every exported function that can fail runs its body in guard(), which converts
+// exceptions to status codes. Also the checks of pointers, arrays and struct sizes that C callers pass.
 #pragma once
 #include <cstdint>
 
@@ -9,14 +10,14 @@
 
 namespace toliman::api {
 
-// Exact sums and the places of samples rest on rounding to nearest, in which every program starts; in another mode they
-// would be wrong, and arrays be left.
+// Status::unsupported unless the thread rounds to nearest, the default. Exact sums and array indices computed in
+// floating point assume it: in another mode sums would be wrong and indices could leave their arrays.
 void require_nearest();
 
-// The exception at hand as a status code and the thread's last message.
+// Call in a catch block: converts the current exception to a status code and sets the thread's last message.
 toliman_status status_of_exception() noexcept;
 
-// Runs body(); an exception becomes a status code.
+// Runs body() and returns TOLIMAN_OK, or the status code of the exception that it throws.
 template <class Body> toliman_status guard(Body &&body) noexcept {
     try {
         require_nearest();
@@ -27,7 +28,7 @@ template <class Body> toliman_status guard(Body &&body) noexcept {
     }
 }
 
-// The reference behind a pointer argument, or an error that names it.
+// Returns the target of a pointer argument; Status::argument, naming the argument, for NULL.
 template <class T> T &required(T *pointer, const char *name) {
     if (pointer == nullptr)
         fail(Status::argument, "{%s} is NULL", name);
@@ -39,7 +40,8 @@ inline void required(const void *pointer, const char *name) {
         fail(Status::argument, "{%s} is NULL", name);
 }
 
-// An array argument of `count` elements of `bytes` each: no more than memory can hold, and not NULL unless it is empty.
+// Checks an array argument of `count` elements of `bytes` each: its size must be representable, and the pointer not
+// NULL unless the array is empty.
 inline void required_array(const void *pointer, size_t count, size_t bytes, const char *name) {
     if (count > PTRDIFF_MAX / bytes)
         fail(Status::range, "{%s}: %zu elements of %zu bytes: does not fit in memory", name, count, bytes);
@@ -47,7 +49,7 @@ inline void required_array(const void *pointer, size_t count, size_t bytes, cons
         required(pointer, name);
 }
 
-// Runs work on what stands in a file; its complaints are prefixed by the name.
+// Runs work on the contents of a file and prefixes the messages of its errors with the path.
 template <class Work> void in_file(const char *path, Work work) {
     try {
         work();
@@ -56,13 +58,15 @@ template <class Work> void in_file(const char *path, Work work) {
     }
 }
 
-// Checks the caller's struct_size against the smallest layout ever published for the struct and today's.
+// Struct-size negotiation: a caller sets struct_size to the size of the struct it was compiled with. The library
+// accepts every size from the first published layout (kOldest) to its own. A larger struct is rejected, since its
+// further members would be ignored silently.
 void check_struct_size(const char *name, uint32_t given, size_t oldest, size_t current);
 template <class T> void check_struct_size(const char *name, const T &given) {
     check_struct_size(name, given.struct_size, kOldest<T>, sizeof(T));
 }
 
-// Copies a result struct to a caller who may know fewer members.
+// Copies a result struct to the caller, truncated to the members that the caller's struct has.
 template <class T> void deliver(const T &result, T *out, const char *name) {
     check_struct_size(name, required(out, name));
     const uint32_t size = out->struct_size;
@@ -71,7 +75,7 @@ template <class T> void deliver(const T &result, T *out, const char *name) {
     __builtin_memcpy(out, &whole, size);
 }
 
-// The defaults to a caller who may know fewer members, or more: those become 0.
+// Copies default options to the caller, truncated to the caller's struct; further members of a larger struct become 0.
 template <class T> void deliver_defaults(const T &defaults, T *options, size_t size) noexcept {
     if (options == nullptr || size < sizeof defaults.struct_size)
         return;
@@ -80,7 +84,7 @@ template <class T> void deliver_defaults(const T &defaults, T *options, size_t s
     options->struct_size = static_cast<uint32_t>(size);
 }
 
-// The caller's options over the defaults; NULL gives the defaults.
+// Returns the caller's options; members that the caller's struct lacks have their defaults. NULL: the defaults.
 template <class T> T accept(const T *options, const T &defaults, const char *name) {
     T known = defaults;
     if (options != nullptr) {
@@ -90,11 +94,11 @@ template <class T> T accept(const T *options, const T &defaults, const char *nam
     return known;
 }
 
-// An image argument: not NULL and a stride that holds a row.
+// Checks an image argument: not NULL, and a stride of at least one row.
 template <class T> T *required_image(T *image, size_t stride, size_t cols, const char *name) {
     required(image, name);
     if (stride < cols)
-        fail(Status::argument, "{stride} of %s = %zu: must be at least %zu, the row's length", name, stride, cols);
+        fail(Status::argument, "{stride} of %s = %zu: must be at least %zu, the number of columns", name, stride, cols);
     return image;
 }
 

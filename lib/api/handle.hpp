@@ -1,7 +1,12 @@
-// The head of every object behind an opaque pointer: its type, and the calls that use it at the moment.
+// Base of every object behind an opaque pointer: a type tag against misuse, and a reader-writer count of running calls.
 //
-// A call that changes the object excludes all others, const calls exclude only those. A call that does not get in
-// fails; it never waits, so that a callback which uses its own object fails too instead of blocking for ever.
+// A call that modifies the object excludes all others; const calls exclude only those. An excluded call fails with
+// TOLIMAN_E_STATE and never waits: a callback that used the object of its own running call would otherwise deadlock.
+// The count is one atomic integer: n > 0 const calls, or kExclusive.
+//
+// The type tag is the address of a static string. It detects a pointer to another type. After destruction it is NULL,
+// which is seen only as long as the memory has not been reused: a debugging aid, not a guarantee. It follows two unused
+// words because malloc implementations overwrite the beginning of a freed block with their list pointers.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -16,18 +21,19 @@ template <class T> class Handle {
     Handle() noexcept = default;
     ~Handle() { type_ = nullptr; }
 
-    // Status::argument for an object of another type or a destroyed one, as far as its memory still shows that;
-    // Status::state if the calls that use it exclude this one.
+    // Begins a call. Status::argument for an object of another type or, as far as its memory still shows it, a
+    // destroyed one; Status::state if running calls exclude this one.
     void begin(bool shared, const char *name) const {
         if (type_ != T::kType)
-            fail(Status::argument, "{%s} is no %s, or was destroyed", name, T::kType);
+            fail(Status::argument, "{%s} is not a %s, or was destroyed", name, T::kType);
         int32_t calls = calls_.load(std::memory_order_relaxed);
         do {
             if (calls < 0 || (calls > 0 && !shared))
-                fail(Status::state, "{%s} is in use by another thread, or by the call that runs this callback", name);
+                fail(Status::state, "{%s} is in use by another thread or by the call that runs this callback", name);
         } while (!calls_.compare_exchange_weak(calls, shared ? calls + 1 : kExclusive, std::memory_order_acquire,
                                                std::memory_order_relaxed));
     }
+    // Ends a call.
     void end(bool shared) const noexcept {
         if (shared)
             calls_.fetch_sub(1, std::memory_order_release);
@@ -38,12 +44,12 @@ template <class T> class Handle {
   private:
     static constexpr int32_t kExclusive = -1;
 
-    const void *unused_[2] = {};            // where the C library keeps its lists of freed memory
-    const char *volatile type_ = T::kType;  // volatile: the destructor's store must stay
-    mutable std::atomic<int32_t> calls_{0}; // const calls that run, or kExclusive
+    const void *unused_[2] = {};            // overwritten by malloc's free lists
+    const char *volatile type_ = T::kType;  // volatile: the destructor's store must not be optimised away
+    mutable std::atomic<int32_t> calls_{0}; // number of running const calls, or kExclusive
 };
 
-// Use of a handle for one call, until the end of the scope.
+// One call on a handle, from construction to the end of the scope. A pointer to const makes it a shared call.
 template <class T> class Use {
   public:
     Use(T *handle, const char *name) : handle_(required(handle, name)) { handle_.begin(kShared, name); }
@@ -59,7 +65,7 @@ template <class T> class Use {
     T &handle_;
 };
 
-// An object that cannot be destroyed now is left as it is, with a message for toliman_last_error.
+// Deletes an object. An object in use is left unchanged and sets toliman_last_error, since destroy returns nothing.
 template <class T> void destroy(T *handle) noexcept {
     if (handle == nullptr)
         return;

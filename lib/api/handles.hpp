@@ -1,4 +1,4 @@
-// What stands behind the opaque pointers that more than one file of lib/api unwraps.
+// Definitions of the opaque types that more than one file of lib/api uses.
 #pragma once
 #include <optional>
 
@@ -17,7 +17,7 @@ struct toliman_sim : toliman::api::Handle<toliman_sim> {
 struct toliman_cae : toliman::api::Handle<toliman_cae> {
     static constexpr char kType[] = "toliman_cae";
     toliman::cae::Network network;
-    std::optional<toliman::cae::Training> training; // the last one, to go on with
+    std::optional<toliman::cae::Training> training; // state of the last training, to be resumed
 };
 
 struct toliman_linear : toliman::api::Handle<toliman_linear> {

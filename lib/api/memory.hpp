@@ -1,4 +1,5 @@
-// The caller's allocator as the library's own memory.
+// Converts the caller's allocator to Memory (base/memory.hpp). A MemoryScope around the creation of an object makes its
+// large arrays, including those in domain code that knows nothing of allocators, use it for their lifetime.
 #pragma once
 #include <toliman/base.h>
 
@@ -7,7 +8,7 @@
 
 namespace toliman::api {
 
-// NULL: the system's.
+// NULL: the system's allocator.
 inline Memory memory_of(const toliman_allocator *allocator) {
     if (allocator == nullptr)
         return {};

@@ -1,5 +1,5 @@
-// Bytes of the smallest layout ever published for a struct, which the library goes on taking: today's, but for the
-// structs that grew since, each with a line of the form
+// Size of the first published layout of each struct, which the library still accepts. It is the current size, except
+// for structs that have grown since; each of these has a line of the form
 //   template <> inline constexpr size_t kOldest<toliman_x> = offsetof(toliman_x, first_new_member);
 // tools/check/abi reads and records them.
 #pragma once

@@ -1,4 +1,4 @@
-// A peak as the callers get it.
+// Converts a peak to the public struct.
 #pragma once
 #include <toliman/period.h>
 
@@ -8,7 +8,7 @@
 
 namespace toliman::api {
 
-// How the grid suits samples of this cadence.
+// Flags that compare the grid with the samples' cadence: steps too coarse, frequencies above Nyquist.
 inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cadence) noexcept {
     const bool coarse = grid.df * 5 * cadence.span > period::kRounding;
     const bool past = grid.last() * 2 * cadence.step > period::kRounding;
@@ -19,7 +19,7 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     toliman_period_peak out = {};
     out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u) |
                 (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u) |
-                // Sums know the times' variance, which tells their span, and not the step.
+                // The sums contain the variance of the times, from which the span follows, but not the step.
                 (grid_flags(stream.grid(), period::cadence_of(stream)) & TOLIMAN_PERIOD_COARSE);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
@@ -38,7 +38,7 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     return out;
 }
 
-// The same against the samples, whose times tell how the grid suits them.
+// The peak refined against the samples; their times give the exact grid flags.
 inline toliman_period_peak public_fit(const period::Stream &stream, const period::Samples &samples) {
     toliman_period_peak peak = public_peak(stream, period::fit_peak(stream, samples));
     peak.flags &= ~TOLIMAN_PERIOD_COARSE;

@@ -50,7 +50,7 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     return grid;
 }
 
-// Samples of the caller as arrays; sigma may be NULL.
+// The caller's samples as arrays; sigma NULL means unweighted.
 struct Arrays {
     const double *t, *y, *sigma;
     size_t n;
@@ -67,7 +67,7 @@ struct Arrays {
     }
 };
 
-// The same as structs.
+// The caller's samples as structs; sigma 0 means unweighted.
 struct Structs {
     std::optional<StructArray<const toliman_period_sample>> samples;
     size_t n;
@@ -100,6 +100,7 @@ struct Structs {
     }
 };
 
+// All samples are checked before the first is added, so that a call adds all or none.
 template <class Given> void check_all(const period::Stream &stream, const Given &given) {
     given.check();
     period::OneWeighting weighting(stream);
@@ -119,11 +120,13 @@ template <class Given> void push_all(toliman_period *period, const Given &given)
         stream.push(given.at(stream, i));
 }
 
+// Sums that no set of samples can have reveal a wrong retract: it is undone by pushing the samples again, which
+// restores the exact sums bit by bit.
 template <class Given> void retract_all(toliman_period *period, const Given &given) {
     const Use use(period, "period");
     period::Stream &stream = use->stream;
     if (given.n > static_cast<uint64_t>(stream.totals().count))
-        fail(Status::state, "%zu samples to retract: only %lld are in", given.n,
+        fail(Status::state, "cannot retract %zu samples: the periodogram has %lld", given.n,
              static_cast<long long>(stream.totals().count));
     check_all(stream, given);
     for (size_t i = 0; i < given.n; i++)
@@ -137,6 +140,7 @@ template <class Given> void retract_all(toliman_period *period, const Given &giv
     }
 }
 
+// Converts a power from the standard normalisation. 1 - P is resolved to about 1e-15, which bounds the result.
 double normalised(double power, int32_t normalisation, double half_chi_square) noexcept {
     constexpr double kLeastResidual = 1e-15;
     const double residual = std::max(kLeastResidual, 1 - power);
@@ -225,7 +229,7 @@ toliman_status toliman_period_merge(toliman_period *period, const toliman_period
         const Use use(period, "period");
         period::Stream &stream = use->stream;
         if (period == other)
-            fail(Status::argument, "{other}: is the periodogram itself");
+            fail(Status::argument, "{other}: must not be the periodogram itself");
         const Use use_other(other, "other");
         stream.merge(use_other->stream);
     });
@@ -284,7 +288,7 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
                  normalisation, TOLIMAN_PERIOD_POWER_STANDARD, TOLIMAN_PERIOD_POWER_PSD);
         const int64_t nf = stream.grid().nf;
         if (first < 0 || first > nf || count > static_cast<size_t>(nf - first))
-            fail(Status::range, "{first} = %lld, count = %zu: the grid has %lld frequencies",
+            fail(Status::range, "{first} = %lld, count = %zu: must be within the grid of %lld frequencies",
                  static_cast<long long>(first), count, static_cast<long long>(nf));
         const period::PowerQuery query(stream);
         query.check();
@@ -302,8 +306,8 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
         const period::Stream &stream = use->stream;
         required(out, "out");
         if (k < 0 || k >= stream.grid().nf)
-            fail(Status::range, "{k} = %lld: the grid has %lld frequencies", static_cast<long long>(k),
-                 static_cast<long long>(stream.grid().nf));
+            fail(Status::range, "{k} = %lld: must be in [0, %lld]", static_cast<long long>(k),
+                 static_cast<long long>(stream.grid().nf - 1));
         const period::PowerQuery query(stream);
         if (!query.meaningful())
             fail(Status::state, "a model needs at least five samples that are not all equal");
@@ -330,14 +334,14 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, size_t c
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        const StructArray<toliman_period_peak> told(peaks, "peaks");
+        const StructArray<toliman_period_peak> results(peaks, "peaks");
         required(count, "count");
         if (capacity < 1 || capacity > period::kMostPeaks)
             fail(Status::argument, "{capacity} = %zu: must be in [1, %zu]", capacity, period::kMostPeaks);
         period::Peak found[period::kMostPeaks];
         *count = period::find_peaks(stream, capacity, found);
         for (size_t i = 0; i < *count; i++)
-            told.put(i, public_peak(stream, found[i]));
+            results.put(i, public_peak(stream, found[i]));
     });
 }
 

@@ -17,11 +17,10 @@ using namespace toliman::api;
 
 namespace {
 
-// What a false alarm probability of the caller's method depends on.
 period::Fap fap_method(int32_t method) {
     constexpr Choice<period::Fap> kMethods = {TOLIMAN_PERIOD_FAP_BALUEV, TOLIMAN_PERIOD_FAP_SEQUENTIAL,
                                               "TOLIMAN_PERIOD_FAP_..."};
-    return kMethods.take(method, "method");
+    return kMethods.to_enum(method, "method");
 }
 
 void check_meaningful(const period::Stream &stream) {
@@ -43,7 +42,7 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
         if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
             fail(Status::argument, "{log10_residual} = %g: must be in [%g, 0]", log10_residual,
                  period::kLeastLogResidual);
-        if (log10_residual == 0) { // nothing is claimed, as of constant values
+        if (log10_residual == 0) { // P = 0 has FAP 1 for any samples, also for constant values
             *result = 0;
             return;
         }

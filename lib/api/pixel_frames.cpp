@@ -6,11 +6,11 @@ namespace toliman::api {
 
 namespace {
 
-// 0 stands for the side that the object takes.
+// 0 means the side that the object requires.
 void check_side(int64_t given, size_t wanted, const char *name) {
     if (given != 0 && given != static_cast<int64_t>(wanted))
-        fail(Status::argument, "{image->%s} = %lld: must be %zu, or 0 for that", name, static_cast<long long>(given),
-             wanted);
+        fail(Status::argument, "{image->%s} = %lld: must be %zu, or 0 for the default", name,
+             static_cast<long long>(given), wanted);
 }
 
 size_t stride_of(int64_t given, int64_t least, size_t otherwise, const char *name) {
@@ -20,7 +20,7 @@ size_t stride_of(int64_t given, int64_t least, size_t otherwise, const char *nam
     return given != 0 ? static_cast<size_t>(given) : otherwise;
 }
 
-// Bytes from the first pixel to behind the last one must be a size that an object in memory can have.
+// The extent from the first pixel to the end of the last one must not exceed PTRDIFF_MAX bytes, the largest object.
 void check_extent(const PixelFrames &frames, size_t count) {
     size_t row = 0, frame = 0, pixels = 0, bytes = 0;
     const bool large = __builtin_mul_overflow(frames.rows - 1, frames.stride, &row) ||
@@ -41,9 +41,9 @@ PixelFrames frames_of(const toliman_image *image, size_t count, size_t rows, siz
     required(given.pixels, "image->pixels");
     check_side(given.rows, rows, "rows");
     check_side(given.cols, cols, "cols");
-    PixelFrames frames = {kPixels.take_or(given.pixel, Pixel::f64, "image->pixel"), given.pixels, rows, cols, 0, 0};
+    PixelFrames frames = {kPixels.to_enum_or(given.pixel, Pixel::f64, "image->pixel"), given.pixels, rows, cols, 0, 0};
     frames.stride = stride_of(given.stride, static_cast<int64_t>(cols), cols, "stride");
-    size_t packed = 0; // where it overflows so does the extent
+    size_t packed = 0; // if this product overflows, check_extent fails
     if (__builtin_mul_overflow(rows, frames.stride, &packed))
         packed = PTRDIFF_MAX;
     frames.frame_stride = stride_of(given.frame_stride, 1, packed, "frame_stride");

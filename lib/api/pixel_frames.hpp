@@ -1,4 +1,4 @@
-// The caller's toliman_image as frames of the library.
+// Converts the caller's toliman_image to PixelFrames.
 #pragma once
 #include <toliman/image.h>
 
@@ -9,8 +9,8 @@ namespace toliman::api {
 
 constexpr Choice<Pixel> kPixels = {TOLIMAN_PIXEL_U8, TOLIMAN_PIXEL_F32BE, "TOLIMAN_PIXEL_..."};
 
-// `count` > 0 frames of rows x cols. Status::argument for another shape, a bad stride or alignment, Status::range for
-// frames that do not fit in memory.
+// Returns `count` > 0 frames of rows x cols. Status::argument for another shape, an invalid stride or misaligned
+// pixels; Status::range for frames that do not fit in memory.
 PixelFrames frames_of(const toliman_image *image, size_t count, size_t rows, size_t cols);
 
 } // namespace toliman::api

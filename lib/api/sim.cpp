@@ -1,4 +1,4 @@
-// include/toliman/sim.h: unwrap, call, convert.
+// include/toliman/sim.h
 #include <toliman/sim.h>
 
 #include <algorithm>
@@ -41,11 +41,11 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.log = {known.log, known.log_data};
     if (known.reserved != 0)
         fail(Status::argument, "{options->reserved} = %d: must be 0", known.reserved);
-    settings.engine = kEngines.take_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
+    settings.engine = kEngines.to_enum_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
     return settings;
 }
 
-// Runs use(settings) by the caller's options, with the caller's memory.
+// Calls use(settings) with the caller's options while arrays are allocated by the caller's allocator.
 template <class Use> void with_options(const toliman_sim_options *options, Use use) {
     const toliman_sim_options known = known_options(options);
     const toliman::MemoryScope scope(api::memory_of(known.allocator));
@@ -65,8 +65,8 @@ void check_frames(int64_t first, size_t count, int64_t frames) {
              static_cast<long long>(first), count, static_cast<long long>(frames));
 }
 
-// Fills an image of the caller once all of it is known.
-template <class Fill> void give_image(const toliman_sim *sim, double *image, size_t stride, Fill fill) {
+// Computes the whole image before copying it to the caller, so that a failure writes nothing.
+template <class Fill> void fill_image(const toliman_sim *sim, double *image, size_t stride, Fill fill) {
     const api::Use use(sim, "sim");
     const optics::Simulator &simulator = use->simulator;
     const size_t cols = simulator.scene().detector.cols;
@@ -151,7 +151,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.pixel_scale_arcsec = scene.detector.pixel_scale_arcsec;
     info.scene_digest = scene.digest;
     info.whole_counts = simulator.detector().whole_counts() ? 1 : 0;
-    info.unit = kUnits.give(simulator.detector().unit());
+    info.unit = kUnits.to_constant(simulator.detector().unit());
     info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
@@ -159,7 +159,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
 
 toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
     toliman_sim_plan_info info = {};
-    info.engine = kEngines.give(plan.engine);
+    info.engine = kEngines.to_constant(plan.engine);
     info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
     info.wavelengths = static_cast<int32_t>(plan.wavelengths);
     info.order = static_cast<int32_t>(plan.order);
@@ -192,7 +192,8 @@ toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &p
     return info;
 }
 
-// Frames on own workers; worker w makes frames w, w + workers, ... in its own scratch.
+// Computes frames on worker threads; worker w computes frames w, w + workers, ... with its own scratch memory. Noise is
+// counter-based, so that the result does not depend on the partition.
 void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t first, size_t count,
                  const double *displacements_px, uint32_t threads, double *images) {
     const size_t pixels = simulator.pixels();
@@ -209,10 +210,10 @@ void make_frames(const optics::Simulator &simulator, uint64_t seed, int64_t firs
 }
 
 optics::Outline outline_of_text(const char *json, size_t size, const char *folder, const optics::Settings &settings) {
-    if (size > toliman::json::kLargestText) // said before the text is copied: a wrong size may be far too large
-        fail(Status::format, "scene: %zu bytes: at most %zu are allowed", size, toliman::json::kLargestText);
-    const bool here = folder == nullptr || *folder == '\0';
-    return optics::outline_of(std::string(json, size), "scene", here ? "." : folder, settings);
+    if (size > toliman::json::kLargestText) // checked before the text is copied: a wrong size may be huge
+        fail(Status::format, "scene: %zu bytes: must be at most %zu", size, toliman::json::kLargestText);
+    const bool current = folder == nullptr || *folder == '\0';
+    return optics::outline_of(std::string(json, size), "scene", current ? "." : folder, settings);
 }
 
 void deliver_plan(const optics::Outline &outline, const optics::Settings &settings, toliman_sim_plan_info *out) {
@@ -300,8 +301,7 @@ toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const ch
         while (stage < optics::kStages && std::strcmp(optics::stage_name(stage), name) != 0)
             stage++;
         if (stage == optics::kStages)
-            fail(Status::argument, "{name} = \"%s\": must be that of a stage, as toliman_sim_stage_name gives them",
-                 name);
+            fail(Status::argument, "{name} = \"%s\": must be a name returned by toliman_sim_stage_name", name);
         api::required(modelled, "modelled") = static_cast<int32_t>(known.stages >> stage & 1);
     });
 }
@@ -336,7 +336,7 @@ const char *toliman_sim_image_name(int32_t kind) noexcept {
 
 toliman_status toliman_sim_get_image(const toliman_sim *sim, int32_t kind, double *image, size_t stride) noexcept {
     return api::guard([&] {
-        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+        fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             const Buffer<double> &source = image_of(simulator, kind);
             std::copy(source.begin(), source.end(), whole);
             simulator.detector().to_counts(quantity_of(kind), whole);
@@ -361,7 +361,8 @@ toliman_status toliman_sim_get_spectrum(const toliman_sim *sim, size_t count, do
         const api::Use use(sim, "sim");
         const optics::Light &light = use->simulator.light();
         if (count != light.wavelength_m.size())
-            fail(Status::argument, "{count} = %zu: must be %zu, the wavelengths", count, light.wavelength_m.size());
+            fail(Status::argument, "{count} = %zu: must be %zu, the number of wavelengths", count,
+                 light.wavelength_m.size());
         if (wavelength_m != nullptr)
             std::copy(light.wavelength_m.begin(), light.wavelength_m.end(), wavelength_m);
         if (weight_a != nullptr)
@@ -379,7 +380,7 @@ toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
         const optics::Simulator &simulator = use->simulator;
         const size_t wavelengths = simulator.light().wavelength_m.size();
         if (count != wavelengths)
-            fail(Status::argument, "{count} = %zu: must be %zu, the wavelengths", count, wavelengths);
+            fail(Status::argument, "{count} = %zu: must be %zu, the number of wavelengths", count, wavelengths);
         api::required(relative_error, "relative_error");
         const std::vector<double> &errors = simulator.plan().plate_scale_errors;
         std::fill_n(relative_error, count, 0.0);
@@ -391,8 +392,8 @@ toliman_status toliman_sim_get_offsets(const toliman_sim *sim, toliman_sim_offse
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Light &light = use->simulator.light();
-        const double nowhere = std::numeric_limits<double>::quiet_NaN();
-        toliman_sim_offsets offsets = {0, 0, light.offset_px[0][0], light.offset_px[0][1], nowhere, nowhere};
+        const double absent = std::numeric_limits<double>::quiet_NaN();
+        toliman_sim_offsets offsets = {0, 0, light.offset_px[0][0], light.offset_px[0][1], absent, absent};
         if (!light.photons[1].empty()) {
             offsets.b_x_px = light.offset_px[1][0];
             offsets.b_y_px = light.offset_px[1][1];
@@ -405,7 +406,7 @@ toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement
                                      size_t stride) noexcept {
     return api::guard([&] {
         check_displacement(displacement_px, optics::kFarthestDisplacement);
-        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+        fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.propagate(displacement_px, whole);
             simulator.detector().to_counts(optics::Quantity::frame, whole);
         });
@@ -416,7 +417,7 @@ toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px
                                   size_t stride) noexcept {
     return api::guard([&] {
         check_displacement(displacement_px, optics::kLargestDisplacement);
-        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+        fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.expect(displacement_px, whole);
             simulator.detector().to_counts(optics::Quantity::frame, whole);
         });
@@ -429,7 +430,7 @@ toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
         check_displacement(displacement_px, api::Use(sim, "sim")->simulator.largest_displacement_px());
         if (k < 0)
             fail(Status::range, "{k} = %lld: must be at least 0", static_cast<long long>(k));
-        give_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
+        fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             Buffer<double> scratch(simulator.pixels());
             simulator.frame(displacement_px, seed, k, scratch.data(), whole);
         });
@@ -441,7 +442,7 @@ toliman_status toliman_sim_frame_many(const toliman_sim *sim, const double *disp
     return api::guard([&] {
         const api::Use use(sim, "sim");
         const optics::Simulator &simulator = use->simulator;
-        const bool own = displacements_px != nullptr; // then any frame number will do
+        const bool own = displacements_px != nullptr; // any frame number is then allowed
         check_frames(first, count, own ? std::numeric_limits<int64_t>::max() : simulator.scene().cadence.frames);
         if (count == 0)
             return;

@@ -1,4 +1,5 @@
-// Arrays of structs of a caller, who may know fewer members: they step by the size that the first element tells.
+// An array of structs of a caller whose structs may be smaller than ours: the struct_size of the first element is the
+// distance from element to element.
 #pragma once
 #include <type_traits>
 
@@ -17,13 +18,14 @@ template <class T> class StructArray {
 
     uint32_t size() const noexcept { return size_; }
 
-    // A copy, in which members that the caller does not know are 0.
+    // Returns a copy of element i; members that the caller's struct lacks are 0.
     Plain get(size_t i) const noexcept {
         Plain whole = {};
         __builtin_memcpy(&whole, bytes_ + i * size_t{size_}, size_);
         return whole;
     }
 
+    // Copies a struct to element i, truncated to the caller's struct.
     void put(size_t i, Plain whole) const noexcept {
         whole.struct_size = size_;
         __builtin_memcpy(bytes_ + i * size_t{size_}, &whole, size_);

@@ -1,4 +1,8 @@
-// include/toliman/track.h: trackers are made and take frames.
+// include/toliman/track.h: creation of trackers, and the calls that modify them.
+//
+// Options are completed and checked in full (image geometry from the estimator, grid and clock from the folder) before
+// anything is created in the folder. Likewise all frames of a push are checked before the first one is processed, so
+// that an impossible frame leaves the tracker unchanged.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -30,10 +34,11 @@ namespace {
 
 constexpr Choice<track::Sync> kSyncs = {TOLIMAN_TRACK_SYNC_GROUP, TOLIMAN_TRACK_SYNC_NONE, "TOLIMAN_TRACK_SYNC_..."};
 
-// A call that changes the sums, which the caller may be querying as a periodogram.
-class Changing {
+// Exclusive use of a tracker and of its periodogram, which another thread may be querying.
+class ExclusiveUse {
   public:
-    explicit Changing(toliman_track *track) : track_(track, "track"), period_(&track->period, "the tracker's period") {}
+    explicit ExclusiveUse(toliman_track *track)
+        : track_(track, "track"), period_(&track->period, "the tracker's period") {}
     toliman_track *operator->() const noexcept { return track_.operator->(); }
     toliman_track &operator*() const noexcept { return *track_; }
 
@@ -66,7 +71,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     if (options.threads == 0 && options.estimate != nullptr)
         options.threads = 1;
     options.threads = worker_count(options.threads);
-    options.sync = kSyncs.give(kSyncs.take_or(options.sync, track::Sync::group, "options->sync"));
+    options.sync = kSyncs.to_constant(kSyncs.to_enum_or(options.sync, track::Sync::group, "options->sync"));
     constexpr uint32_t kOfFolder = TOLIMAN_TRACK_READ_ONLY | TOLIMAN_TRACK_REBUILD;
     if ((options.flags & ~(kOfFolder | TOLIMAN_TRACK_ALLOW_ZERO_RUNS)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
@@ -76,12 +81,12 @@ toliman_track_options known_options(const toliman_track_options *given) {
         fail(Status::argument, "{options->group} = %u: must be in [1, %u], or 0 for %u", options.group, kLargestGroup,
              kGroup);
     if (memchr(options.values, 0, sizeof options.values) == nullptr)
-        fail(Status::argument, "{options->values}: is longer than %zu characters", sizeof options.values - 1);
+        fail(Status::argument, "{options->values}: must have at most %zu characters", sizeof options.values - 1);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMost)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
     if (options.folder == nullptr && (options.flags & kOfFolder) != 0)
-        fail(Status::argument, "{options->folder} is NULL: it is needed for READ_ONLY and REBUILD");
+        fail(Status::argument, "{options->folder} is NULL: required by READ_ONLY and REBUILD");
     return options;
 }
 
@@ -92,16 +97,16 @@ size_t side(int64_t value, const char *name) {
     return static_cast<size_t>(value);
 }
 
-// One side of the geometry from what is given of it.
+// Completes one side of the geometry: frame = crop + image * bin; `own` is the side that the estimator requires, 0 any.
 void complete(size_t &frame, size_t crop, size_t bin, size_t &image, size_t own, const char *name) {
     if (image == 0)
         image = own > 0 ? own : (frame > crop ? (frame - crop) / bin : 0);
     if (own > 0 && image != own)
-        fail(Status::argument, "{options->image_%s} = %zu: the estimator takes %zu", name, image, own);
+        fail(Status::argument, "{options->image_%s} = %zu: must be %zu, as the estimator requires", name, image, own);
     if (frame == 0)
         frame = crop + image * bin;
     if (image == 0)
-        fail(Status::argument, "{options->%s} = %zu, crop %zu, bin = %zu: nothing is left for the estimator", name,
+        fail(Status::argument, "{options->%s} = %zu, crop %zu, bin = %zu: leave no pixels for the estimator", name,
              frame, crop, bin);
 }
 
@@ -126,14 +131,14 @@ track::Terms terms_of(const toliman_track_options &options, const Source &source
     terms.geometry = geometry_of(options, source);
     terms.sigma = options.sigma != 0 ? options.sigma : source.sigma;
     if (terms.sigma == 0)
-        fail(Status::argument, "{options->sigma} = 0: the estimator does not know it");
+        fail(Status::argument, "{options->sigma} = 0: must be above 0 for this estimator");
     terms.value_limit = options.value_limit != 0 ? options.value_limit : kSigmasToLimit * terms.sigma;
     terms.estimator = source.digest;
     terms.check();
     return terms;
 }
 
-// nf = 0: none.
+// The grid of the options; none if nf = 0.
 std::optional<period::Grid> grid_of(const toliman_track_options &options, const track::Terms &terms) {
     if (options.nf == 0)
         return std::nullopt;
@@ -149,7 +154,7 @@ std::optional<period::Grid> grid_of(const toliman_track_options &options, const 
     return grid;
 }
 
-// No points: none.
+// The clock of the options; none without points.
 std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     if (options.clock_points == 0)
         return std::nullopt;
@@ -159,7 +164,8 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     return track::Clock(std::move(points));
 }
 
-// What is asked for, and else what the folder has. Of frames that are there neither grid nor clock is guessed.
+// Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
+// must be given: a guess would silently shift all times.
 track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::Place &place) {
     const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
     if (place.setup && (has_ledger || !grid)) {
@@ -168,14 +174,14 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
     }
     const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
     if (!grid && place.store)
-        fail(Status::argument, "{options->nf} = 0: %s, which would have the grid, is missing or damaged", path.c_str());
+        fail(Status::argument,
+             "{options->nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged", path.c_str());
     if (!grid)
         fail(Status::argument, "{options->nf} = 0: must be at least 1");
     if (!clock && has_ledger && track::LedgerFile(*place.store).has_lines())
         fail(Status::argument,
-             "{options->clock} is NULL: %s, which had the clock, is missing or damaged: give the clock, or the pair 0, "
-             "0 "
-             "where the camera's time is TAI",
+             "{options->clock} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or the pair "
+             "(0, 0) if camera times are TAI",
              path.c_str());
     return {*grid, clock.value_or(track::Clock())};
 }
@@ -220,7 +226,7 @@ toliman_track_options options_of(Store &store) {
     return options;
 }
 
-// What a new tracker was made with, by values, and without what is the caller's.
+// Stores the options in effect for get_options: defaults resolved, and without the caller's pointers.
 void keep_options(toliman_track &made, const toliman_track_options &given) {
     const track::Plan &plan = made.tracker->plan();
     for (const track::ClockPoint &point : plan.clock.points())
@@ -245,20 +251,21 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.capacity = options.capacity;
     plan.workers = options.threads;
     plan.group = options.group;
-    plan.sync = kSyncs.take(options.sync, "options->sync");
+    plan.sync = kSyncs.to_enum(options.sync, "options->sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
     plan.columns = track::Columns(options.values);
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
     else if (plan.columns.values() > 1 && source.estimate)
-        fail(Status::argument, "{options->values} = \"%s\": cae and linear give one value", options.values);
+        fail(Status::argument, "{options->values} = \"%s\": must be empty: cae and linear return one value",
+             options.values);
 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
     track::Place place;
     const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
-    if (options.folder != nullptr) // nothing is made there before everything else is known to be right
+    if (options.folder != nullptr) // opened last: nothing is created there unless all other options are valid
         place = track::open_place(open_folder(options.folder, access), access, plan.terms);
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
@@ -289,7 +296,7 @@ void check_name(const char *text, size_t i, const char *name) {
     track::check_name(text, place);
 }
 
-// Exposure, intervals on the target, which rise within it, and the place on the detector.
+// Checks exposure, intervals on target (increasing, within the exposure) and window position.
 void check_exposure(const toliman_frame &given, size_t i) {
     if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
         fail(Status::argument, "{frames[%zu].exposure_s} = %g: must be in [0, %g]", i, given.exposure_s,
@@ -308,14 +315,14 @@ void check_exposure(const toliman_frame &given, size_t i) {
         const double start = given.intervals[2 * k], end = given.intervals[2 * k + 1];
         if (!(start >= before && end > start && end <= given.exposure_s))
             fail(Status::argument,
-                 "{frames[%zu].intervals[%zu]} = %g to %g: must rise, from the one before on, within the exposure of "
-                 "%g s",
+                 "{frames[%zu].intervals[%zu]} = %g to %g: must increase, follow the previous interval and lie within "
+                 "the exposure of %g s",
                  i, k, start, end, given.exposure_s);
         before = end;
     }
 }
 
-// A frame that fits this tracker's terms, or an error that names what does not.
+// Converts a frame; Status::argument, naming the member, if it is impossible for this tracker.
 track::Frame known_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "{frames[%zu].%s} = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
@@ -323,7 +330,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     check_name(given.session, i, "session");
     check_name(given.roi, i, "roi");
     required_member(given.pixels, i, "pixels");
-    if (!kPixels.holds(given.pixel))
+    if (!kPixels.contains(given.pixel))
         refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 41");
     if (given.rows < 1 || given.rows > kLargestSide)
         refuse("rows", given.rows, "in [1, 65536]");
@@ -337,7 +344,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
     check_exposure(given, i);
-    const Pixel pixel = kPixels.take(given.pixel, "pixel");
+    const Pixel pixel = kPixels.to_enum(given.pixel, "pixel");
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)
         fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i,
              size_of(pixel));
@@ -347,7 +354,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     frame.frame_id = given.frame_id;
     frame.camera_ns = given.camera_ns;
     frame.dropped = static_cast<uint16_t>(given.dropped);
-    frame.sigma = given.sigma != 0 ? given.sigma : 0; // whatever its sign
+    frame.sigma = given.sigma != 0 ? given.sigma : 0; // -0 becomes 0
     frame.pixel = pixel;
     frame.pixels = given.pixels;
     frame.rows = static_cast<size_t>(given.rows);
@@ -364,25 +371,25 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
 using Frames = StructArray<const toliman_frame>;
 using Outcomes = StructArray<toliman_track_outcome>;
 
-// Frames from number `done` on, which were checked; adds to it those that are in, also when it fails.
+// Processes `count` checked frames from index `done`, and adds the number processed to `done`, also on failure.
 void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, const Outcomes &outcomes, size_t &done) {
     track::Frame batch[track::Tracker::kBatch];
     track::Outcome results[track::Tracker::kBatch];
     for (size_t i = 0; i < count; i++)
         batch[i] = known_frame(frames.get(done + i), done + i, tracker.plan().terms);
-    size_t in = 0;
-    const auto give = [&] {
-        for (size_t i = 0; i < in; i++)
+    size_t processed = 0;
+    const auto deliver_outcomes = [&] {
+        for (size_t i = 0; i < processed; i++)
             outcomes.put(done + i, public_outcome(results[i]));
-        done += in;
+        done += processed;
     };
     try {
-        tracker.push(batch, count, results, in);
+        tracker.push(batch, count, results, processed);
     } catch (...) {
-        give();
+        deliver_outcomes();
         throw;
     }
-    give();
+    deliver_outcomes();
 }
 
 } // namespace
@@ -397,7 +404,7 @@ const char *toliman_track_verdict_name(int32_t verdict) noexcept {
 
 const char *toliman_track_reason_name(int32_t reason) noexcept {
     static const char *const names[] = {"none", "shape", "over range", "zero run", "not finite", "clock", "estimate"};
-    return kReasons.holds(reason) ? names[static_cast<size_t>(kReasons.take(reason, "reason"))] : "?";
+    return kReasons.contains(reason) ? names[static_cast<size_t>(kReasons.to_enum(reason, "reason"))] : "?";
 }
 
 void toliman_track_options_init(toliman_track_options *options, size_t size) noexcept {
@@ -429,7 +436,7 @@ void toliman_track_destroy(toliman_track *track) noexcept {
 toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames, size_t count,
                                   toliman_track_outcome *outcomes, size_t *done) noexcept {
     return guard([&] {
-        const Changing use(track);
+        const ExclusiveUse use(track);
         track::Tracker &tracker = *use->tracker;
         const EstimatorUse estimator(use->cae, use->linear);
         required(done, "done") = 0;
@@ -440,7 +447,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
         for (size_t i = 0; i < count; i++) {
             const toliman_frame frame = given.get(i);
             if (frame.struct_size != given.size())
-                fail(Status::argument, "{frames[%zu].struct_size} = %u: must be %u, as of frames[0]", i,
+                fail(Status::argument, "{frames[%zu].struct_size} = %u: must be %u, as in frames[0]", i,
                      frame.struct_size, given.size());
             known_frame(frame, i, tracker.plan().terms);
         }
@@ -459,7 +466,7 @@ toliman_status toliman_track_save(toliman_track *track) noexcept {
 
 toliman_status toliman_track_merge(toliman_track *track, const char *folder, uint32_t flags, int64_t *lost) noexcept {
     return guard([&] {
-        const Changing use(track);
+        const ExclusiveUse use(track);
         if ((flags & ~TOLIMAN_TRACK_SALVAGE) != 0)
             fail(Status::argument, "{flags} = 0x%x: must be 0 or TOLIMAN_TRACK_SALVAGE", flags);
         const std::unique_ptr<Store> other = open_folder(&required(folder, "folder"), Access::read);

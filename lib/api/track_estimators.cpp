@@ -1,4 +1,5 @@
-// Estimators of a tracker, as its workers call them.
+// Adapts a network, a template or a user-supplied function to the signature that the tracker's workers call. Scratch
+// memory is allocated once per worker, so that estimating a frame allocates nothing.
 #include "api/track_estimators.hpp"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
 Source source_of(const toliman_track_options &options, unsigned workers) {
     const bool given[] = {options.cae != nullptr, options.linear != nullptr, options.estimate != nullptr};
     if (given[0] + given[1] + given[2] > 1)
-        fail(Status::argument, "{options}: more than one of cae, linear and estimate");
+        fail(Status::argument, "{options}: at most one of cae, linear and estimate may be set");
     if (given[0])
         return source_of(options.cae->network, workers);
     if (given[1])
@@ -72,9 +73,10 @@ toliman_estimate_input input_of(const double *image, const track::Frame &frame, 
     return input;
 }
 
-// What a caller's function gave: the upper triangle of the covariance but for its first element, which is sigma^2.
-void take_values(const toliman_estimate &made, const double *values, const double *covariance,
-                 track::Estimated &estimated) {
+// Stores the results of a user-supplied function: further values, then the upper triangle of the covariance without its
+// first element, which is sigma^2.
+void store_values(const toliman_estimate &made, const double *values, const double *covariance,
+                  track::Estimated &estimated) {
     estimated.value = values[0];
     estimated.sigma = made.sigma;
     estimated.chi_square = made.chi_square;
@@ -106,8 +108,8 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
         made.chi_square = NAN;
         if (call(&input, &made, data) != 0)
             return;
-        made.value_count = count; // whatever it wrote there
-        take_values(made, values, covariance, estimated);
+        made.value_count = count; // the function may have overwritten it
+        store_values(made, values, covariance, estimated);
     };
 }
 

@@ -1,4 +1,4 @@
-// Estimators of a tracker: a network, a template or the caller's function.
+// Estimators of a tracker: a network, a template or a user-supplied function.
 #pragma once
 #include <optional>
 
@@ -9,21 +9,22 @@
 
 namespace toliman::api {
 
-// What makes values of images.
+// An estimator and its properties.
 struct Source {
-    size_t rows = 0, cols = 0; // of the image; 0: any
-    double sigma = 0;
-    uint64_t digest = 0;
+    size_t rows = 0, cols = 0; // of the input image; 0: any
+    double sigma = 0;          // standard deviation of a value; 0: unknown
+    uint64_t digest = 0;       // identity of the estimator
     track::Estimate estimate;
 };
 
-// Of the caller's function without the estimate, for which the image's shape must be known.
+// Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
+// estimate_of(), which needs the shape of the image.
 Source source_of(const toliman_track_options &options, unsigned workers);
-// That function on these terms, with these columns for its values.
+// Wraps the user-supplied function for these terms and columns.
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
                             const track::Columns &columns);
 
-// Keeps the estimator from being trained or destroyed while frames are estimated.
+// Holds a shared use of the estimator, so that it cannot be trained or destroyed while frames are estimated.
 class EstimatorUse {
   public:
     EstimatorUse(const toliman_cae *cae, const toliman_linear *linear) {

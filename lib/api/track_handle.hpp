@@ -1,4 +1,4 @@
-// What stands behind a tracker's pointer.
+// Definition of toliman_track.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -17,7 +17,7 @@ struct toliman_track : toliman::api::Handle<toliman_track> {
     uint32_t flags = 0;
     const toliman_cae *cae = nullptr; // the estimator, if it is one of these
     const toliman_linear *linear = nullptr;
-    toliman_track_options options = {}; // in force, for get_options; folder and clock are the next two
+    toliman_track_options options = {}; // in effect, for get_options; folder and clock point to the next two members
     std::string folder = {};
     std::vector<int64_t> clock = {};
 };

@@ -1,4 +1,4 @@
-// include/toliman/track.h: what a tracker tells.
+// include/toliman/track.h: queries of a tracker.
 #include <vector>
 
 #include <toliman/track.h>
@@ -22,7 +22,7 @@ toliman_status toliman_track_get_records(const toliman_track *track, int64_t fir
         required(done, "done");
         if (first < 0)
             fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
-        size_t told = 0;
+        size_t written = 0;
         if (count == 0) {
             *done = 0;
             return;
@@ -30,9 +30,9 @@ toliman_status toliman_track_get_records(const toliman_track *track, int64_t fir
         const StructArray<toliman_track_record> found(records, "records");
         tracker.visit(static_cast<uint64_t>(first), count,
                       [&](const track::Record &record, const track::Outcome &outcome) {
-                          found.put(told++, public_line(record, outcome));
+                          found.put(written++, public_record(record, outcome));
                       });
-        *done = told;
+        *done = written;
     });
 }
 
@@ -45,7 +45,8 @@ toliman_status toliman_track_get_columns(const toliman_track *track, toliman_tra
         if (capacity > 0) {
             const StructArray<toliman_track_column> found(columns, "columns");
             if (capacity < all.size())
-                fail(Status::capacity, "{capacity} = %zu: there are %zu columns", capacity, all.size());
+                fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of columns", capacity,
+                     all.size());
             for (size_t i = 0; i < all.size(); i++)
                 found.put(i, public_column(all[i]));
         }
@@ -61,16 +62,16 @@ toliman_status toliman_track_get_column(const toliman_track *track, const char *
         required(done, "done");
         const size_t at = columns.find(&required(name, "name"));
         if (at == columns.count())
-            fail(Status::not_found, "{name} = \"%.64s\": the ledger has no such column", name);
+            fail(Status::not_found, "{name} = \"%.64s\": is not a column of the ledger", name);
         if (first < 0)
             fail(Status::argument, "{first} = %lld: must be at least 0", static_cast<long long>(first));
         required_array(values, count, sizeof *values, "values");
-        size_t told = 0;
+        size_t written = 0;
         use->tracker->visit(static_cast<uint64_t>(first), count,
                             [&](const track::Record &record, const track::Outcome &) {
-                                values[told++] = columns.all()[at].number(record.cells[at]);
+                                values[written++] = columns.all()[at].number(record.cells[at]);
                             });
-        *done = told;
+        *done = written;
     });
 }
 
@@ -92,7 +93,7 @@ toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t re
     return guard([&] {
         const Use use(track, "track");
         required(frames, "frames");
-        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.take(reason, "reason"))];
+        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.to_enum(reason, "reason"))];
     });
 }
 
@@ -105,8 +106,8 @@ toliman_status toliman_track_get_streams(const toliman_track *track, toliman_tra
         if (capacity > 0) {
             const StructArray<toliman_track_stream> found(streams, "streams");
             if (capacity < tracker.stream_count())
-                fail(Status::capacity, "{capacity} = %zu: there are %zu sessions and regions", capacity,
-                     tracker.stream_count());
+                fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of sessions and regions",
+                     capacity, tracker.stream_count());
             const std::vector<track::NamedStream> all = tracker.streams();
             for (size_t i = 0; i < all.size(); i++)
                 found.put(i, public_stream(all[i]));
@@ -124,7 +125,8 @@ toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *cloc
         if (clock == nullptr && capacity > 0)
             fail(Status::argument, "{clock} is NULL");
         if (clock != nullptr && capacity < known.size())
-            fail(Status::capacity, "{capacity} = %zu: the clock has %zu pairs", capacity, known.size());
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of clock pairs", capacity,
+                 known.size());
         for (size_t i = 0; clock != nullptr && i < known.size(); i++) {
             clock[2 * i] = known[i].camera_ns;
             clock[2 * i + 1] = known[i].tai_ns;

@@ -1,4 +1,4 @@
-// What a tracker tells, as the callers get it.
+// Converts outcomes, records, columns, streams and counts of a tracker to the public structs.
 #pragma once
 #include <cstdint>
 
@@ -20,8 +20,8 @@ constexpr Choice<track::ColumnType> kColumnTypes = {TOLIMAN_TRACK_COLUMN_F64, TO
 
 inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexcept {
     toliman_track_outcome out = {};
-    out.verdict = kVerdicts.give(outcome.verdict);
-    out.reason = kReasons.give(outcome.flaw.reason);
+    out.verdict = kVerdicts.to_constant(outcome.verdict);
+    out.reason = kReasons.to_constant(outcome.flaw.reason);
     out.row = static_cast<int64_t>(outcome.flaw.row);
     out.col = static_cast<int64_t>(outcome.flaw.col);
     out.pixel = outcome.flaw.value;
@@ -33,24 +33,25 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
     return out;
 }
 
-inline toliman_track_record public_line(const track::Record &record, const track::Outcome &outcome) noexcept {
-    toliman_track_record line = {};
-    line.stream = record.stream;
-    line.frame_id = record.frame_id;
-    line.camera_ns = record.camera_ns;
-    line.tai_ns = outcome.tai_ns;
-    line.value = record.value;
-    line.sigma = record.sigma;
-    line.content = record.content;
-    line.dropped = record.dropped;
-    line.reason = kReasons.give(record.reason);
-    line.verdict = record.kind == track::Kind::merged ? TOLIMAN_TRACK_VERDICT_MERGED : kVerdicts.give(outcome.verdict);
-    return line;
+inline toliman_track_record public_record(const track::Record &record, const track::Outcome &outcome) noexcept {
+    toliman_track_record out = {};
+    out.stream = record.stream;
+    out.frame_id = record.frame_id;
+    out.camera_ns = record.camera_ns;
+    out.tai_ns = outcome.tai_ns;
+    out.value = record.value;
+    out.sigma = record.sigma;
+    out.content = record.content;
+    out.dropped = record.dropped;
+    out.reason = kReasons.to_constant(record.reason);
+    out.verdict =
+        record.kind == track::Kind::merged ? TOLIMAN_TRACK_VERDICT_MERGED : kVerdicts.to_constant(outcome.verdict);
+    return out;
 }
 
 inline toliman_track_column public_column(const track::Column &column) noexcept {
     toliman_track_column out = {};
-    out.type = kColumnTypes.give(column.type);
+    out.type = kColumnTypes.to_constant(column.type);
     column.name.copy(out.name, sizeof out.name - 1);
     return out;
 }

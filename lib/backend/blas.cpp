@@ -1,3 +1,5 @@
+// OpenBLAS's settings belong to the host program: the number of threads and the choice of kernels are only read. A
+// library that changed them would change the host's other results and speed.
 #include "backend/blas.hpp"
 
 #include <algorithm>
@@ -15,7 +17,7 @@ blasint length(size_t n) noexcept {
 }
 } // namespace
 
-Facts facts() noexcept {
+Properties properties() noexcept {
     return {openblas_get_corename(), openblas_get_config(), openblas_get_num_threads()};
 }
 
@@ -31,8 +33,9 @@ void dgemm_add(size_t m, size_t n, size_t k, const double *a, size_t lda, const 
                 length(ldb), 1.0, c, length(ldc));
 }
 
-// LAPACK counts from the smallest eigenvalue, and from 1. OpenBLAS has its own dsyevr; of lapacke.h only the
-// declaration is used.
+// LAPACK's dsyevr (relatively robust representations), which can compute a range of eigenvalues only. It numbers them
+// from 1 in increasing order; the results are reversed. The first call asks for the size of the work arrays. OpenBLAS
+// contains dsyevr; only its declaration comes from lapacke.h.
 void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values, double *vectors) {
     const lapack_int order = length(n), first = length(n - count + 1), none = -1;
     const double unused = 0;
@@ -49,14 +52,14 @@ void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values
     integers.resize(static_cast<size_t>(integers_needed));
     call(space.data(), length(space.size()), integers.data(), integers_needed);
     if (info != 0 || found != length(count))
-        fail(Status::internal, "LAPACK dsyevr: info %d, %d eigenvectors of %zu", info, found, count);
+        fail(Status::internal, "LAPACK dsyevr: info = %d, found %d of %zu eigenvectors", info, found, count);
     std::reverse_copy(all.begin(), all.begin() + found, values);
     for (size_t i = 0, j = count - 1; i < j; i++, j--)
         std::swap_ranges(vectors + i * n, vectors + (i + 1) * n, vectors + j * n);
 }
 
 namespace {
-// Best of some products of m x k and k x n.
+// Best speed of `times` products of m x k and k x n matrices, GFLOP/s.
 double measure(size_t m, size_t n, size_t k, int times) {
     const Buffer<double> a(m * k, 1.0), b(k * n, 0.5);
     Buffer<double> c(m * n);

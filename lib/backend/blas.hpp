@@ -1,20 +1,20 @@
-// OpenBLAS: the GEMM, LAPACK's eigenvectors and the facts about its kernels.
+// OpenBLAS: matrix products, LAPACK's eigenvectors, and properties of the library in use.
 #pragma once
 #include <cstddef>
 
 namespace toliman::blas {
 
-struct Facts {
+struct Properties {
     const char *core;   // kernels in use
     const char *config; // version and build options
-    int threads;        // of one call
+    int threads;        // that one call may use
 };
-Facts facts() noexcept;
+Properties properties() noexcept;
 
 // Best of a few 512^3 products, in GFLOP/s.
 double measure_gflops();
 
-// The same of 64 x 32 x 128, the tiles that larger products are cut into; a millisecond.
+// The same for 64 x 32 x 128, the tiles of larger products; takes a millisecond.
 double measure_tile_gflops();
 
 // C (m x n, row stride ldc) = op(A) B; A is m x k (or k x m when transposed), B is k x n.
@@ -25,9 +25,9 @@ void dgemm(bool transpose_a, size_t m, size_t n, size_t k, const double *a, size
 void dgemm_add(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb, double *c,
                size_t ldc);
 
-// The `count` <= n largest eigenvalues of a symmetric matrix [n][n], which is overwritten: values [count], falling, and
-// unit vectors [count][n]. They are exact for a matrix within some n 2^-53 |matrix| of the given one. Runs on as many
-// threads as OpenBLAS has; their number may change the last bits.
+// The `count` <= n largest eigenvalues of a symmetric matrix [n][n], which is overwritten: values [count], decreasing,
+// and unit vectors [count][n]. Backward error: they are exact for a matrix within about n 2^-53 |matrix| of the given
+// one. Uses OpenBLAS's threads; their number may change the last bits.
 void leading_eigenvectors(size_t n, double *matrix, size_t count, double *values, double *vectors);
 
 } // namespace toliman::blas

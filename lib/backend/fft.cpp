@@ -1,3 +1,6 @@
+// FFTW's planner is not thread-safe, and the host program may use FFTW too: a mutex of ours would not exclude the host.
+// fftw_make_planner_thread_safe() installs one lock for the process. Plans use FFTW_ESTIMATE: measured plans depend on
+// timing, so that equal input could give different last bits from run to run.
 #include "backend/fft.hpp"
 
 #include <fftw3.h>
@@ -9,8 +12,7 @@
 namespace toliman::fft {
 
 namespace {
-// FFTW plans under one lock of the process, which this call installs; a lock of our own would not stop the host's.
-void make_planning_safe() noexcept {
+void make_planner_thread_safe() noexcept {
     static std::once_flag once;
     std::call_once(once, fftw_make_planner_thread_safe);
 }
@@ -26,7 +28,7 @@ struct Square::Plan {
 };
 
 Square::Square(size_t n) : plan_(std::make_unique<Plan>()) {
-    make_planning_safe();
+    make_planner_thread_safe();
     plan_->data.resize(n * n);
     auto *const memory = reinterpret_cast<fftw_complex *>(data());
     plan_->plan =
@@ -48,8 +50,8 @@ void Square::transform() noexcept {
 }
 
 Real::Real(size_t n) {
-    make_planning_safe();
-    Buffer<double> memory(n + 2); // for its alignment: an estimated plan looks at nothing else
+    make_planner_thread_safe();
+    Buffer<double> memory(n + 2); // an estimated plan reads only its alignment
     plan_ = fftw_plan_dft_r2c_1d(static_cast<int>(n), memory.data(), reinterpret_cast<fftw_complex *>(memory.data()),
                                  FFTW_ESTIMATE);
     if (plan_ == nullptr)

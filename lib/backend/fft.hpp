@@ -1,4 +1,4 @@
-// FFTW3.
+// FFTW3: transforms with estimated plans, whose results are reproducible.
 #pragma once
 #include <complex>
 #include <cstddef>
@@ -6,11 +6,11 @@
 
 namespace toliman::fft {
 
-// Version text of the library in use.
+// Version of the library in use.
 const char *version() noexcept;
 
-// A forward transform of n x n complex numbers in place, with its memory. Plans are estimated, so that equal input
-// gives equal bits. One at a time per object.
+// Forward transform of n x n complex numbers in place, with its memory. Equal input gives equal bits. One thread at a
+// time per object.
 class Square {
   public:
     explicit Square(size_t n);
@@ -25,8 +25,8 @@ class Square {
     std::unique_ptr<Plan> plan_;
 };
 
-// Forward transforms of n real numbers (n even) in place: x[0 ... n-1] becomes n/2 + 1 complex numbers, real and
-// imaginary parts by turns, of memory on 64-byte boundaries. Runs on several threads at once.
+// Forward transform of n real numbers (n even) in place: x[0 ... n-1] becomes n/2 + 1 complex numbers, interleaved. x
+// has n + 2 elements, aligned to 64 bytes. Several threads may use one object.
 class Real {
   public:
     explicit Real(size_t n);

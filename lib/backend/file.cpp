@@ -1,3 +1,6 @@
+// Method: atomic replacement by a temporary file, fsync, rename(2) and fsync of the folder. rename is atomic on POSIX
+// file systems; without the first fsync the new name could refer to an empty file after a power failure, without the
+// second the rename itself could be lost. Everything that can fail is done before the rename.
 #include "backend/file.hpp"
 
 #include <cerrno>
@@ -44,13 +47,13 @@ std::string folder_of(const std::string &path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-// Of a file that exists. A symbolic link keeps standing: its target is replaced. Nothing else asks for the folders
-// above, which may be closed to this process.
+// Returns the file to replace: the target of a symbolic link, so that the link is kept, else path itself. realpath() is
+// used for links only, since it needs search permission on all parent folders.
 std::string target_of(const std::string &path) {
-    struct stat facts = {};
-    if (::lstat(path.c_str(), &facts) != 0)
+    struct stat status = {};
+    if (::lstat(path.c_str(), &status) != 0)
         fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
-    if (!S_ISLNK(facts.st_mode))
+    if (!S_ISLNK(status.st_mode))
         return path;
     const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
     if (real == nullptr && errno == ENOMEM)
@@ -60,9 +63,9 @@ std::string target_of(const std::string &path) {
     return real.get();
 }
 
-// A new file beside target with these permissions, less the umask; its name is left in `temporary`; negative with errno
-// on failure. Names that are taken, by other writers or by some that died, are passed over.
-int open_beside(const std::string &target, std::string &temporary, mode_t mode) {
+// Creates a new file in target's folder with these permissions, less the umask, and stores its name in `temporary`.
+// Negative with errno on failure. Existing names, of other writers or left by a crash, are skipped.
+int open_temporary(const std::string &target, std::string &temporary, mode_t mode) {
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
         temporary = target + "." + std::to_string(i) + ".tmp";
@@ -90,23 +93,23 @@ bool write_all(int descriptor, const void *data, size_t size) noexcept {
 
 // A regular file for reading.
 struct Input {
-    // Opening a pipe would otherwise wait for a writer; regular files know no waiting.
+    // O_NONBLOCK: opening a pipe would otherwise wait for a writer. It has no effect on regular files.
     explicit Input(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
         if (descriptor.get() < 0)
             fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
-        if (::fstat(descriptor.get(), &facts) != 0 || !S_ISREG(facts.st_mode))
+        if (::fstat(descriptor.get(), &status) != 0 || !S_ISREG(status.st_mode))
             fail(Status::not_found, "{%s}: not a regular file", path.c_str());
     }
     Descriptor descriptor;
-    struct stat facts = {};
+    struct stat status = {};
 };
 
 void check_not_empty(const std::string &path, const Input &input) {
-    if (input.facts.st_size == 0)
+    if (input.status.st_size == 0)
         fail(Status::format, "{%s}: is empty", path.c_str());
 }
 
-// Up to `size` bytes from where the descriptor stands; fewer only at the end of the file.
+// Reads up to `size` bytes from the current position; fewer only at the end of the file.
 std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, size_t size) {
     std::vector<uint8_t> bytes(size);
     size_t done = 0;
@@ -129,13 +132,13 @@ std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, siz
 std::vector<uint8_t> read(const std::string &path, size_t limit) {
     const Input input(path);
     check_not_empty(path, input);
-    const struct stat &facts = input.facts;
-    if (facts.st_size < 0 || static_cast<uint64_t>(facts.st_size) > limit)
-        fail(Status::format, "{%s}: %lld bytes, at most %zu are allowed", path.c_str(),
-             static_cast<long long>(facts.st_size), limit);
-    std::vector<uint8_t> bytes = read_bytes(path, input, static_cast<size_t>(facts.st_size));
-    if (bytes.size() < static_cast<size_t>(facts.st_size))
-        fail(Status::format, "{%s}: became shorter while it was read", path.c_str());
+    const struct stat &status = input.status;
+    if (status.st_size < 0 || static_cast<uint64_t>(status.st_size) > limit)
+        fail(Status::format, "{%s}: has %lld bytes: must be at most %zu", path.c_str(),
+             static_cast<long long>(status.st_size), limit);
+    std::vector<uint8_t> bytes = read_bytes(path, input, static_cast<size_t>(status.st_size));
+    if (bytes.size() < static_cast<size_t>(status.st_size))
+        fail(Status::format, "{%s}: was truncated while it was being read", path.c_str());
     return bytes;
 }
 
@@ -151,29 +154,29 @@ bool set_mode(int descriptor, unsigned mode) noexcept {
 }
 
 bool keep_private(int descriptor, unsigned &mode) noexcept {
-    struct stat facts = {};
-    if (::fstat(descriptor, &facts) != 0)
+    struct stat status = {};
+    if (::fstat(descriptor, &status) != 0)
         return false;
-    mode = facts.st_mode & 0777;
+    mode = status.st_mode & 0777;
     return set_mode(descriptor, 0600);
 }
 
 void replace(const std::string &path, const void *data, size_t size) {
-    struct stat facts = {};
-    const bool exists = ::stat(path.c_str(), &facts) == 0;
+    struct stat status = {};
+    const bool exists = ::stat(path.c_str(), &status) == 0;
     if (!exists && errno != ENOENT)
         fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
-    if (exists && !S_ISREG(facts.st_mode))
+    if (exists && !S_ISREG(status.st_mode))
         fail(Status::write, "{%s}: cannot be written: not a regular file", path.c_str());
     const std::string target = exists ? target_of(path) : path;
-    // Opened first: after the renaming nothing but its sync can fail.
+    // Opened before writing, so that only its fsync can fail after the rename.
     Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (folder.get() < 0)
         fail(Status::write, "{%s}: cannot be written: its folder cannot be opened: %s", path.c_str(),
              std::strerror(errno));
     std::string temporary;
-    unsigned mode = exists ? facts.st_mode & 0777 : 0;
-    Descriptor output(open_beside(target, temporary, exists ? 0600 : 0666));
+    unsigned mode = exists ? status.st_mode & 0777 : 0;
+    Descriptor output(open_temporary(target, temporary, exists ? 0600 : 0666));
     if (output.get() < 0)
         fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
     if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
@@ -184,7 +187,7 @@ void replace(const std::string &path, const void *data, size_t size) {
         fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));
     }
     if (::fsync(folder.get()) != 0)
-        fail(Status::write, "{%s}: is written, but its folder cannot be synced: %s", path.c_str(),
+        fail(Status::write, "{%s}: was written, but fsync of its folder failed: %s", path.c_str(),
              std::strerror(errno));
 }
 

@@ -1,4 +1,4 @@
-// POSIX files: whole reads, and writes that replace a file as a whole or not at all.
+// POSIX files: reads of whole files, and atomic replacement.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -6,25 +6,27 @@
 
 namespace toliman::file {
 
-// All bytes of a regular file of at most `limit` bytes. Status::not_found if it cannot be read, Status::format if it is
-// larger or empty.
+// Returns all bytes of a regular file of at most `limit` bytes. Status::not_found if it cannot be read, Status::format
+// if it is larger or empty.
 std::vector<uint8_t> read(const std::string &path, size_t limit);
 
-// The first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read,
+// Returns the first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read,
 // Status::format if it is empty.
 std::vector<uint8_t> head(const std::string &path, size_t size);
 
-// Writes a temporary beside path (path.0.tmp, or the next number that is free), syncs it and renames it over path, or
-// over what path links to, then syncs the folder. The temporary is its owner's alone; whole, it takes the permissions
-// of the file that it replaces, or those of any new file of this process. Status::write on any failure and for anything
-// but a regular file; the old file then stands and nothing is left behind, except when the very last step, the folder's
-// sync, fails: the new file then stands, but a power cut may bring back the old one.
+// Replaces a file atomically: writes a temporary file in the same folder (path.0.tmp, or the next free number), calls
+// fsync, renames it over path, or over the target of a symbolic link, and calls fsync on the folder. While it is
+// written, the temporary file is readable by its owner only; it then gets the permissions of the file that it replaces,
+// or those of a new file under the umask. Status::write on any failure, and if path is not a regular file; the old file
+// is then unchanged and the temporary file is removed. If only the last step, the fsync of the folder, fails, the new
+// file is in place, but a power failure may restore the old one.
 void replace(const std::string &path, const void *data, size_t size);
 
-// fchmod; true also on a file system that knows no permissions.
+// Sets permissions; also true if the file system does not support them.
 bool set_mode(int descriptor, unsigned mode) noexcept;
 
-// Closes a new, still empty file to all others; `mode` is what it had, which tells the umask without changing it.
+// Restricts a new, empty file to its owner. `mode` becomes its previous permissions, which contain the umask; umask()
+// itself can only be read by setting it, for the whole process.
 bool keep_private(int descriptor, unsigned &mode) noexcept;
 
 } // namespace toliman::file

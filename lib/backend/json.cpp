@@ -1,3 +1,8 @@
+// Method: one pass over the tokens (Scan) before cJSON parses the text. cJSON 1.7 accepts more than JSON and more than
+// is safe: it recurses to 1000 levels, converts 1e999 to infinity, and accepts invalid UTF-8, control characters in
+// strings and numbers such as 01. The scan rejects these with line and column, and bounds the nesting depth and the
+// number of values, hence also the memory. It does not check the order of tokens, which is left to cJSON. The result is
+// converted to plain values; duplicate keys are rejected then.
 #include "backend/json.hpp"
 
 #include <cerrno>
@@ -16,7 +21,7 @@ namespace toliman::json {
 
 namespace {
 
-constexpr size_t kMostLevels = 16;
+constexpr size_t kMostLevels = 16; // of nested arrays and objects
 constexpr size_t kMostValues = 4096;
 
 [[noreturn]] void fail_at(const std::string &text, size_t offset, const std::string &source, const char *what) {
@@ -28,7 +33,7 @@ constexpr size_t kMostValues = 4096;
     fail(Status::format, "{%s}: line %zu, column %zu: %s", source.c_str(), line, column, what);
 }
 
-// Length of the UTF-8 sequence at text[at], or 0 if it is none (Unicode 15, table 3-7).
+// Length of the UTF-8 sequence at text[at], 0 if it is malformed (Unicode 15, table 3-7).
 size_t utf8_length(const std::string &text, size_t at) {
     const auto byte = [&](size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
     const auto is = [&](size_t i, unsigned low, unsigned high) { return byte(i) >= low && byte(i) <= high; };
@@ -48,11 +53,9 @@ size_t utf8_length(const std::string &text, size_t at) {
     return 0;
 }
 
-// Walks the tokens once, before cJSON sees them: cJSON 1.7 recurses to 1000 levels, takes 1e999 for infinity, bad
-// UTF-8, control characters in strings and numbers such as 01. How tokens may follow one another is left to it.
 class Scan {
   public:
-    // Behind the mark U+FEFF, which editors of some systems put first and cJSON passes over.
+    // Starts after a byte order mark (U+FEFF), which some editors write and cJSON skips.
     Scan(const std::string &text, const std::string &source)
         : text_(text), source_(source), at_(text.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0) {}
 
@@ -82,14 +85,14 @@ class Scan {
         case ']':
         case '}':
             if (levels_-- == 0)
-                refuse("closed, but nothing is open");
+                refuse("closing bracket without an opening one");
             at_++;
             return;
         case '[':
         case '{':
             value();
             if (++levels_ > kMostLevels)
-                refuse("deeper than 16 levels");
+                refuse("nested deeper than 16 levels");
             at_++;
             return;
         case '"':
@@ -109,12 +112,12 @@ class Scan {
     void string() {
         for (at_++; here() != '"'; at_++) {
             if (at_ >= text_.size())
-                refuse("the string does not end");
+                refuse("unterminated string");
             if (static_cast<unsigned char>(here()) < 0x20)
                 refuse("control character in a string");
             const size_t length = utf8_length(text_, at_);
             if (length == 0)
-                refuse("not UTF-8");
+                refuse("invalid UTF-8");
             if (text_.compare(at_, 6, "\\u0000") == 0)
                 refuse("U+0000 is not allowed");
             at_ += here() == '\\' ? 1 : length - 1;
@@ -124,7 +127,7 @@ class Scan {
 
     void digits() {
         if (!digit())
-            refuse("digit expected");
+            refuse("expected a digit");
         while (digit())
             at_++;
     }
@@ -149,10 +152,10 @@ class Scan {
         const auto [end, error] = std::from_chars(text_.data() + start, text_.data() + at_, parsed);
         if (error != std::errc() || end != text_.data() + at_) {
             at_ = start;
-            refuse("the number is outside the range of double");
+            refuse("number outside the range of double");
         }
         if (digit())
-            refuse("a number must not start with 0");
+            refuse("number with a leading zero");
     }
 
     void literal() {
@@ -161,8 +164,7 @@ class Scan {
                 at_ += std::strlen(word);
                 return;
             }
-        refuse(at_ < text_.size() && text_[at_] == '\0' ? "a zero byte, which is no part of the text"
-                                                        : "unexpected character");
+        refuse(at_ < text_.size() && text_[at_] == '\0' ? "unexpected zero byte" : "unexpected character");
     }
 
     const std::string &text_;
@@ -184,11 +186,11 @@ Value convert(const cJSON &node, const std::string &source) {
         value.text = node.valuestring;
     } else if (cJSON_IsArray(&node) || cJSON_IsObject(&node)) {
         const bool object = cJSON_IsObject(&node) != 0;
-        std::set<std::string_view> names; // those so far, quicker to look up than in the value
+        std::set<std::string_view> names; // keys so far, for a lookup in logarithmic time
         value.kind = object ? Value::Kind::object : Value::Kind::array;
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
             if (object && !names.insert(item->string).second)
-                fail(Status::format, "{%s}: key \"%s\" stands twice in one object", source.c_str(), item->string);
+                fail(Status::format, "{%s}: duplicate key \"%s\"", source.c_str(), item->string);
             value.items.push_back(convert(*item, source));
             if (object)
                 value.names.emplace_back(item->string);
@@ -211,7 +213,7 @@ Value parse(const std::string &text, const std::string &source) {
         fail(Status::format, "{%s}: is empty", source.c_str());
     Scan(text, source).run();
     const char *end = nullptr;
-    errno = 0; // cJSON does not tell lack of memory from bad syntax
+    errno = 0; // cJSON does not distinguish exhausted memory from bad syntax; malloc sets errno
     const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(
         cJSON_ParseWithLengthOpts(text.c_str(), text.size() + 1, &end, 1), cJSON_Delete);
     if (tree == nullptr && errno == ENOMEM)

@@ -1,5 +1,5 @@
-// The files of one folder, as few calls as a crash-safe state needs: a test may stand in for them, to fail, to lose
-// what was not synced and to reorder it.
+// The files of one folder, through the few operations that a crash-safe state needs. Tests substitute an implementation
+// that fails, loses data that was not synced, and reorders writes.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,30 +16,32 @@ namespace toliman {
 class Store {
   public:
     virtual ~Store() = default;
-    // Locks a file against other writers until the store ends, or, while there is none, the temporary that
-    // replace_whole makes of it. Status::state if another writer holds it, Status::write if it cannot be locked.
+    // Locks a file against other writers until the store is destroyed; if the file does not exist yet, locks the
+    // temporary file from which replace_whole creates it. Status::state if another writer holds the lock, Status::write
+    // if locking fails.
     virtual void lock(const std::string &name) = 0;
-    // Status::write unless the file that is open here still has this name, and this size.
+    // Status::lost unless the opened file still has this name and this size.
     virtual void check_unchanged(const std::string &name, uint64_t size) = 0;
-    // Size of a file, -1 if there is none; what is read next is of the file that was looked at. Names are plain ones
-    // (base/name.hpp). Status::not_found where reading fails, Status::write where writing fails, Status::format for
-    // what is no regular file, with the path in the message.
+    // Size of a file, -1 if there is none. The file stays open: later reads are from the same file. For all functions:
+    // names are plain (base/name.hpp); Status::not_found if reading fails, Status::write if writing fails,
+    // Status::format if it is not a regular file, with the path in the message.
     virtual int64_t size(const std::string &name) = 0;
-    // Returns how many bytes there were, fewer only at the end of the file.
+    // Returns the number of bytes read, fewer only at the end of the file.
     virtual size_t read(const std::string &name, uint64_t at, void *data, size_t size) = 0;
-    virtual void create(const std::string &name) = 0; // empty, in place of one of that name
-    virtual void write(const std::string &name, uint64_t at, const void *data, size_t size) = 0; // makes the file
+    virtual void create(const std::string &name) = 0; // empty, replacing one of that name
+    virtual void write(const std::string &name, uint64_t at, const void *data, size_t size) = 0; // creates the file
     virtual void truncate(const std::string &name, uint64_t size) = 0;
-    virtual void sync(const std::string &name) = 0; // what was written of this file is on the disk
+    virtual void sync(const std::string &name) = 0; // makes the file's contents durable (fdatasync)
     virtual void rename(const std::string &from, const std::string &to) = 0;
-    virtual void sync_folder() = 0;                              // new and renamed files are
+    virtual void sync_folder() = 0;                              // fsync: makes new and renamed files durable
     virtual std::string path(const std::string &name) const = 0; // for messages
 };
 
-// Status::format where the file is shorter.
+// Reads exactly `size` bytes; Status::format if the file is shorter.
 void read_all(Store &store, const std::string &name, uint64_t at, void *data, size_t size);
 
-// What read makes of all bytes of a file of least to most bytes; nothing if there is none or read finds it malformed.
+// Returns read(bytes) for a file of least to most bytes; nothing if there is none or if read throws Status::format or
+// Status::argument.
 template <class Read>
 auto read_if_whole(Store &store, const std::string &name, size_t least, int64_t most, Read read)
     -> std::optional<std::invoke_result_t<Read, const std::vector<uint8_t> &>> {
@@ -57,16 +59,16 @@ auto read_if_whole(Store &store, const std::string &name, size_t least, int64_t 
     }
 }
 
-// The name of the file that is made whole before it takes the name of another.
+// Name of the temporary file that is written before it is renamed to `name`.
 std::string temporary_of(const std::string &name);
 
-// Replaces a file as a whole or not at all, by a file beside it; on the disk when it returns.
+// Replaces a file atomically and durably: temporary file, fsync, rename, fsync of the folder.
 void replace_whole(Store &store, const std::string &name, const std::vector<uint8_t> &bytes);
 
 enum class Access { read, write };
 
-// The files of a folder on the disk. For writing the folder is made unless it exists; Status::not_found for reading
-// from none.
+// Opens a folder of the file system. For writing it is created if necessary; for reading, Status::not_found if it does
+// not exist.
 std::unique_ptr<Store> open_folder(const std::string &path, Access access);
 
 } // namespace toliman

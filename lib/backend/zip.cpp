@@ -26,14 +26,14 @@ void inflate(const void *packed, size_t packed_size, void *out, size_t size, con
     stream.next_out = static_cast<Bytef *>(out);
     stream.avail_out = static_cast<uInt>(size);
     if (packed_size > UINT32_MAX || size > UINT32_MAX)
-        fail(Status::format, "%s: a payload above 4 GiB", kind);
+        fail(Status::format, "%s: the payload exceeds 4 GiB", kind);
     if (::inflateInit(&stream) != Z_OK)
         fail(Status::memory, "inflate: out of memory");
     const int result = ::inflate(&stream, Z_FINISH);
     const bool exact = result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
     ::inflateEnd(&stream);
     if (!exact)
-        fail(Status::format, "%s: the compressed payload is damaged or not of the stated size", kind);
+        fail(Status::format, "%s: the compressed payload is damaged or has another size than stated", kind);
 }
 
 } // namespace toliman::zip

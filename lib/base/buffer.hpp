@@ -1,4 +1,5 @@
-// Aligned arrays: std::vector on 64-byte boundaries, so that vector loads never split a cache line.
+// Aligned arrays: std::vector on 64-byte boundaries, so that vector loads never split a cache line. Memory comes from
+// the allocator in effect where the array is constructed (base/memory.hpp).
 #pragma once
 #include <cstddef>
 #include <limits>
@@ -11,7 +12,7 @@
 
 namespace toliman {
 
-// Memory of the moment when the array was made; of a copy that of the moment of copying.
+// Captures the memory in effect at construction; a copy captures the memory in effect when it is made.
 template <class T> class AlignedAllocator {
   public:
     using value_type = T;
@@ -43,7 +44,7 @@ template <class T> class AlignedAllocator {
 
 template <class T> using Buffer = std::vector<T, AlignedAllocator<T>>;
 
-// a * b, or an error that names what was being sized.
+// Returns a * b; Status::range, naming what is sized, on overflow.
 inline size_t checked_product(size_t a, size_t b, const char *what) {
     if (a != 0 && b > std::numeric_limits<size_t>::max() / a)
         fail(Status::range, "{%s}: %zu x %zu does not fit in memory", what, a, b);

@@ -1,4 +1,4 @@
-// Little-endian byte streams, the only way numbers reach or leave a file format.
+// Little-endian byte streams. Every file format is written and read through them, never by copying structs.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace toliman {
 
-// The lowest `count` bytes of a number to memory, lowest first; returns where they end.
+// Writes the lowest `count` bytes of a number, lowest first; returns the address after them.
 inline uint8_t *put_number(uint8_t *at, uint64_t value, int count) noexcept {
     for (int i = 0; i < count; i++)
         *at++ = static_cast<uint8_t>(value >> (8 * i));
     return at;
 }
 
-// The same from memory; `at` is moved on.
+// Reads `count` bytes, lowest first, and advances `at`.
 inline uint64_t take_number(const uint8_t *&at, int count) noexcept {
     uint64_t value = 0;
     for (int i = 0; i < count; i++)
@@ -24,7 +24,7 @@ inline uint64_t take_number(const uint8_t *&at, int count) noexcept {
     return value;
 }
 
-// A number of the same bits.
+// Reinterprets the bits of a number as another type of the same size.
 template <class To, class From> To with_bits(From from) noexcept {
     static_assert(sizeof(To) == sizeof(From));
     To to;
@@ -56,7 +56,7 @@ class ByteWriter {
     std::vector<uint8_t> bytes_;
 };
 
-// Reads within bounds; running out is a format error that names the file kind given at construction.
+// Reads within bounds. Reading past the end is Status::format; the message begins with `kind`.
 class ByteReader {
   public:
     ByteReader(const void *data, size_t size, const char *kind) noexcept

@@ -1,3 +1,6 @@
+// Method: one exception type with its texts in fixed arrays, so that throwing and reporting allocate no text, also when
+// memory is exhausted. The name of what was wrong is marked in the format itself ("{sigma} = %g: ..."): message and
+// field cannot disagree, and no caller needs to parse messages.
 #include "base/error.hpp"
 
 #include <algorithm>
@@ -12,17 +15,17 @@ namespace toliman {
 namespace {
 thread_local char last_text[kErrorTextSize] = "", last_field[kErrorTextSize] = "";
 
-// Names and values off the wire may hold bytes that a terminal obeys.
-char harmless(char byte) noexcept {
+// Names and values in input files may contain control bytes, such as escape sequences of a terminal; they become '?'.
+char printable(char byte) noexcept {
     return (byte >= 0 && byte < ' ') || byte == '\x7f' ? '?' : byte;
 }
 
-void copy_harmless(char (&copy)[kErrorTextSize], const char *text) noexcept {
+void copy_printable(char (&copy)[kErrorTextSize], const char *text) noexcept {
     std::snprintf(copy, sizeof copy, "%s", text);
-    std::transform(copy, copy + std::strlen(copy), copy, harmless);
+    std::transform(copy, copy + std::strlen(copy), copy, printable);
 }
 
-// inner_field: "" for the piece that the format marks.
+// inner_field: the field; "" takes the piece in braces.
 Error error_of(Status status, const char *inner_field, const char *format, va_list arguments) noexcept {
     char text[kErrorTextSize], field[kErrorTextSize];
     const Piece marked = print_marked(text, sizeof text, format, arguments);
@@ -33,8 +36,8 @@ Error error_of(Status status, const char *inner_field, const char *format, va_li
 } // namespace
 
 Error::Error(Status status, const char *text, const char *field) noexcept : status_(status) {
-    copy_harmless(text_, text);
-    copy_harmless(field_, field);
+    copy_printable(text_, text);
+    copy_printable(field_, field);
 }
 
 void fail(Status status, const char *format, ...) {

@@ -1,4 +1,5 @@
-// Errors inside the library: one exception type, thrown by fail() and turned into a status code at the C border.
+// Errors inside the library: one exception type, thrown by fail() and converted to a status code by lib/api
+// (guard.hpp).
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +28,8 @@ enum class Status : int32_t {
 
 constexpr size_t kErrorTextSize = 1024;
 
-// Carries its texts in place, so that throwing allocates nothing beyond the exception itself: one line each, control
-// bytes shown as ?.
+// An error with its message and field in fixed arrays, so that throwing allocates nothing beyond the exception itself.
+// Both are one line; control bytes are replaced by '?'.
 class Error final : public std::exception {
   public:
     Error(Status status, const char *text, const char *field) noexcept;
@@ -41,15 +42,16 @@ class Error final : public std::exception {
     char text_[kErrorTextSize], field_[kErrorTextSize];
 };
 
-// Throws Error with a printf-formatted text. The text names the argument, its value and what is allowed. The field is
-// the piece of the text that the format has in braces: fail(Status::argument, "{sigma} = %g: must be above 0", sigma).
+// Throws Error with a printf-formatted text that names the argument, its value and what is allowed. The piece of the
+// format in braces becomes the field, which toliman_last_error_field returns; the braces are not printed:
+// fail(Status::argument, "{sigma} = %g: must be above 0", sigma).
 [[noreturn]] void fail(Status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-// Throws what `inner` becomes where more is known: with another text, and its field unless it has none.
+// Rethrows `inner` with more context: a new text, and the field of `inner`, or the piece in braces if `inner` has none.
 [[noreturn]] void fail_within(const Error &inner, Status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-// Runs work on a frame; its complaints are prefixed by the frame's number.
+// Runs work on a frame and prefixes the messages of its errors with the frame's number.
 template <class Work> void in_frame(size_t frame, Work work) {
     try {
         work();
@@ -58,7 +60,7 @@ template <class Work> void in_frame(size_t frame, Work work) {
     }
 }
 
-// Runs a callback of the caller. What it throws, if it is written in C++, cancels the call.
+// Runs a user-supplied callback. An exception from a callback written in C++ cancels the call.
 template <class Call> auto in_callback(const char *name, Call call) {
     try {
         return call();
@@ -69,7 +71,7 @@ template <class Call> auto in_callback(const char *name, Call call) {
     }
 }
 
-// The calling thread's last message, and its field; set by the border only.
+// The calling thread's last message and its field; set by lib/api only.
 void set_last_error(const char *text, const char *field = "") noexcept;
 const char *last_error() noexcept;
 const char *last_error_field() noexcept;

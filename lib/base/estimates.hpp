@@ -1,4 +1,4 @@
-// Values of many frames on own workers, for every estimator alike.
+// Estimates values of many frames on worker threads; shared by all estimators.
 #pragma once
 #include <algorithm>
 
@@ -9,9 +9,9 @@
 
 namespace toliman {
 
-// Given     frames; estimate(frame, work, chi_square), of one frame, with chi_square NULL where nobody asks for it
-// Returned  values [count] and, unless NULL, chi_square [count]; the same bits for any number of workers
-// Notes     one job and one Workspace per worker; nothing is written when a frame fails.
+// Given     frames; estimate(frame, work, chi_square) of one frame, with chi_square NULL if not requested
+// Returned  values [count] and, unless NULL, chi_square [count]; bit-identical for any number of workers
+// Notes     one job and one Workspace per worker; nothing is written if a frame fails.
 template <class Workspace, class Estimate>
 void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values, double *chi_square,
                    Estimate estimate) {

@@ -1,4 +1,4 @@
-// What an estimator must know of the frames: the one thing that the simulator hands to lib/cae and lib/linear.
+// Linear model of the frames: the only data that lib/optics passes to the estimators of lib/cae and lib/linear.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,18 +8,18 @@
 namespace toliman {
 
 struct FrameModel {
-    std::string source; // how messages call the scene
+    std::string source; // name of the scene in messages
     size_t rows = 0, cols = 0;
     Buffer<double> reference;  // rows*cols, expected counts of the frame without displacement
-    double background = 0;     // of the reference in every pixel that is no light: dark current, bias
+    double background = 0;     // part of the reference that is not light, equal in every pixel: dark current, bias
     Buffer<double> variance;   // rows*cols, variance of a frame's counts (photons + read noise), > 0
     Buffer<double> derivative; // rows*cols, d(reference)/d(separation), counts per pixel of separation
     struct Nuisance {
         std::string name; // "flux_a" ...
         Buffer<double> image;
     };
-    std::vector<Nuisance> projected; // derivative images that estimators must be blind to; empty = none
-    double crb_px = 0;               // Cramer-Rao bound of the separation a frame, exactly `projected` free
+    std::vector<Nuisance> projected; // derivative images that estimators project out; may be empty
+    double crb_px = 0;               // Cramer-Rao bound of the separation per frame with exactly `projected` free
     uint64_t scene_digest = 0;       // FNV-1a of the scene, for provenance
 };
 

@@ -1,4 +1,5 @@
-// FNV-1a, 64 bit: identity digests of layouts, scenes and grids. Not a checksum (files carry CRC32) and not a secret.
+// FNV-1a, 64 bit: identity digests of layouts, scenes and grids. Not used as a checksum (files have a CRC32) and not
+// cryptographic.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -13,14 +14,14 @@ constexpr uint64_t fnv1a(const char *text, size_t size, uint64_t hash = kFnvOffs
     return hash;
 }
 
-// The same of a number's eight bytes, lowest first.
+// Hash of a number's eight bytes, lowest first.
 constexpr uint64_t fnv1a(uint64_t number, uint64_t hash) noexcept {
     for (int i = 0; i < 8; i++)
         hash = (hash ^ (number >> (8 * i) & 0xff)) * 0x100000001b3u;
     return hash;
 }
 
-// The same of an array's bytes.
+// Hash of an array's bytes.
 template <class Array> uint64_t fnv1a(const Array &numbers, uint64_t hash) noexcept {
     return fnv1a(reinterpret_cast<const char *>(numbers.data()), numbers.size() * sizeof numbers[0], hash);
 }

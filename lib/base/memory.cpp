@@ -1,3 +1,5 @@
+// Method: the allocator is a thread-local value that lib/api sets for the duration of a create, load or copy. Arrays
+// capture it when constructed and keep it for their lifetime, so that domain code needs no allocator parameters.
 #include "base/memory.hpp"
 
 #include <cstdlib>
@@ -18,7 +20,7 @@ void *Memory::take(size_t size, size_t alignment) const {
     void *memory = allocate != nullptr ? in_callback("allocate", [&] { return allocate(size, alignment, user_data); })
                                        : std::aligned_alloc(alignment, size);
     if (memory == nullptr)
-        fail(Status::memory, "out of memory: %zu bytes more were asked for", size);
+        fail(Status::memory, "out of memory: cannot allocate %zu bytes", size);
     return memory;
 }
 

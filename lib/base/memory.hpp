@@ -1,26 +1,26 @@
-// Where aligned arrays come from: the system, or the caller of the API while an object is made.
+// The allocator of aligned arrays: the system's, or the caller's while an object is being created.
 #pragma once
 #include <cstddef>
 
 namespace toliman {
 
-// Both functions or none (the system).
+// A pair of functions; both NULL: the system's.
 struct Memory {
     void *(*allocate)(size_t size, size_t alignment, void *user_data) = nullptr;
     void (*release)(void *memory, size_t size, void *user_data) = nullptr;
     void *user_data = nullptr;
 
-    void *take(size_t size, size_t alignment) const; // Status::memory if there is none
+    void *take(size_t size, size_t alignment) const; // allocates; Status::memory if memory is exhausted
     void give_back(void *memory, size_t size) const noexcept;
     bool operator==(const Memory &other) const noexcept {
         return allocate == other.allocate && release == other.release && user_data == other.user_data;
     }
 };
 
-// That of arrays which this thread makes by now.
+// The allocator for arrays that this thread constructs now.
 const Memory &current_memory() noexcept;
 
-// Until its end arrays of this thread come from there, and stay with it.
+// Until the end of the scope, arrays constructed on this thread use this allocator, for their whole lifetime.
 class MemoryScope {
   public:
     explicit MemoryScope(const Memory &memory) noexcept;

@@ -1,4 +1,4 @@
-// NumPy's .npy files: two-dimensional arrays of the types a mask can have.
+// Parser of NumPy's .npy files: two-dimensional arrays of the types that masks use.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +12,8 @@ struct NpyImage {
     std::vector<double> values; // C order
 };
 
-// Reads format versions 1 to 3, C order, little-endian float32 and float64, uint8 and bool. Status::format otherwise;
-// source names the file in messages.
+// Parses format versions 1 to 3 in C order, of little-endian float32 or float64, uint8 or bool; Status::format for
+// anything else. `source` names the file in messages.
 NpyImage parse_npy(const std::vector<uint8_t> &bytes, const std::string &source);
 
 } // namespace toliman

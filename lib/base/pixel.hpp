@@ -1,4 +1,4 @@
-// Kinds of pixels as callers hand them over, and frames of them as doubles.
+// Pixel types of the caller's frames, and their conversion to double.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ inline uint32_t swap_bytes(uint32_t bits) noexcept {
     return __builtin_bswap32(bits);
 }
 
-// A big-endian number in memory; reads as a T.
+// A big-endian number in memory, which converts to a T.
 template <class T> class BigEndian {
   public:
     operator T() const noexcept {
@@ -37,12 +37,12 @@ template <class T> class BigEndian {
     Bits bits_;
 };
 
-// What a pixel in memory reads as.
+// The native type that a pixel in memory converts to.
 template <class T> struct Reads { using Value = T; };
 template <class T> struct Reads<BigEndian<T>> { using Value = T; };
 template <class T> using ValueOf = typename Reads<T>::Value;
 
-// work(first), where first points to pixels of the kind's type.
+// Returns work(first), where first points to pixels of the kind's type.
 template <class Work> auto with_pixels(Pixel kind, const void *pixels, Work work) {
     switch (kind) {
     case Pixel::u8:
@@ -71,14 +71,14 @@ template <class Work> auto with_pixels(Pixel kind, const void *pixels, Work work
     return work(static_cast<const double *>(pixels));
 }
 
-// Frames of one kind of pixels, at equal distances in memory.
+// Frames of one pixel type, at equal distances in memory.
 struct PixelFrames {
     Pixel pixel;
     const void *pixels;
     size_t rows, cols;
     size_t stride, frame_stride; // in pixels, from row to row and from frame to frame
 
-    // Frame i as doubles: where it lies if it has them, else converted into scratch.
+    // Returns frame i as doubles: in place if its pixels are doubles, else converted into scratch.
     ImageView<const double> frame(size_t i, Buffer<double> &scratch) const;
 };
 

@@ -1,4 +1,4 @@
-// Log and progress callbacks of an options struct, as the domain code sees them.
+// Progress and log callbacks of an options struct, for domain code.
 #pragma once
 #include <cstdint>
 
@@ -10,7 +10,7 @@ struct Progress {
     int32_t (*call)(const char *stage, double fraction, void *user_data) = nullptr;
     void *user_data = nullptr;
 
-    // Call from the caller's thread only, with no lock held. Nonzero from the callback cancels.
+    // Calls the callback, on the caller's thread only and with no lock held; Status::cancelled if it returns nonzero.
     void report(const char *stage, double fraction) const {
         if (call != nullptr && in_callback("progress", [&] { return call(stage, fraction, user_data); }) != 0)
             fail(Status::cancelled, "%s: cancelled by the progress callback", stage);

@@ -1,4 +1,5 @@
-// The widest number the compiler has: 113 bits of mantissa. For a handful of scalars whose difference must survive.
+// Quad precision, 113 bits of mantissa, for a few scalars whose difference would cancel in double. Emulated in software
+// on x86-64, so not for arrays.
 #pragma once
 
 namespace toliman {

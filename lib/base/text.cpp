@@ -1,3 +1,6 @@
+// Method: printf prints numbers with the decimal sign of the host's locale, which a library must not change (setlocale
+// affects the whole process). The format is therefore split into conversions; each
+// is printed by snprintf, and the locale's decimal sign in floating-point numbers is replaced by a point.
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -12,7 +15,7 @@ struct Arguments {
     va_list list;
 };
 
-// One conversion of a format: "%-8.3" with * replaced by its number, the length of its argument, its letter.
+// One conversion of a format: its start ("%-8.3", with * replaced by the argument), length modifier and letter.
 struct Conversion {
     char start[40] = "%";
     char length[3] = "";
@@ -25,7 +28,7 @@ void append(char *text, size_t size, const char *more, size_t count) noexcept {
     text[used + kept] = '\0';
 }
 
-// Reads the conversion behind the % at format and goes on behind it.
+// Parses the conversion at format, which points to its %, and advances format past it.
 Conversion conversion_at(const char *&format, Arguments &arguments) noexcept {
     Conversion found;
     for (format++; std::strchr("-+ #0123456789.*", *format) != nullptr && *format != '\0'; format++) {
@@ -42,7 +45,7 @@ Conversion conversion_at(const char *&format, Arguments &arguments) noexcept {
     return found;
 }
 
-// Puts a point for the decimal sign of the locale, which may have several bytes.
+// Replaces the locale's decimal sign, which may have several bytes, by a point.
 void put_point(char *number) noexcept {
     char half[16];
     std::snprintf(half, sizeof half, "%.1f", 0.5);
@@ -62,7 +65,7 @@ class Printer {
     void put(const char *piece, size_t count) noexcept { append(text_, size_, piece, count); }
 
     void convert(const Conversion &one, Arguments &arguments) noexcept {
-        const bool wide = one.length[0] == 'l', size = one.length[0] == 'z';
+        const bool longer = one.length[0] == 'l', size = one.length[0] == 'z';
         switch (one.letter) {
         case '%':
             return put("%", 1);
@@ -74,9 +77,9 @@ class Printer {
         case 'c':
             return print(one, va_arg(arguments.list, int));
         case 'd':
-            return wide ? print(one, va_arg(arguments.list, long long)) : print(one, va_arg(arguments.list, int));
+            return longer ? print(one, va_arg(arguments.list, long long)) : print(one, va_arg(arguments.list, int));
         default: // u, x
-            return wide   ? print(one, va_arg(arguments.list, unsigned long long))
+            return longer ? print(one, va_arg(arguments.list, unsigned long long))
                    : size ? print(one, va_arg(arguments.list, size_t))
                           : print(one, va_arg(arguments.list, unsigned));
         }
@@ -90,7 +93,7 @@ class Printer {
         std::snprintf(text_ + used, size_ - used, format, value);
     }
     void print_double(const Conversion &one, double value) noexcept {
-        char number[400] = ""; // 1e308 in full
+        char number[400] = ""; // enough for %f of 1e308
         Printer(number, sizeof number).print(one, value);
         put_point(number);
         put(number, std::strlen(number));

@@ -1,23 +1,22 @@
-// Text by a printf format, for people: with a decimal point in every locale of the host, which the library must not
-// change.
+// printf-style formatting of messages, with a decimal point in every locale of the host.
 #pragma once
 #include <cstdarg>
 #include <cstddef>
 
 namespace toliman {
 
-// What snprintf and vsnprintf write into text[size], size > 0; conversions c d f g s u x and %, no n. Returns the
-// length of what stands there. Allocates nothing.
+// Like snprintf and vsnprintf into text[size], size > 0, for the conversions c d f g s u x and %. Returns the length of
+// the text written, truncated if need be. Allocates nothing.
 size_t print_text(char *text, size_t size, const char *format, ...) noexcept __attribute__((format(printf, 3, 4)));
 size_t print_text(char *text, size_t size, const char *format, va_list arguments) noexcept
     __attribute__((format(printf, 3, 0)));
 
-// A piece of a text, from begin to end.
+// A piece of a text: indices [begin, end).
 struct Piece {
     size_t begin = 0, end = 0;
 };
 
-// The same by a format that has one piece in braces, which are not written: where it is in the text.
+// The same with one piece of the format in braces, which are not printed. Returns where the piece is in the text.
 Piece print_marked(char *text, size_t size, const char *format, va_list arguments) noexcept
     __attribute__((format(printf, 3, 0)));
 

@@ -34,7 +34,7 @@ void run_jobs(unsigned workers, size_t count, const std::function<void(size_t)> 
     try {
         while (threads.size() < used - 1)
             threads.emplace_back(work, threads.size() + 1);
-    } catch (...) { // no more threads to be had: the caller works for those that are missing
+    } catch (...) { // no more threads available: the calling thread runs the jobs of the missing workers
     }
     work(0);
     for (size_t worker = threads.size() + 1; worker < used; worker++)

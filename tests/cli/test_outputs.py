@@ -462,7 +462,7 @@ class Convert(OutputTest):
         self.assertEqual((header["BUNIT"], header["PIXSCALE"], header["NWAVES"]), ("photon", 0.2, 6))
         self.assertTrue(header["CREATOR"].startswith("toliman 0."))
         self.assertNotIn("SEED", header)  # nothing random in it
-        self.refuse(3, "mask.fits: is FITS", "toliman convert IN.fits OUT.npy",
+        self.refuse(3, "mask.fits: is a FITS file", "toliman convert IN.fits OUT.npy",
                     arguments=("psf", "mask.fits.json", "--out", "x.npy"))
 
     def test_refusals(self):

@@ -246,8 +246,7 @@ static void no_memory_is_an_error(void **unused) {
         toliman_status status;
         while ((status = kinds[i].make(&allocator, &made)) != TOLIMAN_OK) {
             assert_int_equal(status, TOLIMAN_E_MEMORY);
-            assert_non_null(strstr(toliman_last_error(), "out of memory: "));
-            assert_non_null(strstr(toliman_last_error(), " bytes more were asked for"));
+            assert_non_null(strstr(toliman_last_error(), "out of memory: cannot allocate "));
             assert_null(made);
             assert_int_equal(memory.held, 0);
             memory.calls = 0;

@@ -309,7 +309,7 @@ static void test_streams_of_another_size(void **unused) {
     const size_t wrong[] = {0, 1, right - 1, right + 1, right + 10};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         bytes = assemble(blob, stream, store(raw, wrong[k], stream), planes, planes_size, &size);
-        refused(bytes, size, "compressed payload is damaged or not of the stated size");
+        refused(bytes, size, "compressed payload is damaged or has another size than stated");
         free(bytes);
     }
     const size_t whole = store(raw, right, stream);

@@ -205,7 +205,7 @@ static void test_failures_keep_the_last_training(void **unused) {
     Source source = make_source(1e-2);
     toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_WHITENED), *loaded = NULL;
     toliman_cae_train_options options = options_for(&source, 10, 2), known = {.struct_size = sizeof known};
-    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_STATE, "no training to go on with");
+    assert_fails(toliman_cae_get_train_options(cae, &known), TOLIMAN_E_STATE, "no training to resume");
     assert_ok(toliman_cae_train(cae, &options, NULL));
     size_t size, size_after;
     uint8_t *before = saved_with_training(cae, &size);
@@ -214,7 +214,8 @@ static void test_failures_keep_the_last_training(void **unused) {
                  "layout = paper, input = whitened: tied training requires");
     options.batch = 5;
     source.failure = TOLIMAN_E_NOT_FOUND;
-    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND, "their source failed");
+    assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_NOT_FOUND,
+                 "the frames callback returned TOLIMAN_E_NOT_FOUND");
     source.failure = TOLIMAN_OK;
     options.progress = cancel;
     assert_fails(toliman_cae_train(cae, &options, NULL), TOLIMAN_E_CANCELLED, "frames");

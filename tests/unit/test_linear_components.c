@@ -182,7 +182,8 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     toliman_sim *sim = sim_of(kBinaryScene);
     toliman_components *const components = collection(sim, 0, 4);
     push_frames(components, sim, 1, 40);
-    assert_fails(toliman_components_get_series(components, 0, before, NULL), TOLIMAN_E_STATE, "before training");
+    assert_fails(toliman_components_get_series(components, 0, before, NULL), TOLIMAN_E_STATE,
+                 "components: not trained");
     train(components, TOLIMAN_COMPONENTS_PCA, 2, 0);
     assert_ok(toliman_components_get_series(components, 1, before, NULL));
     toliman_components_train_options options;
@@ -254,7 +255,7 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     toliman_components_train_options_init(&training, sizeof training);
     assert_ok(toliman_components_push(components, image, SIDE));
     assert_fails(toliman_components_train(components, &training, NULL), TOLIMAN_E_STATE,
-                 "1 frames are in: 1 components need at least 2");
+                 "1 components need at least 2 frames, 1 were pushed");
     image[5] = 1;
     assert_ok(toliman_components_push(components, image, SIDE));
     assert_fails(toliman_components_push(components, image, SIDE), TOLIMAN_E_CAPACITY, "capacity = 2");

@@ -223,12 +223,12 @@ static void pointer_to_another_type_is_refused(void **state) {
     double sigma = -1, power;
     assert_fails(toliman_period_query_power((const toliman_period *)(const void *)linear, TOLIMAN_PERIOD_POWER_STANDARD,
                                             0, 1, &power),
-                 TOLIMAN_E_ARGUMENT, "period is no toliman_period, or was destroyed");
+                 TOLIMAN_E_ARGUMENT, "period is not a toliman_period, or was destroyed");
     assert_fails(toliman_linear_get_sigma((const toliman_linear *)(const void *)sim, &sigma), TOLIMAN_E_ARGUMENT,
-                 "linear is no toliman_linear");
+                 "linear is not a toliman_linear");
     assert_true(sigma == -1);
     toliman_period_destroy((toliman_period *)(void *)linear); /* does nothing */
-    assert_non_null(strstr(toliman_last_error(), "toliman_period is no toliman_period"));
+    assert_non_null(strstr(toliman_last_error(), "toliman_period is not a toliman_period"));
     assert_ok(toliman_linear_get_sigma(linear, &sigma));
     toliman_linear_destroy(linear);
     toliman_sim_destroy(sim);

@@ -80,7 +80,8 @@ static void test_retract_undoes_push(void **unused) {
         for (int i = 0; i < kMost; i += 2)
             assert_ok(toliman_period_retract(all, times[i], values[i], sigmas[i]));
         assert_same_bytes(all, none);
-        assert_fails(toliman_period_retract(all, times[0], values[0], sigmas[0]), TOLIMAN_E_STATE, "only 0 are in");
+        assert_fails(toliman_period_retract(all, times[0], values[0], sigmas[0]), TOLIMAN_E_STATE,
+                     "the periodogram has 0");
         toliman_period_destroy(all), toliman_period_destroy(half), toliman_period_destroy(none);
     }
 }
@@ -97,7 +98,7 @@ static void test_retract_many_is_all_or_none(void **unused) {
     assert_fails(toliman_period_retract_many(period, times, values, sigmas, 100), TOLIMAN_E_ARGUMENT, "sample 60");
     values[60] = kept;
     assert_fails(toliman_period_retract_many(period, times, values, sigmas, 101), TOLIMAN_E_STATE,
-                 "101 samples to retract: only 100");
+                 "cannot retract 101 samples: the periodogram has 100");
     assert_same_bytes(period, other);
     assert_ok(toliman_period_retract_many(period, times + 40, values + 40, sigmas + 40, 60));
     assert_ok(toliman_period_reset(other));

@@ -139,7 +139,7 @@ static void cost_of_stages_is_planned(void **state) {
     assert_ok(toliman_sim_get_stage(&a, "pixel integration", &of_a));
     assert_int_equal(of_a, 1);
     assert_fails(toliman_sim_get_stage(&a, "pixels", &of_a), TOLIMAN_E_ARGUMENT,
-                 "name = \"pixels\": must be that of a stage");
+                 "name = \"pixels\": must be a name returned by toliman_sim_stage_name");
     assert_fails(toliman_sim_get_stage(&a, NULL, &of_a), TOLIMAN_E_ARGUMENT, "name is NULL");
     assert_fails(toliman_sim_get_stage(NULL, "roll", &of_a), TOLIMAN_E_ARGUMENT, "plan is NULL");
     assert_fails(toliman_sim_get_stage(&a, "pixel integration", NULL), TOLIMAN_E_ARGUMENT, "modelled is NULL");
@@ -282,7 +282,8 @@ static void plate_scales_by_wavelength(void **state) {
     assert_ok(toliman_sim_get_plate_scale(exact, 5, error));
     for (int i = 0; i < 5; i++)
         assert_close(error[i], 0, 0, 0);
-    assert_fails(toliman_sim_get_plate_scale(fft, 4, error), TOLIMAN_E_ARGUMENT, "must be 5, the wavelengths");
+    assert_fails(toliman_sim_get_plate_scale(fft, 4, error), TOLIMAN_E_ARGUMENT,
+                 "must be 5, the number of wavelengths");
     toliman_sim_destroy(exact);
     toliman_sim_destroy(fft);
 }

@@ -120,7 +120,8 @@ static void clock_can_be_queried(void **unused) {
     size_t points = 9;
     assert_ok(toliman_track_get_clock(track, NULL, 0, &points));
     assert_int_equal(points, 3);
-    assert_fails(toliman_track_get_clock(track, back, 2, &points), TOLIMAN_E_CAPACITY, "capacity = 2: the clock has 3");
+    assert_fails(toliman_track_get_clock(track, back, 2, &points), TOLIMAN_E_CAPACITY,
+                 "capacity = 2: must be at least 3, the number of clock pairs");
     assert_fails(toliman_track_get_clock(track, NULL, 3, &points), TOLIMAN_E_ARGUMENT, "clock is NULL");
     assert_ok(toliman_track_get_clock(track, back, 3, &points));
     assert_memory_equal(back, given, sizeof given);

@@ -226,7 +226,7 @@ static void impossible_exposures_are_refused(void **unused) {
     REFUSED(exposure_s, -1, "frames[0].exposure_s = -1: must be in [0, 1e+09]");
     REFUSED(exposure_s, NAN, "exposure_s = nan");
     REFUSED(exposure_s, 2e9, "exposure_s = 2e+09");
-    REFUSED(exposure_s, 1.5, "frames[0].intervals[1] = 1 to 2: must rise");
+    REFUSED(exposure_s, 1.5, "frames[0].intervals[1] = 1 to 2: must increase, follow the previous interval");
     REFUSED(exposure_s, 0, "frames[0].intervals[0] = 0.25 to 0.5");
     REFUSED(intervals, NULL, "intervals is NULL");
     REFUSED(interval_count, 65537, "interval_count = 65537: must be at most 65536");

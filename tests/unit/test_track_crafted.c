@@ -189,7 +189,7 @@ static void impossible_checkpoints_and_setups(void **unused) {
             seal(setup, size - 4);
         }
         options.clock_points = 0;
-        assert_not_made(&options, TOLIMAN_E_ARGUMENT, "setup.tlms, which had the clock, is missing or damaged");
+        assert_not_made(&options, TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the clock, is missing or damaged");
         options.clock = camera;
         options.clock_points = 1;
         toliman_track_destroy(make_track(&options)); /* rewritten */

@@ -49,7 +49,8 @@ static void lost_setup_must_be_given_again(void **unused) {
         at < size ? flip_byte(setup, at) : (void)unlink(setup);
         for (uint32_t flags = 0; flags <= TOLIMAN_TRACK_REBUILD; flags++) {
             without.flags = flags;
-            assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which had the clock");
+            assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT,
+                         "setup.tlms, which stores the clock");
         }
         without.nf = 0;
         assert_fails(toliman_track_create(&without, &none), TOLIMAN_E_ARGUMENT, "nf = 0: ");

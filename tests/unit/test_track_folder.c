@@ -440,7 +440,8 @@ static void sessions_are_named(void **unused) {
         size_t count = 0;
         assert_ok(toliman_track_get_streams(track, NULL, 0, &count));
         assert_int_equal(count, 3);
-        assert_fails(toliman_track_get_streams(track, streams, 2, &count), TOLIMAN_E_CAPACITY, "there are 3 sessions");
+        assert_fails(toliman_track_get_streams(track, streams, 2, &count), TOLIMAN_E_CAPACITY,
+                     "capacity = 2: must be at least 3, the number of sessions");
         assert_ok(toliman_track_get_streams(track, streams, 3, &count));
         int named = 0;
         for (int i = 0; i < 3; i++) {
@@ -548,7 +549,7 @@ static void foreign_setup_is_ignored(void **unused) {
     snprintf(command, sizeof command, "cp %s %s/setup.tlms", setup, copy);
     assert_int_equal(system(command), 0);
     other.nf = 0;
-    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which would have the grid");
+    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the grid");
     remove_folder(copy);
 }
 
