@@ -1,4 +1,4 @@
-/* The whole job from C: simulate a scene, train the network, encode frames one by one, print the period.
+/* The whole pipeline in C: simulates a scene, trains the network, encodes frames one by one, and prints the period.
  *
  *     first_light examples/scenes/chapter.json
  */
@@ -28,7 +28,7 @@ int main(int argc, char **argv) {
     check(toliman_cae_create(sim, info.seed, NULL, &cae));
     check(toliman_cae_train(cae, NULL, NULL));
 
-    /* Frequencies from 1.5 cycles in the whole series up to one cycle in two frames, a day apart. */
+    /* Frequencies from 1.5 cycles in the whole series to one cycle per two frames, which are one day apart. */
     double f0, df;
     int64_t nf;
     toliman_period *period = NULL;

@@ -1,7 +1,7 @@
-/* As on board: one static binary, memory from an arena of its own, no heap once the first frame comes, no FFT, BLAS or
- * JSON library. Frames in, displacements and the period out.
+/* A program as on board: one static binary with its own memory arena, no heap use after the first frame, and no FFT,
+ * BLAS or JSON library. Reads frames; prints displacements and the period.
  *
- *     flight WEIGHTS.tlmw FRAMES.bin         frames of 256x256 pixels of 32 bits, a day apart
+ *     flight WEIGHTS.tlmw FRAMES.bin         frames of 256x256 pixels of 32 bits, one per day
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,11 +10,11 @@
 
 enum { ROWS = 256, COLS = 256, ARENA = 12 << 20 };
 
-/* What is given back is not used again: everything is made once. */
+/* The arena only grows, except that the last block can be released: all objects are created once. */
 static _Alignas(64) unsigned char arena[ARENA];
 static size_t used;
 
-static void *take(size_t size, size_t alignment, void *unused) {
+static void *allocate(size_t size, size_t alignment, void *unused) {
     (void)unused;
     const size_t at = (used + alignment - 1) / alignment * alignment;
     if (size > ARENA - at)
@@ -23,13 +23,13 @@ static void *take(size_t size, size_t alignment, void *unused) {
     return arena + at;
 }
 
-static void give_back(void *memory, size_t size, void *unused) {
+static void release(void *memory, size_t size, void *unused) {
     (void)unused;
-    if ((unsigned char *)memory + size == arena + used) /* the last one taken: what creation needed meanwhile */
+    if ((unsigned char *)memory + size == arena + used) /* the last block: temporary memory during creation */
         used -= size;
 }
 
-/* The linker turns every call of malloc and its like into one of these (-Wl,--wrap). */
+/* Counts heap calls: the linker redirects malloc and related functions to these wrappers (-Wl,--wrap). */
 static size_t heap_calls;
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
@@ -74,10 +74,10 @@ int main(int argc, char **argv) {
     setvbuf(stdout, text, _IOLBF, sizeof text);
     setvbuf(frames, file, _IOFBF, sizeof file);
 
-    const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, NULL};
+    const toliman_allocator allocator = {sizeof allocator, 0, allocate, release, NULL};
     toliman_cae *network = NULL;
-    const toliman_load_options in_pool = {.struct_size = sizeof in_pool, .allocator = &allocator};
-    check(toliman_cae_load_file(argv[1], &in_pool, &network));
+    const toliman_load_options in_arena = {.struct_size = sizeof in_arena, .allocator = &allocator};
+    check(toliman_cae_load_file(argv[1], &in_arena, &network));
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
     options.allocator = &allocator;

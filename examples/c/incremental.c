@@ -1,8 +1,8 @@
-/* A host that gets frames late, twice and out of order, and asks for the period after each of them.
+/* A ground station that receives frames late, duplicated and out of order, and queries the period after each of them.
  *
- *     incremental SCENE FOLDER FIRST END      a pass of the downlink, with frames FIRST to END - 1
+ *     incremental SCENE FOLDER FIRST END      one downlink pass with frames FIRST to END - 1
  *
- * The folder keeps what was tracked: the next pass goes on where the last one ended.
+ * The folder stores the tracker's state: the next pass resumes where the last one stopped.
  */
 #include <math.h>
 #include <stdio.h>
@@ -17,8 +17,9 @@ static void check(toliman_status status) {
     exit(EXIT_FAILURE);
 }
 
-/* The host's reader calls back with every frame it gets. In place of yours, one that simulates a bad downlink: eight
- * frames each come backwards, every fifth one comes twice, and every fiftieth at the end of the pass. */
+/* Calls on_frame for every frame received. This stand-in for your reader simulates a bad downlink: groups of eight
+ * frames arrive in reverse order, every fifth frame is duplicated, and every fiftieth arrives at the end of the pass.
+ */
 static void read_downlink(const toliman_sim *sim, long first, long end,
                           void (*on_frame)(const toliman_frame *frame, void *user_data), void *user_data) {
     static double pixels[256 * 256];
@@ -40,12 +41,12 @@ static void read_downlink(const toliman_sim *sim, long first, long end,
 
 struct host {
     toliman_track *tracker;
-    const toliman_period *period; /* the tracker's own, which follows every push */
-    double answer;                /* days, as it was printed last */
+    const toliman_period *period; /* the tracker's periodogram, updated by every push */
+    double answer;                /* last printed period, days */
 };
 
-/* One push, one question. Who asks after every frame needs the sequential false alarm probability: below 1e-3 the
- * period is an answer, which is printed whenever it has changed by 5 %. */
+/* Pushes a frame and queries the period. Repeated interim queries need the sequential false alarm probability. Below
+ * 1e-3 the period is significant; it is printed whenever it has changed by 5 %. */
 static void on_frame(const toliman_frame *frame, void *user_data) {
     struct host *host = user_data;
     toliman_track_outcome outcome = TOLIMAN_TRACK_OUTCOME_INIT;
@@ -54,7 +55,7 @@ static void on_frame(const toliman_frame *frame, void *user_data) {
     double log10_fap;
     check(toliman_track_push(host->tracker, frame, 1, &outcome, &done));
     if (outcome.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED || toliman_period_count(host->period) < 5)
-        return; /* a duplicate, say: outcome tells */
+        return; /* a duplicate, for example; see outcome.verdict */
     check(toliman_period_query_peak(host->period, &peak));
     check(toliman_period_query_fap(host->period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &log10_fap));
     if (log10_fap > -3 || fabs(peak.period - host->answer) < 0.05 * peak.period)
@@ -77,12 +78,12 @@ int main(int argc, char **argv) {
     toliman_track_options_init(&options, sizeof options);
     options.folder = argv[2];
     options.linear = estimator;
-    options.f0 = 1.5 / 1095; /* cycles a day, for 1095 days with a frame each */
+    options.f0 = 1.5 / 1095; /* cycles per day, for 1095 days with one frame per day */
     options.df = 0.1 / 1095;
     options.nf = 5461;
     check(toliman_track_create(&options, &host.tracker));
     check(toliman_track_get_period(host.tracker, &host.period));
-    printf("%lld frames are in\n", (long long)toliman_period_count(host.period));
+    printf("%lld frames tracked so far\n", (long long)toliman_period_count(host.period));
 
     read_downlink(sim, atol(argv[3]), atol(argv[4]), on_frame, &host);
 

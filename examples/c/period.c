@@ -1,4 +1,4 @@
-/* The period of samples that you have. Prints "period 17.026 +- 0.045 days". */
+/* Finds the period of samples. Prints "period 17.026 +- 0.045 days". */
 #include <stdio.h>
 
 #include <toliman/period.h>
@@ -6,7 +6,7 @@
 enum { N = 200 };
 
 int main(void) {
-    double t[N], y[N], f0, df; /* your samples: here of a period of 17 days */
+    double t[N], y[N], f0, df; /* your samples; here with a period of 17 days */
     for (int i = 0; i < N; i++) {
         t[i] = i;
         y[i] = i % 17;

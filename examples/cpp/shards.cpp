@@ -1,5 +1,5 @@
-// A mission in a program of C++: several threads simulate and estimate their share of the frames, each into a
-// periodogram of its own; together these have the bits that one thread would give.
+// Shards in C++: each thread simulates and estimates its share of the frames and fills its own periodogram. The merged
+// periodogram is bit-identical to that of a single thread, because its sums are exact.
 //
 //     shards SCENE THREADS
 #include <cstdio>
@@ -11,7 +11,7 @@
 
 namespace {
 
-// Owns what all threads share: const calls may run on one object from several of them.
+// Owns the objects that all threads share: const functions may run on one object from several threads.
 class Mission {
   public:
     explicit Mission(const char *scene)
@@ -20,7 +20,7 @@ class Mission {
         toliman::check(toliman_sim_get_info(sim_.get(), &info_));
     }
 
-    // The sums of frames first, first + step, ...; frequencies up to one cycle in two frames.
+    // Periodogram of frames first, first + step, ...; frequencies up to one cycle per two frames.
     toliman::periodogram sums(int64_t first, int64_t step) const {
         const auto frames = static_cast<double>(info_.frames);
         auto period = toliman::make<toliman::periodogram>(toliman_period_create, 1.5 / frames, 0.1 / frames,
@@ -48,7 +48,7 @@ void find_period(const Mission &mission, int threads) {
     for (int i = 1; i < threads; i++)
         shards.push_back(std::async(std::launch::async, [&mission, i, threads] { return mission.sums(i, threads); }));
     const toliman::periodogram period = mission.sums(0, threads);
-    for (auto &shard : shards) // get() throws what went wrong in the thread
+    for (auto &shard : shards) // get() rethrows an exception of the thread
         toliman::check(toliman_period_merge(period.get(), shard.get().get()));
     auto peak = toliman::sized<toliman_period_peak>();
     toliman::check(toliman_period_query_peak(period.get(), &peak));

@@ -1,4 +1,4 @@
-! The period of samples that you have. A failure stops the program with the library's message.
+! Finds the period of samples. A failure stops the program with the library's message.
 program period
     use, intrinsic :: iso_c_binding
     use toliman
@@ -9,7 +9,7 @@ program period
     integer(c_int64_t) :: nf
     integer :: i
 
-    t = [(i, i=0, 199)] ! your samples: here of a period of 17 days
+    t = [(i, i=0, 199)] ! your samples; here with a period of 17 days
     y = modulo(t, 17d0)
     call periodogram%suggest(t, y, mission_span=0d0, f0=f0, df=df, nf=nf)
     call periodogram%create(f0, df, nf)

@@ -1,4 +1,4 @@
-! Searches a series, a file of t,y,sigma, for its period.
+! Finds the period of a time series in a file with lines t,y,sigma.
 !     search examples/data/nu_oph_rv.csv
 program search
     use, intrinsic :: iso_c_binding
@@ -16,17 +16,17 @@ program search
 
     call get_command_argument(1, path, status=stat)
     if (stat /= 0) then
-        write (error_unit, '(a)') 'usage: search FILE, a series of lines t,y,sigma'
+        write (error_unit, '(a)') 'usage: search FILE, with lines t,y,sigma'
         stop 2, quiet=.true.
     end if
     call read_series(trim(path), t, y, sigma)
 
-    ! The frequencies and options that suit these samples.
+    ! Frequencies and options suggested for these samples.
     call toliman_period_options_init(options, c_sizeof(options))
     call periodogram%suggest(t, y, sigma, 0d0, f0, df, nf, options)
     call periodogram%create(f0, df, nf, options)
 
-    ! With stat= the program goes on and sees for itself; without it a failure ends it with the library's message.
+    ! With stat= the program handles the error; without it a failure stops the program with the library's message.
     call periodogram%push_many(t, y, sigma, stat, errmsg)
     if (stat /= TOLIMAN_OK) then
         write (error_unit, '(3a)') trim(path), ': ', trim(errmsg)
@@ -41,7 +41,7 @@ program search
 
 contains
 
-    ! Numbers of all lines but remarks (#) and a line of names.
+    ! Reads all lines that begin with a number; comments (#) and a header line are skipped.
     subroutine read_series(file, t, y, sigma)
         character(len=*), intent(in) :: file
         real(c_double), allocatable, intent(out) :: t(:), y(:), sigma(:)
@@ -56,13 +56,13 @@ contains
             if (stat /= 0) exit
             if (scan(line(1:1), '0123456789+-.') == 0) cycle
             read (line, *, iostat=stat) sample
-            if (stat /= 0) call refuse(file, 'not a line t,y,sigma: '//line)
+            if (stat /= 0) call refuse(file, 'malformed line, must be t,y,sigma: '//line)
             t = [t, sample(1)]
             y = [y, sample(2)]
             sigma = [sigma, sample(3)]
         end do
         close (unit)
-        if (size(t) < 3) call refuse(file, 'holds fewer than 3 lines t,y,sigma')
+        if (size(t) < 3) call refuse(file, 'must have at least 3 lines t,y,sigma')
     end subroutine
 
     subroutine refuse(file, why)

@@ -1,4 +1,4 @@
-"""Radial velocities of nu Ophiuchi, sample by sample and as a whole, beside astropy: power, period, false alarms, time.
+"""Compares streaming and batch periodograms of nu Ophiuchi's radial velocities with astropy: power, period, FAP, time.
 
     python3 against_astropy.py                  needs python3-astropy
 """
@@ -16,7 +16,7 @@ import toliman
 
 
 def timed(work):
-    """What it gives, and the best time of three, in ms."""
+    """Returns the result of work() and the best time of three runs, in ms."""
     times = []
     for _ in range(3):
         start = time.perf_counter()
@@ -26,6 +26,7 @@ def timed(work):
 
 
 def streamed():
+    """Returns the power after pushing the samples one at a time."""
     periodogram.reset()
     for sample in zip(t, y, sigma):
         periodogram.push(*sample)
@@ -37,7 +38,7 @@ grid = {"f0": 1e-4, "df": 2e-5, "nf": 2500}
 frequency = grid["f0"] + grid["df"] * numpy.arange(grid["nf"])
 astropy = LombScargle(t, y, sigma)
 
-# Times are counted from the first one: the phases of both are then from there, and powers do not depend on it.
+# Times are relative to the first one, which makes phases refer to it; powers do not depend on the origin.
 periodogram = toliman.Periodogram(**grid, time_offset=t[0], sigma_floor=sigma.min(), sigma_ceiling=sigma.max())
 exact, exact_ms = timed(lambda: astropy.power(frequency, method="slow"))
 for name, work in (

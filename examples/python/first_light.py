@@ -1,4 +1,4 @@
-"""The whole job from Python: simulate a scene, train the network, encode frame by frame, print the period.
+"""The whole pipeline in Python: simulates a scene, trains the network, encodes frame by frame, prints the period.
 
     python3 first_light.py [SCENE]              a file, or the name of a shipped scene; chapter.json by default
 """

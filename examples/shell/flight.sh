@@ -1,5 +1,5 @@
 #!/bin/sh
-# Trains weights and simulates frames for the static program of c/flight.c, runs it, and compares its values with those of
+# Trains weights and simulates frames for the static program c/flight.c, runs it, and compares its values with those of
 # `toliman encode`.
 #     flight.sh TOLIMAN FLIGHT SCENE
 set -eu

@@ -1,8 +1,8 @@
 #!/bin/sh
-# From raw frames to the period in one pipeline, which keeps no frame.
+# From raw frames to the period in one pipeline that stores no frame.
 #     raw_to_period.sh TOLIMAN SCENE
 # Prints the result as JSON; its "period" is in days.
-# In the simulator's place a receiver of headerless frames may stand, and in the end a period after every frame:
+# A receiver of headerless frames can replace the simulator; with --follow the period is printed after every frame:
 #     receiver | toliman encode --weights w.tlmw --dtype u16le --shape 256x256 - |
 #         toliman period - --columns frame,latent_px --follow --f0 1e-3 --df 1e-4 --nf 5000
 set -eu

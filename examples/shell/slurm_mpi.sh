@@ -3,7 +3,8 @@
 #SBATCH --ntasks=64
 #SBATCH --cpus-per-task=1
 #SBATCH --output=campaign-%j.jsonl
-# A campaign of series over all ranks of a Slurm job, a line of JSON each; mpirun takes their number from the job.
+# Runs a campaign of series over all ranks of a Slurm job, with one line of JSON per series; mpirun takes the number of
+# ranks from the job.
 #     sbatch slurm_mpi.sh SCENE SERIES
 set -eu
 scene=$1

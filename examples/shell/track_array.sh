@@ -1,9 +1,9 @@
 #!/bin/sh
-# Many machines: each task of a Slurm array tracks its share of the pairs into a state folder of its own.
+# Tracks on many machines: each task of a Slurm array tracks its share of the frame files into its own state folder.
 #     sbatch --array=0-7 track_array.sh shards downlink --weights w.tlmw --mission-days 1095 --dtype u16le
 #     toliman merge shards/shard_* --out mission
-# Of one large file instead of many pairs each task takes its frames: toliman track --frames A:B --state DIR ... FILE
-# The merged folder has the bits that one tracker of all frames would have; a task that was killed may run again.
+# For one large file instead of many, give each task a range: toliman track --frames A:B --state DIR ... FILE
+# The merged folder is bit-identical to that of a single tracker of all frames. A killed task can be run again.
 #SBATCH --job-name=track
 #SBATCH --cpus-per-task=1
 set -eu

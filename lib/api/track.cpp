@@ -1,8 +1,8 @@
 // include/toliman/track.h: creation of trackers, and the calls that modify them.
 //
-// Options are completed and checked in full (image geometry from the estimator, grid and clock from the folder) before
-// anything is created in the folder. Likewise all frames of a push are checked before the first one is processed, so
-// that an impossible frame leaves the tracker unchanged.
+// Options are checked, and completed with the estimator's properties, before the folder is opened; a missing grid or
+// clock then comes from the folder. All frames of a push are checked before the first one is processed, so that an
+// impossible frame leaves the tracker unchanged.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -265,7 +265,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const std::optional<track::Clock> clock = clock_of(options);
     track::Place place;
     const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
-    if (options.folder != nullptr) // opened last: nothing is created there unless all other options are valid
+    if (options.folder != nullptr) // opened after the checks above, since opening for writing creates it
         place = track::open_place(open_folder(options.folder, access), access, plan.terms);
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;

@@ -1,6 +1,6 @@
 // Method: atomic replacement by a temporary file, fsync, rename(2) and fsync of the folder. rename is atomic on POSIX
 // file systems; without the first fsync the new name could refer to an empty file after a power failure, without the
-// second the rename itself could be lost. Everything that can fail is done before the rename.
+// second the rename itself could be lost. All other steps that can fail come before the rename.
 #include "backend/file.hpp"
 
 #include <cerrno>

@@ -88,8 +88,8 @@ NpyImage parse_npy(const std::vector<uint8_t> &bytes, const std::string &source)
     read_shape(entry(header, "shape", source), image, source);
     const size_t count = checked_product(image.rows, image.cols, source.c_str());
     if (reader.left() != count * width)
-        fail(Status::format, "{%s}: has %zu bytes of data: must be %zu for %zu x %zu of %s", source.c_str(),
-             reader.left(), count * width, image.rows, image.cols, type.c_str());
+        fail(Status::format, "{%s}: has %zu bytes of data: must be %zu (%zu x %zu %s)", source.c_str(), reader.left(),
+             count * width, image.rows, image.cols, type.c_str());
     image.values.resize(count);
     for (double &value : image.values)
         value = width == 1 ? reader.u8() : width == 4 ? static_cast<double>(reader.f32()) : reader.f64();

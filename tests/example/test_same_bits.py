@@ -56,7 +56,7 @@ class Incremental(unittest.TestCase):
 
     def test_two_passes_and_a_kill(self):
         lines = self.track(0, 600).splitlines()
-        self.assertEqual(lines[0], "0 frames are in")
+        self.assertEqual(lines[0], "0 frames tracked so far")
         changes = [re.fullmatch(r"frame \d+: period (\S+) days, log10 FAP (\S+)", line) for line in lines[1:-1]]
         self.assertGreater(len(changes), 3)
         periods = [float(change[1]) for change in changes]

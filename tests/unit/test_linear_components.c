@@ -208,7 +208,8 @@ static void push_discards_a_training_and_cancellation_does_not(void **state) {
     assert_ok(toliman_components_get_series(components, 0, NULL, &share));
     image[0] = 0;
     assert_ok(toliman_components_push(components, image, SIDE));
-    assert_fails(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE, "until the next");
+    assert_fails(toliman_components_get_series(components, 0, after, NULL), TOLIMAN_E_STATE,
+                 "or not since the last push");
     options.progress = stop_at;
     options.progress_data = "products";
     assert_fails(toliman_components_train(components, &options, NULL), TOLIMAN_E_CANCELLED, "products");

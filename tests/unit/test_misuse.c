@@ -143,7 +143,7 @@ static void callback_may_read_while_a_const_call_runs(void **state) {
     assert_ok(toliman_period_query_bootstrap(callback.period, t, y, NULL, N, &options, 3, residuals));
     assert_true(callback.calls > 0);
     assert_int_equal(callback.pushed, TOLIMAN_E_STATE);
-    assert_string_equal(callback.message, "period is in use by another thread, or by the call that runs this callback");
+    assert_string_equal(callback.message, "period is in use by another thread or by the call that runs this callback");
     assert_int_equal(callback.read, TOLIMAN_OK);
     assert_int_equal(callback.destroyed_is_there, TOLIMAN_OK);
     assert_int_equal(toliman_period_count(callback.period), N);

@@ -243,7 +243,7 @@ static void text_that_is_not_json(void **state) {
     CHECK(changes);
     refused("", 0, TOLIMAN_E_FORMAT, "scene: is empty");
     refused("[]", 2, TOLIMAN_E_SCENE, "the scene = an array: must be an object");
-    refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: a zero byte");
+    refused("{}\0{}", 5, TOLIMAN_E_FORMAT, "line 1, column 3: unexpected zero byte");
     refused("{}", 2, TOLIMAN_E_SCENE, "schema: is missing");
     toliman_sim *sim = NULL;
     assert_fails(toliman_sim_create_json(NULL, 0, NULL, NULL, &sim), TOLIMAN_E_ARGUMENT, "json is NULL");
@@ -389,13 +389,11 @@ static void masks_are_refused(void **state) {
     write_npy("mask.npy", "<f8", "(48, 96)", data, sizeof data / 2);
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "is 48 x 96: must be 96 x 96, as pupil_samples");
     write_npy("mask.npy", "<f8", "(96, 96)", data, sizeof data - 8);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT,
-                 "has 73720 bytes of data: must be 73728 for 96 x 96 of <f8");
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "73720 bytes of data: must be 73728 (96 x 96 <f8");
     write_npy("mask.npy", "<f8", "(9216,)", data, sizeof data);
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "mask.npy: ");
     write_npy("mask.npy", "<i8", "(96, 96)", data, sizeof data);
-    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT,
-                 "unsupported dtype <i8 (supported: <f4, <f8, |u1, |b1)");
+    assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "unsupported dtype <i8 (supported: <f4,");
     write_file("mask.npy", "\x93NUMPY\x01", 7);
     assert_fails(create_with(kSpiral, mask, &sim), TOLIMAN_E_FORMAT, "truncated");
     write_file("mask.npy", "P5 96 96 255", 12);

@@ -112,7 +112,8 @@ static void columns_hold_the_given_values(void **unused) {
         size_t count = 0, done = 9;
         assert_ok(toliman_track_get_columns(track, NULL, 0, &count));
         assert_int_equal(count, ALL);
-        assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY, "13 columns");
+        assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY,
+                     "must be at least 13, the number of columns");
         assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
         for (int i = 0; i < ALL; i++) {
             assert_string_equal(columns[i].name, names[i]);
@@ -245,7 +246,8 @@ static void impossible_exposures_are_refused(void **unused) {
         assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "options->values");
     }
     memset(options.values, 'a', sizeof options.values);
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "longer than 175");
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
+                 "options->values: must have at most 175 characters");
 }
 
 /* Columns of a folder are merged by name, and none is dropped silently. */
