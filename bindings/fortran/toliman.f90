@@ -44,7 +44,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_E_INTERNAL = 1 ! bug in the library
     integer(c_int32_t), parameter, public :: TOLIMAN_E_ARGUMENT = 2 ! invalid argument, such as NULL or NaN
     integer(c_int32_t), parameter, public :: TOLIMAN_E_MEMORY = 3 ! out of memory or of another system resource
-    integer(c_int32_t), parameter, public :: TOLIMAN_E_NOT_FOUND = 4 ! input file missing or not readable
+    ! input file missing or not readable, or no item of this name
+    integer(c_int32_t), parameter, public :: TOLIMAN_E_NOT_FOUND = 4
     integer(c_int32_t), parameter, public :: TOLIMAN_E_FORMAT = 5 ! input file or blob malformed, truncated or corrupt
     integer(c_int32_t), parameter, public :: TOLIMAN_E_SCENE = 6 ! scene physically impossible or inconsistent
     ! valid request that this version does not support
@@ -322,8 +323,9 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
-    ! Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
-    ! convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order.
+    ! Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
+    ! 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
+    ! position of ELU, the exponential linear unit.
     ! 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_FLIGHT = 201
 
@@ -350,10 +352,10 @@ module toliman
 
     ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
     ! of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
-    ! latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
-    ! whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
-    ! diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
-    ! from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
+    ! latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
+    ! "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+    ! does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
+    ! shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_TIED = 221
 
     ! Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
@@ -707,9 +709,9 @@ module toliman
     ! Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_AT_EDGE = 4
 
-    ! Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
-    ! two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
-    ! peak is closer than 2.5/T.
+    ! Flag of a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak
+    ! explains at least half of its power. The explained power follows from the window function at the difference and at
+    ! the sum of the two frequencies, if these are within the grid.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
 
     ! Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -792,9 +794,9 @@ module toliman
     ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-    ! FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
-    ! fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
-    ! most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+    ! FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
+    ! series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
+    ! 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
     !
     ! Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
     ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -829,7 +831,7 @@ module toliman
     ! run of zero pixels of at least zero_run_bytes (lost packet)
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! pixel that is NaN or infinite
-    ! camera time outside the clock table's or the periodogram's range
+    ! time that overflows in TAI, or that the periodogram cannot represent
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! estimator failed, or gave a non-finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
@@ -886,13 +888,14 @@ module toliman
         type(c_ptr) :: linear = c_null_ptr
         type(c_funptr) :: estimate = c_null_funptr
         type(c_ptr) :: estimate_data = c_null_ptr
-        ! number that identifies `estimate`; without an estimator, the one that wrote the ledger. Ignored with cae and
-        ! linear, for which the library computes it
+        ! number that identifies `estimate`. If no estimator is given: the number of the estimator that wrote the
+        ! ledger. Ignored with cae and linear, whose number the library computes
         integer(c_int64_t) :: estimator_id = 0
         ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
         ! a-z 0-9 _; columns of a new ledger
         character(kind=c_char) :: values(176) = c_null_char
-        real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
+        ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without them
+        real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double ! a frame with |value| above it is an outlier; 0 = 10,000 sigma
         ! Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         ! image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols =
@@ -1269,8 +1272,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of
-        ! (seed, k).
+        ! Simulates frame k >= 0, which may be beyond the cadence, with a displacement: systematics of (seed, k), then
+        ! detector stages with noise of (seed, k).
         function toliman_sim_frame(sim, displacement_px, seed, k, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1303,7 +1306,7 @@ module toliman
             type(toliman_cae_options), intent(inout) :: options
         end subroutine
 
-        ! Creates a network with random weights drawn from seed and the preprocessing of a scene.
+        ! Creates a network with the preprocessing of a scene, and with random weights drawn from seed.
         function toliman_cae_create(sim, seed, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -1336,7 +1339,8 @@ module toliman
         end function
 
         ! Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
-        ! learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks.
+        ! learning_rate, frame_count, validation and batch as given, no callbacks. epochs is the number of completed
+        ! epochs: before resuming, set it to the total that is wanted.
         function toliman_cae_get_train_options(cae, out) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
@@ -1760,7 +1764,7 @@ module toliman
         end function
 
         ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is
-        ! checked). sigma may be NULL.
+        ! checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -2259,9 +2263,9 @@ module toliman
     end type
 
     ! Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
-    ! frame. It projects the residual against the reference image of the scene on the derivative by the separation,
-    ! made orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one
-    ! estimator from several threads.
+    ! frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
+    ! this derivative image has been made orthogonal to the nuisances of preprocess.project. Functions that take a
+    ! const estimator may run on one estimator from several threads.
     type, public :: toliman_linear_estimator
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
@@ -2847,8 +2851,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed,
-    ! k). image(stride, rows).
+    ! Simulates frame k >= 0, which may be beyond the cadence, with a displacement: systematics of (seed, k), then
+    ! detector stages with noise of (seed, k). image(stride, rows).
     subroutine simulator_frame(self, displacement_px, seed, k, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in) :: displacement_px
@@ -2888,7 +2892,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Creates a network with random weights drawn from seed and the preprocessing of a scene.
+    ! Creates a network with the preprocessing of a scene, and with random weights drawn from seed.
     subroutine autoencoder_create(self, sim, seed, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -2919,7 +2923,8 @@ contains
     end subroutine
 
     ! Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
-    ! learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks.
+    ! learning_rate, frame_count, validation and batch as given, no callbacks. epochs is the number of completed
+    ! epochs: before resuming, set it to the total that is wanted.
     subroutine autoencoder_get_train_options(self, out, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_cae_train_options), intent(inout) :: out
@@ -3463,7 +3468,7 @@ contains
     end subroutine
 
     ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
-    ! sigma may be NULL. t(n), y(n), sigma(n).
+    ! t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)

@@ -24,9 +24,9 @@
  *   - Objects are opaque. toliman_X_create(..., &x) creates an object, which the caller destroys with
  *     toliman_X_destroy(x). Destroying NULL does nothing.
  *   - Structs begin with struct_size, the size that the caller compiled with. Initialise a struct with its _INIT
- *     macro, or, in a language without C macros, with its _init function. Both give the same. In an options struct, 0
- *     in a member selects the default. New members are only appended. In an array of structs the struct_size of the
- *     first element applies to all.
+ *     macro. In a language without C macros, set all bytes to 0 and struct_size to the size of the struct; options
+ *     structs have an _init function that does this. In an options struct, 0 in a member selects the default. New
+ *     members are only appended. In an array of structs the struct_size of the first element applies to all.
  *   - Enumerations are int32_t. A constant is named after its header and its enumeration (TOLIMAN_PERIOD_FAP_NAIVE).
  *     No two enumerations share a value, so that a constant of the wrong enumeration is refused with
  *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
@@ -35,20 +35,22 @@
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
- *     calls from its own callbacks. toliman_X_destroy of an object in use only sets toliman_last_error().
+ *     calls from its own callbacks. Such a function also fails while const calls run on its object. toliman_X_destroy
+ *     of an object in use does not destroy it, but only sets toliman_last_error().
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
  *   - Callbacks may be written in C++. An exception that leaves a callback, except an allocator's, stops the call,
  *     which returns TOLIMAN_E_CANCELLED.
  *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object
- *     on which no call was running in the parent.
+ *     on which no call was running in the parent, except trackers with a folder.
  *   - Process state. The library never prints, exits, reads the environment, or changes the locale, the signal
  *     handlers, the rounding mode or the state of BLAS. It does not depend on the locale. Calls fail with
  *     TOLIMAN_E_UNSUPPORTED unless the floating-point rounding mode is round-to-nearest, the default.
  *   - Documents. The files glossary.md (terms) and formats.md (file formats) are installed in share/doc/toliman, the
  *     schema of a scene in share/toliman/schema. "The chapter" is the book chapter by Delli Veneri et al., Periodic
  *     Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent Astrophysics, Springer (2021).
- *   - Units are SI unless the name states another: _px, _days, _nm, _arcsec, _ns.
+ *   - Units are SI unless the name states another: _px, _days, _nm, _arcsec, _ns. Times and values of a periodogram
+ *     or tracker have the unit of the caller or of the estimator (px for cae.h and linear.h).
  *   - Versions. A declaration without "Since" is part of the interface since 0.1.
  */
 #ifndef TOLIMAN_BASE_H
@@ -75,7 +77,7 @@ typedef int32_t toliman_status;
 #define TOLIMAN_E_INTERNAL 1    /* bug in the library */
 #define TOLIMAN_E_ARGUMENT 2    /* invalid argument, such as NULL or NaN */
 #define TOLIMAN_E_MEMORY 3      /* out of memory or of another system resource */
-#define TOLIMAN_E_NOT_FOUND 4   /* input file missing or not readable */
+#define TOLIMAN_E_NOT_FOUND 4   /* input file missing or not readable, or no item of this name */
 #define TOLIMAN_E_FORMAT 5      /* input file or blob malformed, truncated or corrupt */
 #define TOLIMAN_E_SCENE 6       /* scene physically impossible or inconsistent */
 #define TOLIMAN_E_UNSUPPORTED 7 /* valid request that this version does not support */

@@ -32,8 +32,9 @@ TOLIMAN_BEGIN_DECLS
 /* Network. Functions that take a const network may run on one network from several threads. */
 typedef struct toliman_cae toliman_cae;
 
-/* Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
- * convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order. */
+/* Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
+ * 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
+ * position of ELU, the exponential linear unit. */
 #define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling; reaches the photon limit */
 /* Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
  * to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
@@ -57,8 +58,8 @@ typedef struct toliman_cae_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
- * afterwards. options may be NULL. The caller destroys *out.
+/* Creates a network with the preprocessing of a scene, and with random weights drawn from seed. The simulator is not
+ * needed afterwards. options may be NULL. The caller destroys *out.
  *
  * With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
  * displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
@@ -73,10 +74,10 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
 /* Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
  * of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
- * latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
- * whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
- * diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
- * from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
+ * latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
+ * "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+ * does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
+ * shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
 /* Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
  * caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary. */
@@ -148,8 +149,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_train(toliman_cae *cae
                                                                 toliman_cae_training *report) TOLIMAN_NOEXCEPT;
 
 /* Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
- * learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks. TOLIMAN_E_STATE if
- * there is none: the network is untrained, or was loaded from a blob without training state. */
+ * learning_rate, frame_count, validation and batch as given, no callbacks. epochs is the number of completed epochs:
+ * before resuming, set it to the total that is wanted. TOLIMAN_E_STATE if there is none: the network is untrained, or
+ * was loaded from a blob without training state. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_cae_get_train_options(const toliman_cae *cae, toliman_cae_train_options *out) TOLIMAN_NOEXCEPT;
 

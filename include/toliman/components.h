@@ -101,8 +101,9 @@ typedef struct toliman_components_training {
 /* Finds components of the pushed frames, after subtracting their mean. Writes the result to *report. options and
  * report may be NULL.
  *   PCA         leading eigenvectors. Value k of series j is the projection of frame k on principal image j.
- *   DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda rms |a|_1,
- *               starting from random atoms in the span of the frames. Finds a local minimum. Sorted by energy.
+ *   DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda s |a|_1, where s
+ *               is the rms of all pixels of the frames. Starts from random atoms in the span of the frames. Finds a
+ *               local minimum. Sorted by energy.
  * The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
  * eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
  * OpenBLAS uses the same number of threads (the last bits of PCA depend on it).

@@ -17,9 +17,9 @@
 TOLIMAN_BEGIN_DECLS
 
 /* Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
- * frame. It projects the residual against the reference image of the scene on the derivative by the separation, made
- * orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one estimator
- * from several threads. */
+ * frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
+ * this derivative image has been made orthogonal to the nuisances of preprocess.project. Functions that take a const
+ * estimator may run on one estimator from several threads. */
 typedef struct toliman_linear toliman_linear;
 
 /* Options of an estimator. Since 0.2. */

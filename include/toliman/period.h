@@ -36,15 +36,19 @@
  *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in weighted standard deviations
  *              of the values, and l the smaller eigenvalue of the covariance matrix of cos 2 pi f t and sin 2 pi f t.
  *              For well-sampled data l is near its maximum 1/2, the power has 14 digits, and single-limb accumulators
- *              suffice. Double-limb accumulators are for small l: less than half a cycle in the time span (l is about
- *              (f T)^4), or short nights or regular samples near an alias. toliman_period_query_sampling reports this.
+ *              suffice. Double-limb accumulators are for frequencies where l is small. There are two cases: the samples
+ *              cover less than half a cycle (l is about (f T)^4); or all samples fall on few phases of the cycle, as
+ *              regular samples and short nights do near an alias. toliman_period_query_sampling reports both.
  *              If l is very small, cosine and sine are linearly dependent at the sample times (below: they coincide),
  *              and only one of them is fitted. The limits are
  *                l < 1e-17 of the sum of both eigenvalues, or l < 5e-16 N/W + 4e-16   single-limb
  *                l < 1e-25 of the sum of both eigenvalues, or l < 2e-30 N/W + 4e-31   double-limb
- *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE. TOLIMAN_E_RANGE if the
- *              values scatter too little, relative to value_bound and the sigmas, to have 12 digits.
- * Time span    T is the time from the first to the last sample plus one step, the median step between different times.
+ *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE. Queries return
+ *              TOLIMAN_E_RANGE if the values scatter so little, compared with value_bound and the sigmas, that their
+ *              variance has fewer than 12 correct digits.
+ * Time span    T is the time from the first to the last sample plus one step, the median step between different
+ *              times. Functions that do not receive the times use T = sqrt(12 variance of t), which is equal for
+ *              regular samples.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -270,9 +274,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher. */
 #define TOLIMAN_PERIOD_AT_EDGE 4u
 
-/* Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
- * two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
- * peak is closer than 2.5/T. */
+/* Flag of a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak
+ * explains at least half of its power. The explained power follows from the window function at the difference and at
+ * the sum of the two frequencies, if these are within the grid. */
 #define TOLIMAN_PERIOD_ALIAS 8u
 
 /* Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -324,12 +328,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
                                                                          toliman_period_peak *peaks,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
- * sigma may be NULL. A least-squares fit of frequency, amplitude, phase and offset, with 64-bit significands; 1 -
- * power is computed from the residuals, accurate down to 1e-31. The result is never worse than the highest grid
- * point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of both), as at the
- * Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point
- * from which the fit starts. Errors as toliman_period_query_peak. */
+/* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
+ * samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. A
+ * least-squares fit of frequency, amplitude, phase and offset (fixed with TOLIMAN_PERIOD_FIXED_MEAN), with 64-bit
+ * significands; 1 - power is computed from the residuals, accurate down to 1e-31. The result is never worse than the
+ * highest grid point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of
+ * both), as at the Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to
+ * the grid point from which the fit starts. Errors as toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
@@ -358,8 +363,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
 /* Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
  * otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
  * order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
- * This happens if a retracted sample was never pushed, or came from a merge between different offsets, which is not
- * exact. */
+ * This happens after retracting a sample that was never pushed, or one that was added by a merge between different
+ * offsets (such a merge is not exact). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_period *period, void *bytes,
                                                                   size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

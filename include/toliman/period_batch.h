@@ -33,15 +33,15 @@ TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options 
 /* Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
  * period.h. sigma and options may be NULL; n may be 0. On failure power is not written.
  *
- * Accuracy: every power is within the tolerance of the exact one. A non-uniform FFT computes the sums with a known
- * error bound. Powers that are not accurate enough are computed again by compensated direct sums, and by exact sums
- * where these cancel. Small archives use direct sums throughout. Special cases are those of
+ * Accuracy: the error of every power is at most the tolerance, or 1e-13 if that is larger. A non-uniform FFT computes
+ * the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
+ * sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
  * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
  * the sum of both.
  *
- * Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each thread after the first, up
- * to six more, and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the
- * same kind; the last bits of FFTW differ between kinds.
+ * Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each thread after the
+ * first (at most six of them count), plus 225 bytes per frequency if exact sums are needed. The same input gives the
+ * same bits on CPUs of the same kind; the last bits of FFTW differ between kinds.
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
  * tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
  * space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED. */

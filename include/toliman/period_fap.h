@@ -25,9 +25,9 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PERIOD_FAP_NAIVE 112
 /* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2). */
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
-/* FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
- * fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
- * most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+/* FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
+ * series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
+ * 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
  *
  * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
  * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -67,7 +67,7 @@ TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_
                                                        size_t size) TOLIMAN_NOEXCEPT;
 
 /* Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
- * sorted, strongest peak first. A resampling keeps the times and draws values with their sigmas with replacement.
+ * sorted, strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement.
  *   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
  *   options      may be NULL
  * If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that

@@ -39,10 +39,10 @@
  *                other one. A single star moves towards higher columns.
  *
  *   Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil.
- *                The fractions sum to 1 over an infinite image, apart from the sampling of the pupil edge. Light that
- *                the amplitude file absorbs is not counted: t = 1/2 everywhere changes nothing. photons_per_s of a
- *                scene counts detected photons, or, with qe, photons that arrive at the detector. Light outside the
- *                frame is lost.
+ *                (A t = open fraction of a cell times t^2 is the intensity that the cell transmits.) The fractions
+ *                sum to 1 over an infinite image, apart from the sampling of the pupil edge. Light that the amplitude
+ *                file absorbs is not counted: t = 1/2 everywhere changes nothing. photons_per_s of a scene counts
+ *                detected photons, or, with qe, photons that arrive at the detector. Light outside the frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
  *                spectral lines are used as given.
@@ -56,17 +56,20 @@
  *                the orbit (anchor). Everything that describes the scene as a whole (get_image, bounds, propagate,
  *                expect, and estimators created from the scene) refers to time 0.
  *
- *   Planet       A planet displaces its star by a m/(M + m) r/a sin(true anomaly + argument) along the axis of the
- *                binary. With zero eccentricity and argument 0 the displacement is a sine of phase phase_rad, the
- *                mean anomaly at time 0. The mean displacement over an eccentric orbit is -3/2 e sin(argument)
- *                amplitudes, not 0. The period follows from Kepler's third law with mass M + m: 365.2569 days for 1
- *                au about 1 solar mass. Dates and periods of the binary are in years of 365.25 days.
+ *   Planet       A planet displaces its star by alpha (r/a) sin(true anomaly + argument) along the axis of the
+ *                binary, where alpha = a m/(M + m) is the semi-major axis of the star's orbit. Inclination and node
+ *                are not modelled: the plane of the orbit contains the axis of the binary and the line of sight. With
+ *                zero eccentricity and argument 0 the displacement is a sine of phase phase_rad, the mean anomaly at
+ *                time 0. The mean displacement over an eccentric orbit is -3/2 e sin(argument) amplitudes, not 0. The
+ *                period follows from Kepler's third law with mass M + m: 365.2569 days for 1 au about 1 solar mass.
+ *                Dates and periods of the binary are in years of 365.25 days.
  *
- *   Accuracy     The accuracy of a scene is the largest allowed error of a pixel, relative to the peak of the image.
- *                It sets the number of wavelengths that are propagated (Chebyshev nodes in 1/lambda, between which
- *                the image is interpolated), the order of the Taylor expansion in the displacement, and the pixel
- *                integration (see toliman_sim_plan_file). Below 1e-14, every wavelength is propagated. The pupil is
- *                sampled as the scene says.
+ *   Accuracy     The accuracy of a scene is the largest allowed error of a pixel, relative to the peak of the image;
+ *                for the Taylor expansion, relative to the largest change of a pixel by the signal. It sets the
+ *                number of wavelengths that are propagated (Chebyshev nodes in 1/lambda, between which the image is
+ *                interpolated), the order of the Taylor expansion in the displacement, and the pixel integration (see
+ *                toliman_sim_plan_file). Below 1e-14, every wavelength is propagated. The pupil is sampled as the
+ *                scene says.
  *
  *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
  *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
@@ -127,8 +130,9 @@ typedef struct toliman_sim_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_sim_options_init(toliman_sim_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates a simulator from the scene file at path (schema toliman-scene/1). File names in the scene are relative to
- * its folder. options may be NULL. The caller destroys *out.
+/* Creates a simulator from the scene file at path (schema toliman-scene/1). Names of shipped scenes are not
+ * recognised: give their path. File names in the scene are relative to its folder. options may be NULL. The caller
+ * destroys *out.
  * Errors: TOLIMAN_E_NOT_FOUND and _FORMAT for the scene file or a file that it names, _SCENE for impossible values,
  * _UNSUPPORTED, _CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_create_file(const char *path,
@@ -331,8 +335,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed, k).
- * Writes image[rows][stride].
+/* Simulates frame k >= 0, which may be beyond the cadence, with a displacement: systematics of (seed, k), then
+ * detector stages with noise of (seed, k). Writes image[rows][stride].
  *
  * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
  * peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the

@@ -20,8 +20,8 @@
  *   duplicate    same key and same content (frame.h) as an earlier frame; ignored
  *   quarantined  same key as an earlier frame but different content. Neither can be trusted: the value of the earlier
  *                frame is retracted exactly, and the key stays quarantined
- *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or the frame was accepted earlier and
- *                the periodogram cannot represent its time since the grid or clock table was changed
+ *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
+ *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
  *   rejected     damaged (see the reasons); an intact copy may still arrive
  *
  * The time of a frame is its camera time, converted to TAI by the clock table. TAI is counted in nanoseconds from the
@@ -67,7 +67,7 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* pixel above the bit depth */
 #define TOLIMAN_TRACK_REASON_ZERO_RUN 514   /* run of zero pixels of at least zero_run_bytes (lost packet) */
 #define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* pixel that is NaN or infinite */
-#define TOLIMAN_TRACK_REASON_CLOCK 516      /* camera time outside the clock table's or the periodogram's range */
+#define TOLIMAN_TRACK_REASON_CLOCK 516      /* time that overflows in TAI, or that the periodogram cannot represent */
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* estimator failed, or gave a non-finite value or a sigma out of range */
 
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
@@ -116,11 +116,12 @@ typedef struct toliman_track_options {
     const toliman_linear *linear;
     toliman_estimate_fn estimate;
     void *estimate_data;
-    uint64_t estimator_id; /* number that identifies `estimate`; without an estimator, the one that wrote the ledger.
-                              Ignored with cae and linear, for which the library computes it */
+    uint64_t estimator_id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator
+                              that wrote the ledger. Ignored with cae and linear, whose number the library computes */
     char values[176];      /* names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
                               1 to 24 characters a-z 0-9 _; columns of a new ledger */
-    double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear */
+    double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without
+                              them */
     double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
     /* Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
      * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
@@ -165,9 +166,9 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
-/* Creates a tracker, or opens an existing folder and continues with its frames. Allocates all memory and locks the
- * ledger until the tracker is destroyed. The caller destroys *out.
- * Errors:
+/* Creates a tracker, or opens an existing folder and continues with its frames. For an existing folder, start from
+ * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
+ * destroys *out. Errors:
  *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, or, without REBUILD,
  *     another grid or clock table;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder;
@@ -209,8 +210,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  * folders.
  *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
  *   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
- *          although its checkpoint counts them. toliman_track_get_streams also counts frame ids of which no record
- *          exists
+ *          although its checkpoint counts them. For frames without any record, see the missing frame ids of
+ *          toliman_track_get_streams
  * If several folders hold a frame, the value that was added first remains; networks on CPUs with different
  * instruction sets may differ by 1e-5 sigma.
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
@@ -337,7 +338,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toli
                                                                       size_t capacity, size_t *points) TOLIMAN_NOEXCEPT;
 
 /* Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
- * the tracker, which destroys it. */
+ * the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const toliman_track *track,
                                                                        const toliman_period **out) TOLIMAN_NOEXCEPT;
 

@@ -32,7 +32,7 @@ TOLIMAN_OK = 0  # success
 TOLIMAN_E_INTERNAL = 1  # bug in the library
 TOLIMAN_E_ARGUMENT = 2  # invalid argument, such as NULL or NaN
 TOLIMAN_E_MEMORY = 3  # out of memory or of another system resource
-TOLIMAN_E_NOT_FOUND = 4  # input file missing or not readable
+TOLIMAN_E_NOT_FOUND = 4  # input file missing or not readable, or no item of this name
 TOLIMAN_E_FORMAT = 5  # input file or blob malformed, truncated or corrupt
 TOLIMAN_E_SCENE = 6  # scene physically impossible or inconsistent
 TOLIMAN_E_UNSUPPORTED = 7  # valid request that this version does not support
@@ -373,8 +373,9 @@ class toliman_cae(Structure):
     """Network. Functions that take a const network may run on one network from several threads."""
 
 
-# Layouts, fixed at compile time. ELU is the exponential linear unit. Both have an encoder of four stages of 3x3
-# convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse order.
+# Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
+# 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
+# position of ELU, the exponential linear unit.
 TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
 
 # Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
@@ -405,10 +406,10 @@ class toliman_cae_options(Sized):
 
 # Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
 # of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
-# latent is the displacement in px. Each step rotates every weight tensor, at constant norm, towards its momentum,
-# whose channel matrix is first orthogonalised (after Jordan et al. 2024, "Muon"). Therefore training does not
-# diverge at any learning rate. Needs no data set and no noise. Reaches an efficiency of 0.99 for the shipped scenes
-# from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
+# latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
+# "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+# does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
+# shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
 TOLIMAN_CAE_MODE_TIED = 221
 
 # Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
@@ -757,9 +758,9 @@ toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTE
 
 class toliman_linear(Structure):
     """Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
-    frame. It projects the residual against the reference image of the scene on the derivative by the separation, made
-    orthogonal to the nuisances of preprocess.project. Functions that take a const estimator may run on one estimator
-    from several threads."""
+    frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
+    this derivative image has been made orthogonal to the nuisances of preprocess.project. Functions that take a const
+    estimator may run on one estimator from several threads."""
 
 
 class toliman_linear_options(Sized):
@@ -912,9 +913,9 @@ class toliman_period_model(Sized):
 # Flag of a peak at the first or last frequency of the grid. Outside the grid the power may be higher.
 TOLIMAN_PERIOD_AT_EDGE = 4
 
-# Flag of a peak that may be an alias: a higher peak, through the window function at the difference or the sum of the
-# two frequencies, explains at least half of its power (tested where difference or sum are on the grid), or a higher
-# peak is closer than 2.5/T.
+# Flag of a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak
+# explains at least half of its power. The explained power follows from the window function at the difference and at
+# the sum of the two frequencies, if these are within the grid.
 TOLIMAN_PERIOD_ALIAS = 8
 
 # Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
@@ -1027,9 +1028,9 @@ TOLIMAN_PERIOD_FAP_NAIVE = 112
 # FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
 TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-# FAP method for repeated queries of a growing series: the probability that noise, queried after every sample from the
-# fifth on, ever reaches a SEQUENTIAL FAP this low. Query after each sample or at any time, and stop at any time: at
-# most 1 in 100 noise series ever reaches 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+# FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
+# series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
+# 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
 # 
 # Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
 # method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -1073,7 +1074,7 @@ TOLIMAN_TRACK_REASON_SHAPE = 512  # number of rows or columns differs from the t
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # pixel above the bit depth
 TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # run of zero pixels of at least zero_run_bytes (lost packet)
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
-TOLIMAN_TRACK_REASON_CLOCK = 516  # camera time outside the clock table's or the periodogram's range
+TOLIMAN_TRACK_REASON_CLOCK = 516  # time that overflows in TAI, or that the periodogram cannot represent
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
 
 
@@ -1129,11 +1130,12 @@ class toliman_track_options(Sized):
     capacity: largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
     cae: Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and a
         network must not be trained meanwhile.
-    estimator_id: number that identifies `estimate`; without an estimator, the one that wrote the ledger.
-        Ignored with cae and linear, for which the library computes it
+    estimator_id: number that identifies `estimate`. If no estimator is given: the number of the estimator
+        that wrote the ledger. Ignored with cae and linear, whose number the library computes
     values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
         1 to 24 characters a-z 0-9 _; columns of a new ledger
-    sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear
+    sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without
+        them
     value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
     rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
@@ -1484,8 +1486,9 @@ language bindings: a binding whose struct is larger needs a newer library.""",
             ("options", POINTER(toliman_sim_options)),
             ("out", POINTER(POINTER(toliman_sim))),
         ),
-        """Creates a simulator from the scene file at path (schema toliman-scene/1). File names in the scene are relative to
-its folder. options may be NULL. The caller destroys *out.
+        """Creates a simulator from the scene file at path (schema toliman-scene/1). Names of shipped scenes are not
+recognised: give their path. File names in the scene are relative to its folder. options may be NULL. The caller
+destroys *out.
 Errors: TOLIMAN_E_NOT_FOUND and _FORMAT for the scene file or a file that it names, _SCENE for impossible values,
 _UNSUPPORTED, _CANCELLED.""",
     ),
@@ -1639,8 +1642,8 @@ the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Simulates frame k >= 0 with a displacement: systematics of (seed, k), then detector stages with noise of (seed, k).
-Writes image[rows][stride].
+        """Simulates frame k >= 0, which may be beyond the cadence, with a displacement: systematics of (seed, k), then
+detector stages with noise of (seed, k). Writes image[rows][stride].
 
 A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
 peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the
@@ -1675,8 +1678,8 @@ Errors as toliman_sim_frame. After an error, images may hold some of the frames.
             ("options", POINTER(toliman_cae_options)),
             ("out", POINTER(POINTER(toliman_cae))),
         ),
-        """Creates a network with random weights drawn from seed and the preprocessing of a scene. The simulator is not needed
-afterwards. options may be NULL. The caller destroys *out.
+        """Creates a network with the preprocessing of a scene, and with random weights drawn from seed. The simulator is not
+needed afterwards. options may be NULL. The caller destroys *out.
 
 With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
 displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
@@ -1714,8 +1717,9 @@ needs; TOLIMAN_E_STATE if the target image of a loaded network is 0.""",
     "toliman_cae_get_train_options": (
         c_int32, (("cae", POINTER(toliman_cae)), ("out", POINTER(toliman_cae_train_options))),
         """Writes the options of the training that can be resumed to *out, whose struct_size must be set: mode, steps,
-learning_rate, frame_count, validation and batch as given, epochs as completed, no callbacks. TOLIMAN_E_STATE if
-there is none: the network is untrained, or was loaded from a blob without training state.""",
+learning_rate, frame_count, validation and batch as given, no callbacks. epochs is the number of completed epochs:
+before resuming, set it to the total that is wanted. TOLIMAN_E_STATE if there is none: the network is untrained, or
+was loaded from a blob without training state.""",
     ),
     "toliman_cae_get_info": (
         c_int32, (("cae", POINTER(toliman_cae)), ("out", POINTER(toliman_cae_info))),
@@ -1899,8 +1903,9 @@ image larger than the address space. Since 0.2.""",
         """Finds components of the pushed frames, after subtracting their mean. Writes the result to *report. options and
 report may be NULL.
   PCA         leading eigenvectors. Value k of series j is the projection of frame k on principal image j.
-  DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda rms |a|_1,
-              starting from random atoms in the span of the frames. Finds a local minimum. Sorted by energy.
+  DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda s |a|_1, where s
+              is the rms of all pixels of the frames. Starts from random atoms in the span of the frames. Finds a
+              local minimum. Sorted by energy.
 The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
 eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
 OpenBLAS uses the same number of threads (the last bits of PCA depend on it).
@@ -2181,12 +2186,13 @@ toliman_period_query_peak.""",
             ("n", c_size_t),
             ("out", POINTER(toliman_period_peak)),
         ),
-        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
-sigma may be NULL. A least-squares fit of frequency, amplitude, phase and offset, with 64-bit significands; 1 -
-power is computed from the residuals, accurate down to 1e-31. The result is never worse than the highest grid
-point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of both), as at the
-Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point
-from which the fit starts. Errors as toliman_period_query_peak.""",
+        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
+samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. A
+least-squares fit of frequency, amplitude, phase and offset (fixed with TOLIMAN_PERIOD_FIXED_MEAN), with 64-bit
+significands; 1 - power is computed from the residuals, accurate down to 1e-31. The result is never worse than the
+highest grid point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of
+both), as at the Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to
+the grid point from which the fit starts. Errors as toliman_period_query_peak.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -2209,8 +2215,8 @@ nyquist is then too low for grouped samples. Evaluates every frequency, as tolim
         """Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
 otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
 order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
-This happens if a retracted sample was never pushed, or came from a merge between different offsets, which is not
-exact.""",
+This happens after retracting a sample that was never pushed, or one that was added by a merge between different
+offsets (such a merge is not exact).""",
     ),
     "toliman_period_load": (
         c_int32, (
@@ -2254,15 +2260,15 @@ TOLIMAN_E_FORMAT for a wrong magic number, version, size or checksum, and for im
         """Computes the power of n samples at frequencies f0 + k df, k < nf, to power[nf], with the model, weights and grid of
 period.h. sigma and options may be NULL; n may be 0. On failure power is not written.
 
-Accuracy: every power is within the tolerance of the exact one. A non-uniform FFT computes the sums with a known
-error bound. Powers that are not accurate enough are computed again by compensated direct sums, and by exact sums
-where these cancel. Small archives use direct sums throughout. Special cases are those of
+Accuracy: the error of every power is at most the tolerance, or 1e-13 if that is larger. A non-uniform FFT computes
+the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
+sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
 the sum of both.
 
-Memory: 35 bytes per sample and 170 bytes per frequency, 20 more per frequency for each thread after the first, up
-to six more, and 225 more per frequency if exact sums are needed. The same input gives the same bits on CPUs of the
-same kind; the last bits of FFTW differ between kinds.
+Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each thread after the
+first (at most six of them count), plus 225 bytes per frequency if exact sums are needed. The same input gives the
+same bits on CPUs of the same kind; the last bits of FFTW differ between kinds.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
 tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
 space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED.""",
@@ -2307,7 +2313,7 @@ least the log10 FAP of log10(1 - P) = -4900. Errors as toliman_period_query_fap.
             ("log10_residuals", POINTER(c_double)),
         ),
         """Bootstrap: writes log10(1 - P) of the highest peak of each of `count` resamplings to log10_residuals[count],
-sorted, strongest peak first. A resampling keeps the times and draws values with their sigmas with replacement.
+sorted, strongest peak first. A resampling keeps the times and draws pairs (y, sigma) with replacement.
   t, y, sigma  [n], the pushed samples (only n is checked); sigma may be NULL
   options      may be NULL
 If k entries are at or below the log10_residual of toliman_period_query_peak (not of _query_fit), the FAP of that
@@ -2337,9 +2343,9 @@ defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
-        """Creates a tracker, or opens an existing folder and continues with its frames. Allocates all memory and locks the
-ledger until the tracker is destroyed. The caller destroys *out.
-Errors:
+        """Creates a tracker, or opens an existing folder and continues with its frames. For an existing folder, start from
+toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
+destroys *out. Errors:
   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, or, without REBUILD,
     another grid or clock table;
   - TOLIMAN_E_STATE if another tracker writes to the folder;
@@ -2394,8 +2400,8 @@ and clock table remain those of this tracker. The counts received, repeated and 
 folders.
   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
-         although its checkpoint counts them. toliman_track_get_streams also counts frame ids of which no record
-         exists
+         although its checkpoint counts them. For frames without any record, see the missing frame ids of
+         toliman_track_get_streams
 If several folders hold a frame, the value that was added first remains; networks on CPUs with different
 instruction sets may differ by 1e-5 sigma.
 Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
@@ -2477,7 +2483,7 @@ small.""",
     "toliman_track_get_period": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(POINTER(toliman_period)))),
         """Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
-the tracker, which destroys it.""",
+the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE.""",
     ),
     "toliman_track_query_fit": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_period_peak))),

@@ -58,14 +58,14 @@ one median step. A grid of more than 2e6 frequencies must be given explicitly.
 The highest peak is refined by a least-squares fit of
   y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase)
 where time_offset is the first time. If the signal is not a sinusoid, as for an eccentric orbit, its peak may be some
-standard errors away from its period. A standard error that the samples cannot determine, for example at a frequency
-where cosine and sine coincide, is printed as inf (null in JSON).
+standard errors away from its period. A standard error that the samples cannot determine, for example at the Nyquist
+frequency of regular samples, is printed as inf (null in JSON).
 
 The false alarm probability (FAP) is the probability that noise alone has a peak this high. --fap selects the method:
   baluev      anywhere on the grid; an upper bound that is nearly reached (default)
-  naive       as if the grid had f T independent frequencies; about 3 times too small at 0.01
+  naive       as if the grid had f T independent frequencies, f its last frequency; about 3 times too small at 0.01
   single      at one frequency that was known beforehand
-  bootstrap   the fraction of resampled series with a peak this high, for noise of any distribution
+  bootstrap   (k + 1)/(n + 1) if k of n resampled series have a peak this high; for noise of any distribution
   sequential  anywhere on the grid at any number of samples: for repeated (sequential) monitoring
 The FAP depends on the grid, so the result contains the grid.
 
@@ -76,19 +76,21 @@ small a part of a cycle.
 --peaks lists more peaks, the highest first. Peaks that the sampling may have produced from a higher one are marked as
 aliases.
 
---follow prints one JSON line (schema toliman-period-update/1) after every sample from the fifth on, once the values
-differ. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in three
-reaches -2 in log10_fap (baluev) at some time, but only one in a hundred reaches -2 in log10_fap_sequential. Some
+--follow prints one JSON line (schema toliman-period-update/1) after every sample from the fifth on, as soon as
+not all values are equal. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in three
+reaches -2 in log10_fap (baluev) within 1095 samples, but only one in a hundred reaches -2 in log10_fap_sequential. Some
 lines are skipped: those that are not samples, those beyond the limits below, and a last line without newline, which
 may be truncated. They are reported by number and counted; with --strict the exit code is then 4.
 
 --save-state writes the exact sums; with --follow it writes them every minute and at the end, also after an error or a
-signal. --from-state continues from these sums and gives the same bits as all samples at once. `toliman merge` adds up
+signal. --from-state continues from these sums and gives the same sums and powers, bit for bit, as all samples at once
+with this grid and these limits. `toliman merge` adds up
 such files. From sums alone, without the samples, the peak is interpolated by a parabola and has no standard error;
 amplitude, phase and offset are those of the nearest frequency of the grid.
 
-The first samples set limits for all later ones. Sigma: from 1/8 of the smallest to 4 times the largest of the first
-samples. Value: within 2^20 times their spread of their median; with --follow, within 2^20 of the first value.
+The samples of the run that creates the sums set limits for all later ones. A sigma must be between 1/8 of their
+smallest sigma and 4 times their largest. The distance of a value from their median must be below 2^20 times their
+spread; with --follow, its distance from the first value must be below 2^20.
 --sigma-floor, --sigma-ceiling and --value-bound set other limits. Either all samples have a sigma or none.
 
 Exit codes are listed in `toliman --help`.)";

@@ -38,7 +38,7 @@ Input: a scene with noise and 5 to 400000 frames of at least 256x256 pixels.
 
 Output: a summary on standard output and a folder with these files. `toliman report` draws figures from them.
   result.json      all results (schema toliman-run/2)
-  series.csv       frame number, t in days; in pixels: true displacement, latent, value of the template
+  series.csv       columns frame, t (days), true displacement, latent, template value (px)
   periodogram.csv  frequency in 1/day, power of the latents, power of the template's values
   training.csv     loss after each training step
   scene.json       the scene as it was read
@@ -49,9 +49,9 @@ image), the untrained network, the network on frames without signal, and the Cra
 is this bound divided by the scatter of the latents over frames without signal. A peak counts as a period that was
 found if its log10 FAP is at most -2.
 
-The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1, averaged over at most 110
-frames: the mean squared error (in parentheses: of the noise alone) and 1 - the structural similarity, which is 0 for
-equal images. In result.json these are mmse, photon_floor and mssim.
+The row `decoder` compares reconstructed frames with the noisy ones (both scaled to 0..1, mean of at most 110 frames). It
+shows the mean squared error (mmse in result.json), in parentheses the value expected from noise alone (photon_floor),
+and 1 minus the structural similarity (mssim), which is 0 if both are equal.
 
 Exit codes are listed in `toliman --help`.)";
 

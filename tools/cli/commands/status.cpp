@@ -31,11 +31,12 @@ The folder may be read while `toliman track` writes to it. The period is that of
 alarm probability for one query and for repeated monitoring (sequential). The counts are:
   received     all arrivals of frames
   accepted     frames in the periodogram now
-  outlier      good frames that are not used: the value exceeds --value-limit of track, or the time
-               has no place in the periodogram after a change of grid or clock
+  outlier      good frames that are not used: the value exceeds --value-limit of track, or, after a change
+               of grid or clock, the periodogram cannot represent the time
   quarantined  frames that arrived with two different contents; not used, but not missing either
   repeated     arrivals of a frame that had arrived before, also because a file was given again
-  rejected     arrivals that could not be used; every arrival counts, since a good copy may still come
+  rejected     arrivals that could not be used; several bad copies of a frame count several times, and a
+               good copy may still be accepted
   expected     frame ids from the first to the last of each session and region
   missing      expected frame ids that are neither accepted nor outliers nor quarantined
   dropped      frames that the camera reports as dropped

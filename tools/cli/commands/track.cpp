@@ -32,12 +32,12 @@ struct Options {
 constexpr char kDescription[] = R"(Process frames as they arrive from the spacecraft and keep the period up to date.
 
 Examples:
-  # a folder of raw pairs; the first run creates the state folder
+  # a folder of raw pairs; the first run creates the state folder `mission`
   toliman track --weights w.tlmw --state mission --mission-days 1095 --dtype u16le downlink/
-  # resume, and wait for new frames until a signal
+  # resume, and wait for new frames until stopped by Ctrl-C (SIGINT) or SIGTERM
   toliman track --weights w.tlmw --state mission --dtype u16le --follow downlink/
   # files named on standard input; least squares instead of a network; an explicit frequency grid
-  ls passes/*_meta.jsonl | toliman track --template scene.json --state mission --dtype u32le --grid 1e-3:1e-4:5000 -
+  ls passes/*_meta.jsonl | toliman track --template scene.json --state squares --dtype u32le --grid 1e-3:1e-4:5000 -
   # a NumPy cube of one frame per day
   toliman track --template scene.json --state lab --mission-days 100 --cadence 86400 cube.npy
   # FITS files with times in their headers
@@ -49,30 +49,34 @@ Examples:
 
 Input: a frame is identified by session, frame id and region of interest (ROI). INPUT is a raw pair (X_frames.bin and
 X_meta.jsonl in one folder; name one of them), a folder of such pairs, a .npy or FITS file, or - for names of these on
-standard input, one per line. Frames may be late, duplicated, out of order or damaged.
+standard input, one per line. Frames may be duplicated, out of order or
+damaged.
 
 The state folder contains a ledger with a record of every frame. The same command therefore resumes where it was
-stopped, and frames in any order of arrival give the same bits. A duplicate is ignored. A frame that arrives with two
+stopped, and frames in any order of arrival give the same bits
+(on processors with the same instruction set). A duplicate is ignored. A frame that arrives with two
 different contents is quarantined and removed from the sums. A new state folder needs --grid or --mission-days. An
-existing one remembers grid, clock, shape and limits.
+existing one remembers grid, clock, shape and limits, and refuses others; `toliman rebuild` changes grid and clock.
 
 Output: one JSON line per frame (schema toliman-frame/2), printed once the frame's record is durable as --sync says,
 and updates of the period (toliman-track-update/2). Damaged frames, malformed lines, truncated files and clock jumps
-are reported and counted on standard output and standard error and do not stop the run; with --strict the exit code is
-then 4. If the sizes of a pair do not add up, only the frames before its first malformed line are used.
+(time not increasing with the frame id, or a gap of more than 1000 usual steps) do not stop the run: each is a JSON
+line, standard error has a warning per file and the total counts, and with --strict the exit code is 4. If the size of
+X_frames.bin is not that of the frames listed in X_meta.jsonl, only the frames before the first malformed line are
+used, because the positions of later frames are unknown.
 
 Times of FITS frames: the first of these keywords that is present gives the middle of the exposure.
   MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2, DATE-OBS + EXPTIME/2
-TIMESYS gives the time scale: UTC (also if it is missing), TAI, TT or GPS. The time is converted to TAI in ns since
+TIMESYS gives the time scale: UTC (also if it is missing), TAI, TT or GPS; a file with another scale is refused. The time is converted to TAI in ns since
 1970-01-01T00:00:00 TAI; the state folder must not have a clock table. If XPOSURE or EXPTIME is missing, the time is
-used as the middle of the exposure, with a warning. In a cube it is the time of the first frame; the others follow
-from the table FRAMES of `toliman simulate`, or from --cadence. A file without these keywords has the times of that
+used as the middle of the exposure, with a warning. In a cube of several frames, the header has the time of
+the first frame; the times of the others follow from the table FRAMES of `toliman simulate`, or from --cadence. A file without these keywords has the times of that
 table, or frame number times --cadence. Times in a file take precedence over --cadence. Standard error states which
 rule was used for each file.
 
 FRAME1 in a FITS header is the number of the file's first frame (default 0); with it many files may share one
---session. .npy files have no FRAME1, so each begins at time 0. A warning names files whose times by --cadence
-overlap.
+--session. .npy files have no FRAME1: each begins at frame 0 and time 0, and needs a --session of its own. A
+warning names files whose times by --cadence overlap.
 
 Exit codes are listed in `toliman --help`.)";
 
@@ -319,7 +323,7 @@ void add_track(CLI::App &app, Context &context) {
         ->add_option("--leap-seconds", options->leap_seconds,
                      "leap-seconds.list of the IERS, default the built-in table")
         ->type_name("FILE");
-    command->add_flag("--follow", downlink.follow, "wait for folders and pairs to grow, until a signal");
+    command->add_flag("--follow", downlink.follow, "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
     command
         ->add_option("INPUT", downlink.inputs,

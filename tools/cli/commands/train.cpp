@@ -29,14 +29,14 @@ Examples:
   toliman train chapter.json --out chapter.tlmw
   # a weights file of 1.2 MB instead of 2.0 MB
   toliman train chapter.json --out small.tlmw --payload fp16
-  # the training of the book chapter: unsupervised, on simulated frames
+  # the training of the book chapter: unsupervised, on simulated frames; big.json is a scene of your own
   toliman train big.json --mode unsupervised --layout paper --input raw --epochs 300 --out paper.tlmw
   # another 300 epochs
   toliman train big.json --resume paper.tlmw --epochs 600 --out paper.tlmw
 
 Input: a scene with frames of at least 256x256 pixels.
 
-Output: a weights file with everything that `toliman encode` needs (layout, preprocessing, reference images), and one
+Output: a weights file with everything that `toliman encode` needs (layout, preprocessing, images of the scene), and one
 line with the training result on standard error.
 
 Tied training (--mode tied) needs no frames. Its result includes the cosine: the fraction of the photon limit that the
@@ -49,9 +49,10 @@ of memory per frame. Its frames have other noise than those of `toliman simulate
 
 A training that is stopped by a signal after its first step or epoch is saved as OUT.part; an existing OUT stays
 unchanged. --resume continues it and gives the same result as a training without interruption. A finished unsupervised
-training can be continued in the same way with more --epochs. Mode, steps and seed are then those of the file.
+training can be continued in the same way with more --epochs. Mode, steps and seed are those of the file; --epochs is
+the new total (default 300).
 
---payload bf16 or fp16 rounds all numbers except the reference images to 8 or 11 bits and stores them in half the
+--payload bf16 or fp16 rounds all numbers except the reference image to 8 or 11 bits and stores them in half the
 bytes; tools/docs/formats.md lists the resulting errors. Only a float32 file can be resumed. OUT.part is always
 float32.
 
