@@ -103,7 +103,7 @@ struct Structs {
 // All samples are checked before the first is added, so that a call adds all or none.
 template <class Given> void check_all(const period::Stream &stream, const Given &given) {
     given.check();
-    period::OneWeighting weighting(stream);
+    period::WeightingCheck weighting(stream);
     for (size_t i = 0; i < given.n; i++) {
         const period::Sample sample = given.at(stream, i);
         const int64_t index = given.n > 1 ? static_cast<int64_t>(i) : -1;
@@ -132,7 +132,7 @@ template <class Given> void retract_all(toliman_period *period, const Given &giv
     for (size_t i = 0; i < given.n; i++)
         stream.retract(given.at(stream, i));
     try {
-        stream.check_possible();
+        stream.check_consistent();
     } catch (...) {
         for (size_t i = 0; i < given.n; i++)
             stream.push(given.at(stream, i));
@@ -336,9 +336,9 @@ toliman_status toliman_period_query_peaks(const toliman_period *period, size_t c
         const period::Stream &stream = use->stream;
         const StructArray<toliman_period_peak> results(peaks, "peaks");
         required(count, "count");
-        if (capacity < 1 || capacity > period::kMostPeaks)
-            fail(Status::argument, "{capacity} = %zu: must be in [1, %zu]", capacity, period::kMostPeaks);
-        period::Peak found[period::kMostPeaks];
+        if (capacity < 1 || capacity > period::kMaxPeaks)
+            fail(Status::argument, "{capacity} = %zu: must be in [1, %zu]", capacity, period::kMaxPeaks);
+        period::Peak found[period::kMaxPeaks];
         *count = period::find_peaks(stream, capacity, found);
         for (size_t i = 0; i < *count; i++)
             results.put(i, public_peak(stream, found[i]));

@@ -39,9 +39,9 @@ toliman_status toliman_period_query_fap(const toliman_period *period, int32_t me
         const period::Stream &stream = use->stream;
         required(result, "log10_fap");
         const period::Fap fap = fap_method(method);
-        if (!(log10_residual <= 0 && log10_residual >= period::kLeastLogResidual))
+        if (!(log10_residual <= 0 && log10_residual >= period::kMinLogResidual))
             fail(Status::argument, "{log10_residual} = %g: must be in [%g, 0]", log10_residual,
-                 period::kLeastLogResidual);
+                 period::kMinLogResidual);
         if (log10_residual == 0) { // P = 0 has FAP 1 for any samples, also for constant values
             *result = 0;
             return;
@@ -60,10 +60,10 @@ toliman_status toliman_period_query_threshold(const toliman_period *period, int3
         const period::Fap fap = fap_method(method);
         check_meaningful(stream);
         const period::Sampling sampling = period::sampling_of(stream);
-        const double least = period::log10_fap(fap, sampling, period::kLeastLogResidual);
+        const double least = period::log10_fap(fap, sampling, period::kMinLogResidual);
         if (!(log10_fap <= 0 && log10_fap >= least))
             fail(Status::argument, "{log10_fap} = %g: must be in [%g, 0] for these samples", log10_fap, least);
-        *log10_residual = log10_level(fap, sampling, log10_fap);
+        *log10_residual = log10_threshold(fap, sampling, log10_fap);
     });
 }
 

@@ -1,3 +1,6 @@
+// Method: one compensated pass each for the mean time, the mean value and the variance. Times are differences from a
+// sample's time and values differences from the first value, as error-free pairs, so that large offsets (a Julian date,
+// a mean of 1e9) lose no digits and equal values give exactly 0. Scaling by powers of two is exact and avoids overflow.
 #include "period/archive.hpp"
 
 #include <algorithm>
@@ -9,7 +12,7 @@ namespace toliman::period {
 
 namespace {
 
-constexpr double kMostValue = 1e300, kMostCycles = 0x1p50;
+constexpr double kMaxValue = 1e300, kMaxCycles = 0x1p50;
 
 struct Pair {
     double high, low; // an unevaluated sum
@@ -20,7 +23,7 @@ Pair difference(double a, double b) noexcept {
     return {high, (a - (high - back)) - (b + back)};
 }
 
-// Sum that carries its rounding error along.
+// Compensated sum (Knuth's TwoSum).
 struct Compensated {
     double high = 0, low = 0;
     void add(double x) noexcept {
@@ -44,10 +47,10 @@ void check(const BatchSamples &samples, size_t i) {
         fail(Status::argument, "sample %zu: {y} = %g: must be finite", i, y);
     if (samples.sigma != nullptr && !(std::isfinite(samples.sigma[i]) && samples.sigma[i] > 0))
         fail(Status::argument, "sample %zu: {sigma} = %g: must be finite and above 0", i, samples.sigma[i]);
-    if (!(std::fabs(t) <= kMostTime))
-        fail(Status::range, "sample %zu: {t} = %g: must be within +-%g", i, t, kMostTime);
-    if (!(std::fabs(y) <= kMostValue))
-        fail(Status::range, "sample %zu: {y} = %g: must be within +-%g", i, y, kMostValue);
+    if (!(std::fabs(t) <= kMaxTime))
+        fail(Status::range, "sample %zu: {t} = %g: must be in [-%g, %g]", i, t, kMaxTime, kMaxTime);
+    if (!(std::fabs(y) <= kMaxValue))
+        fail(Status::range, "sample %zu: {y} = %g: must be in [-%g, %g]", i, y, kMaxValue, kMaxValue);
 }
 
 // 2^e with |largest| 2^e in [1/2, 1).
@@ -93,12 +96,12 @@ Archive::Archive(const BatchSamples &given, double last) : samples(given), n(giv
         const Pair t = difference(samples.t[i], reference);
         t_high[i] = t.high;
         t_low[i] = t.low;
-        if (!(std::fabs(t.high) * last <= kMostCycles))
-            fail(Status::range, "sample %zu: {t} = %g: more than 2^50 cycles from the mean time", i, samples.t[i]);
+        if (!(std::fabs(t.high) * last <= kMaxCycles))
+            fail(Status::range, "sample %zu: {t} = %g: must be within 2^50 cycles of the mean time", i, samples.t[i]);
     }
     if (value_bound == 0)
         return;
-    // Values about the mean, which is taken of differences from the first value: equal values give exactly 0.
+    // Values about the mean. The mean is that of the differences from the first value: equal values give exactly 0.
     value_scale = power_of_two(value_bound);
     const auto value = [&](size_t i) {
         const Pair gap = difference(samples.y[i], first_value);
@@ -119,7 +122,7 @@ Archive::Archive(const BatchSamples &given, double last) : samples(given), n(giv
         x[i] = gap.high + (gap.low + (v.low - mean_low));
         square.add(w[i] * x[i] * x[i]);
     }
-    if (!(square.value() > 0)) { // the others weigh nothing beside the sample that has the mean
+    if (!(square.value() > 0)) { // samples that differ from the mean have negligible weight: their terms underflow
         x.clear();
         return;
     }

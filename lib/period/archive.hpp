@@ -1,4 +1,4 @@
-// Samples made ready for sums in double: centred, and scaled so that every sum is a mean of numbers about 1.
+// Samples prepared for sums in double: centred and scaled, so that every sum is a mean of numbers of order 1.
 #pragma once
 #include "base/buffer.hpp"
 #include "period/batch.hpp"
@@ -6,21 +6,23 @@
 namespace toliman::period {
 
 struct Archive {
-    // Fails with the first bad sample. Frequencies up to `last` must have less than 2^50 cycles.
+    // Fails naming the first invalid sample. Phases at frequencies up to `last` must be below 2^50 cycles.
     Archive(const BatchSamples &given, double last);
 
     bool constant() const noexcept { return x.empty(); }
 
-    BatchSamples samples; // as they came
+    BatchSamples samples; // as given
     size_t n;
-    Buffer<double> t_high, t_low; // t less the reference, an unevaluated sum
+    Buffer<double> t_high, t_low; // t - reference, as an unevaluated sum
     Buffer<double> w;             // weights; their sum is 1
-    Buffer<double> x;             // w times the value about the mean, in standard deviations; empty if that is 0
+    Buffer<double> x;             // w (y - mean)/(standard deviation); empty if the values are constant
     double largest_sum = 0;       // of |x|; at most 1
-    double reference = 0; // the time nearest to the weighted mean: even times and one heavy sample then have phases 0
-    double first_value = 0, value_bound = 0; // values are within value_bound of the first
+    // The sample time nearest to the weighted mean: at aliases of 0 the phases of evenly spaced times are then exactly
+    // 0, and a sample that outweighs all others has phase 0 at every frequency.
+    double reference = 0;
+    double first_value = 0, value_bound = 0; // |y - first_value| <= value_bound
     double least_sigma = 1, most_sigma = 1;
-    double value_scale = 1, sigma_scale = 1; // powers of two that bring value_bound and least_sigma near 1
+    double value_scale = 1, sigma_scale = 1; // powers of two that bring value_bound and least_sigma to [1/2, 1)
 };
 
 } // namespace toliman::period

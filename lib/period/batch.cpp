@@ -1,3 +1,12 @@
+// Method: three algorithms in turn, each for the frequencies at which the one before could not guarantee the tolerance.
+//   1. Sums of w, of w (y - mean) and of w at 2 f by non-uniform FFTs, in O(N + nf log nf). Press and Rybicki (1989,
+//      ApJ 338, 277) reduce Lomb-Scargle to these sums.
+//   2. Compensated direct sums with 1 - cos in place of cos, which keep their digits where phases are small.
+//   3. Double-limb exact sums (stream.cpp) where every sum of doubles cancels.
+// The tolerance is guaranteed by a bound. With P = b^T M^-1 b and a = M^-1 b, errors d of b and D of M change P by at
+// most 2 |a^T d| + |a^T D a|. The bound holds for the worst times and values, so that typical errors are far smaller.
+// Measured (10^3 samples, 10^4 frequencies, one AVX-512 core): FFT at 1e-9 0.002 s, direct sums 0.029 s, exact sums
+// 0.02 s. The FFT is the fastest from about 100 samples and frequencies. Larger sizes: tools/docs/benchmarks.md.
 #include "period/batch.hpp"
 
 #include <algorithm>
@@ -18,14 +27,14 @@ namespace {
 
 using kernels::kDirectLanes;
 
-// Nanoseconds on an AVX-512 core, for the choice between the two: of a sample and frequency, of a sample spread onto
-// three pairs of grids, and of a cell transformed.
+// Cost model for the choice between FFT and direct sums, in ns on an AVX-512 core: per sample and frequency; per sample
+// spread onto three pairs of grids; per cell transformed.
 constexpr double kDirectCost = 2.7, kSpreadCost = 160, kCellCost = 80;
-// A direct sum, relative to the sum of its terms' sizes; what samples lose when made ready included.
+// Error of a direct sum, relative to the sum of |terms|; includes the rounding of the prepared samples.
 constexpr double kDirectError = 4e-15;
-// Rounding of 2 x 2 equations in double, times their determinant.
+// Rounding error of the solution of the 2 x 2 equations in double, times their determinant.
 constexpr double kSolveError = 5e-16;
-constexpr double kNone = -1; // in place of a power that has not the tolerance
+constexpr double kUnsolved = -1; // in place of a power that does not meet the tolerance
 
 class Batch {
   public:
@@ -36,28 +45,28 @@ class Batch {
     void run() {
         const Nufft::Choice choice = Nufft::choose(nf_, job_.tolerance / 4);
         const auto n = static_cast<double>(archive_.n), nf = static_cast<double>(nf_);
-        const bool direct = job_.tolerance < kLeastTolerance ||
+        const bool direct = job_.tolerance < kMinTolerance ||
                             kDirectCost * n * nf < kSpreadCost * n + kCellCost * static_cast<double>(choice.cells);
         if (direct)
-            std::fill(power_, power_ + nf_, kNone);
+            std::fill(power_, power_ + nf_, kUnsolved);
         else
-            fast(choice);
+            by_nufft(choice);
         by_direct_sums();
         by_exact_sums();
     }
 
   private:
-    void fast(const Nufft::Choice &choice);
-    double fast_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
-                      double error) const noexcept;
+    void by_nufft(const Nufft::Choice &choice);
+    double nufft_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
+                       double error) const noexcept;
     void by_direct_sums();
     double direct_power(const double *high, const double *low) const noexcept;
     void by_exact_sums();
     Stream exact_stream(Grid grid, const std::function<void(double)> &report) const;
     double exact_power(const Stream &stream, size_t k) const;
-    std::vector<size_t> left() const;
+    std::vector<size_t> unsolved() const;
     void frequency(double k, double &high, double &low) const noexcept;
-    double tolerance() const noexcept { return std::max(job_.tolerance, kLeastTolerance); }
+    double tolerance() const noexcept { return std::max(job_.tolerance, kMinTolerance); }
     void for_all(const char *stage, size_t jobs, const std::function<void(size_t)> &work) const {
         run_jobs(workers_, jobs, work, [&](double fraction) { job_.progress.report(stage, fraction); });
     }
@@ -78,7 +87,7 @@ void Batch::frequency(double k, double &high, double &low) const noexcept {
 }
 
 // Sums of w and x at f and of w at 2 f, each on a pair of grids.
-void Batch::fast(const Nufft::Choice &choice) {
+void Batch::by_nufft(const Nufft::Choice &choice) {
     const Nufft nufft(choice);
     constexpr size_t kGrids = 6;
     Buffer<double> grids[kGrids];
@@ -101,37 +110,37 @@ void Batch::fast(const Nufft::Choice &choice) {
     constexpr size_t kPart = 4096;
     for_all("solve", (nf_ + kPart - 1) / kPart, [&](size_t part) {
         for (size_t k = part * kPart; k < std::min(nf_, (part + 1) * kPart); k++)
-            power_[k] = fast_power(nufft.sum(at[0], at[1], k), nufft.sum(at[2], at[3], k), nufft.sum(at[4], at[5], k),
-                                   nufft.error());
+            power_[k] = nufft_power(nufft.sum(at[0], at[1], k), nufft.sum(at[2], at[3], k), nufft.sum(at[4], at[5], k),
+                                    nufft.error());
     });
 }
 
-// The power, or kNone where `error` in every sum may make it wrong by more than the tolerance. With P = b' M^-1 b and
-// a = M^-1 b, errors d in b and D in M make it wrong by 2 a'd + a'D a.
-double Batch::fast_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
-                         double error) const noexcept {
+// Returns the power, or kUnsolved if an error of `error` in each sum may change it by more than the tolerance.
+double Batch::nufft_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
+                          double error) const noexcept {
     const double moving = job_.grid.fixed_mean ? 0.0 : 1.0, c = moving * w.real(), s = moving * w.imag();
     const double cc = 0.5 + 0.5 * w2.real() - c * c, ss = 0.5 - 0.5 * w2.real() - s * s, cs = 0.5 * w2.imag() - c * s;
     const double determinant = cc * ss - cs * cs, part = 1 / determinant;
     const double a = (x.real() * ss - x.imag() * cs) * part, b = (x.imag() * cc - x.real() * cs) * part;
     const double size = std::fabs(a) + std::fabs(b);
-    const double wrong = error * size * (2 * archive_.largest_sum + size * (0.5 + 2 * (std::fabs(c) + std::fabs(s)))) +
+    const double bound = error * size * (2 * archive_.largest_sum + size * (0.5 + 2 * (std::fabs(c) + std::fabs(s)))) +
                          kSolveError * part;
-    // The determinant itself must be far from its error, and as many parameters as samples are another's business.
-    const bool good = determinant > 100 * error && wrong <= job_.tolerance && archive_.n > 3;
-    return good ? std::clamp(a * x.real() + b * x.imag(), 0.0, 1.0) : kNone;
+    // The determinant must exceed its own error by far. Up to three samples, with as many parameters, are left to
+    // explained_share().
+    const bool good = determinant > 100 * error && bound <= job_.tolerance && archive_.n > 3;
+    return good ? std::clamp(a * x.real() + b * x.imag(), 0.0, 1.0) : kUnsolved;
 }
 
-std::vector<size_t> Batch::left() const {
+std::vector<size_t> Batch::unsolved() const {
     std::vector<size_t> found;
     for (size_t k = 0; k < nf_; k++)
-        if (power_[k] == kNone)
+        if (power_[k] == kUnsolved)
             found.push_back(k);
     return found;
 }
 
 void Batch::by_direct_sums() {
-    const std::vector<size_t> wanted = left();
+    const std::vector<size_t> wanted = unsolved();
     for_all("sum", (wanted.size() + kDirectLanes - 1) / kDirectLanes, [&](size_t part) {
         const size_t begin = part * kDirectLanes, count = std::min(kDirectLanes, wanted.size() - begin);
         double half_high[kDirectLanes], half_low[kDirectLanes];
@@ -150,8 +159,9 @@ void Batch::by_direct_sums() {
     });
 }
 
-// 1 - cosine in place of the cosine, so that slow phases keep their digits. Errors are as in fast_power, relative to
-// the sizes of the terms, and twice that as long as the smaller eigenvalue is beyond doubt.
+// Returns the power from sums of u = 1 - cos and v = sin, which keep their digits for small phases, or kUnsolved. The
+// error bound is that of nufft_power with errors relative to the magnitude of the terms, doubled. It requires that the
+// sign of the determinant, and hence the rank, is certain.
 double Batch::direct_power(const double *high, const double *low) const noexcept {
     using namespace kernels;
     const auto sum = [&](DirectSum i) {
@@ -167,18 +177,19 @@ double Batch::direct_power(const double *high, const double *low) const noexcept
     }
     m.determinant = m.cc * m.ss - m.cs * m.cs;
     const long double both = m.cc + m.ss, size_c = std::sqrt(fixed_mean ? 1 : uu), size_s = std::sqrt(vv);
-    const long double doubt_root = size_c * std::sqrt(m.ss) + size_s * std::sqrt(m.cc);
-    const long double doubt = kDirectError * doubt_root * doubt_root;
-    const bool beyond_doubt = doubt <= m.determinant / 4 || m.determinant + doubt <= kCoincident * both * both / 2;
+    const long double error_root = size_c * std::sqrt(m.ss) + size_s * std::sqrt(m.cc);
+    const long double error = kDirectError * error_root * error_root;
+    const bool rank_is_certain = error <= m.determinant / 4 || m.determinant + error <= kCoincident * both * both / 2;
     const Solved solved = solve(m, kCoincident * both);
     const long double size = std::fabs(solved.cosine) * size_c + std::fabs(solved.sine) * size_s;
-    const bool good = beyond_doubt && 2 * kDirectError * (2 * size + size * size) <= tolerance();
-    return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kNone;
+    const bool good = rank_is_certain && 2 * kDirectError * (2 * size + size * size) <= tolerance();
+    return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kUnsolved;
 }
 
-// What cancels in any sum of doubles: all samples into exact sums, of these frequencies alone if they are few.
+// Frequencies at which any sum of doubles cancels: exact sums of all samples, at these frequencies alone if they are
+// few.
 void Batch::by_exact_sums() {
-    const std::vector<size_t> wanted = left();
+    const std::vector<size_t> wanted = unsolved();
     if (wanted.empty())
         return;
     const char *const stage = "exact sums";
@@ -192,7 +203,7 @@ void Batch::by_exact_sums() {
         for_all(stage, wanted.size(), [&](size_t i) {
             double high, low;
             frequency(static_cast<double>(wanted[i]), high, low);
-            Grid alone = grid; // of two, the second of which is high + low
+            Grid alone = grid; // two frequencies, the second of which is high + low exactly
             alone.f0 = std::nextafter(high, 0);
             alone.df = (high - alone.f0) + low;
             alone.nf = 2;
@@ -207,8 +218,8 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
     grid.value_offset = archive_.first_value * value_scale;
     grid.value_bound = archive_.value_bound * value_scale;
     grid.sigma_floor = archive_.least_sigma * sigma_scale;
-    // Quad sums in any case: terms of narrow ones have the errors of doubles.
-    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kSingleLimbRatio * grid.sigma_floor);
+    // Double-limb accumulators in any case: single-limb terms have the errors of double.
+    grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kSingleLimbSigmaRatio * grid.sigma_floor);
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {
@@ -223,7 +234,7 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
 }
 
 double Batch::exact_power(const Stream &stream, size_t k) const {
-    const PowerQuery query(stream, kCoincident); // as direct sums
+    const PowerQuery query(stream, kCoincident); // the limit of direct sums
     query.check();
     return query.at(static_cast<int64_t>(k));
 }
@@ -231,8 +242,8 @@ double Batch::exact_power(const Stream &stream, size_t k) const {
 } // namespace
 
 void batch_power(const BatchJob &job, const BatchSamples &samples, double *power) {
-    if (!(job.tolerance >= 0 && job.tolerance <= kMostTolerance))
-        fail(Status::range, "{tolerance} = %g: must be in [0, %g]", job.tolerance, kMostTolerance);
+    if (!(job.tolerance >= 0 && job.tolerance <= kMaxTolerance))
+        fail(Status::range, "{tolerance} = %g: must be in [0, %g]", job.tolerance, kMaxTolerance);
     Grid grid = job.grid;
     grid.sigma_ceiling = grid.sigma_floor;
     grid.check();

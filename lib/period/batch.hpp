@@ -1,5 +1,4 @@
-// Power of a whole archive at once: non-uniform FFT, direct sums where it is not enough, exact sums where those are
-// not.
+// Power of a whole archive at once, within a guaranteed tolerance: non-uniform FFT, direct sums, exact sums.
 #pragma once
 #include <cstddef>
 
@@ -9,23 +8,23 @@
 namespace toliman::period {
 
 struct BatchSamples {
-    const double *t, *y, *sigma; // sigma may be nullptr
+    const double *t, *y, *sigma; // sigma may be NULL
     size_t n;
 };
 
-// Tolerances below it go without the FFT.
-constexpr double kLeastTolerance = 1e-13;
-constexpr double kMostTolerance = 1e-2;
+// The FFT is not used for tolerances below kMinTolerance.
+constexpr double kMinTolerance = 1e-13;
+constexpr double kMaxTolerance = 1e-2;
 
 struct BatchJob {
-    Grid grid; // f0, df, nf, fixed_mean; the rest is not looked at
+    Grid grid; // f0, df, nf, fixed_mean; the rest is ignored
     double tolerance = 1e-9;
     unsigned threads = 0;
     Progress progress;
 };
 
-// Power of every frequency, in [0, 1], within the tolerance of what exact arithmetic gives. Throws with `power` as it
-// was.
+// Computes the power at every frequency, in [0, 1], within the tolerance of the result of exact arithmetic. On an
+// exception `power` is unchanged.
 void batch_power(const BatchJob &job, const BatchSamples &samples, double *power);
 
 } // namespace toliman::period

@@ -19,7 +19,7 @@ double highest_of(const Grid &grid, const Samples &samples, uint64_t seed) {
         const double sigma = samples.sigma != nullptr ? samples.sigma[drawn] : grid.sigma_floor;
         stream.push(stream.sample(samples.t[i], 0, samples.y[drawn], sigma));
     }
-    const PowerQuery query(stream); // one value may have been drawn again and again
+    const PowerQuery query(stream); // not meaningful if one value was drawn every time
     return query.meaningful() && query.resolved() ? find_peak(stream).log10_residual : 0;
 }
 

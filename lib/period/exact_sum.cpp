@@ -1,3 +1,8 @@
+// Method: superaccumulator with 32-bit digits in 64-bit places (the small superaccumulator of Neal 2015,
+// arXiv:1505.05571). A double touches at most three places; carries are propagated only every 2^30 additions, or on
+// reading. The digits are then canonical: equal sums have equal digits in whatever order they were added. Used for the
+// few sums without a frequency; products enter by error-free transformations (TwoProd by FMA). Compensated sums would
+// depend on the order.
 #include "period/exact_sum.hpp"
 
 #include <cmath>
@@ -6,8 +11,8 @@
 namespace toliman {
 
 namespace {
-constexpr int kUnitExponent = 1152;        // place 0 is worth 2^-1152
-constexpr uint32_t kCarryEvery = 1u << 30; // additions of less than 2^32 that a 64-bit place can take
+constexpr int kUnitExponent = 1152;        // the unit of place 0 is 2^-1152
+constexpr uint32_t kCarryEvery = 1u << 30; // additions below 2^32 that a 64-bit place holds without overflow
 constexpr int64_t kDigitMask = 0xffffffff;
 } // namespace
 
@@ -54,7 +59,7 @@ void ExactSum::add_quad(Quad x) noexcept {
 
 void ExactSum::carry() noexcept {
     for (size_t i = 0; i + 1 < kPlaces; i++)
-        if (const int64_t over = places_[i] >> 32; over != 0) { // rarely: most places are empty
+        if (const int64_t over = places_[i] >> 32; over != 0) { // rare: most places are 0
             places_[i + 1] += over;
             places_[i] &= kDigitMask;
         }
@@ -72,7 +77,7 @@ void ExactSum::assign(const Places &digits) noexcept {
     pending_ = 0;
 }
 
-// Digits of the magnitude, so that no leading ones cancel; whether it was negative.
+// Replaces the digits by those of the magnitude, whose leading digits do not cancel. Returns whether it was negative.
 bool ExactSum::make_positive() noexcept {
     if (places_[kPlaces - 1] >= 0)
         return false;
@@ -89,11 +94,11 @@ Quad ExactSum::value() const noexcept {
     int top = kPlaces - 1;
     while (top > 5 && copy.places_[static_cast<size_t>(top)] == 0)
         top--;
-    const auto pair = [&](int below) { // two digits
+    const auto pair = [&](int below) { // two digits, `below` places under the first
         const auto at = static_cast<size_t>(top - below);
         return static_cast<uint64_t>(copy.places_[at]) << 32 | static_cast<uint64_t>(copy.places_[at - 1]);
     };
-    // Six digits have 161 bits even where the first has but one. Few operations: those of Quad are slow.
+    // Six digits have at least 161 bits, even if the first has only one. Few Quad operations, since these are slow.
     __extension__ using Integer = unsigned __int128;
     const Integer first = static_cast<Integer>(pair(0)) << 64 | pair(2);
     const Quad sum = (static_cast<Quad>(first) * static_cast<Quad>(0x1p64) + static_cast<Quad>(pair(4))) *

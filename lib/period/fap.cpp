@@ -1,3 +1,10 @@
+// Method: Baluev (2008, MNRAS 385, 1279, equations 5 and 6) for one query, and an alpha-spending correction (Lan and
+// DeMets 1983, Biometrika 70, 659) for a query after every sample. All FAPs are logarithms computed from 1 - P, never
+// from P: the FAP of a pure sine of 1095 samples is 10^-16649.
+// Calibration at FAP 0.01, white noise: of 4000 series of 1095 daily samples, Baluev gives an alarm in 1.02 %, naive in
+// 3.4 %. With a query after every sample, Baluev gives an alarm at some query in 27 % of 1000 streams, sequential in
+// 1.1 %. The price is a later detection: a signal of 1e-6 px is found after 194 samples (median) instead of 180.
+// None of the methods accounts for correlated noise.
 #include "period/fap.hpp"
 
 #include <algorithm>
@@ -10,10 +17,10 @@ namespace {
 constexpr double kLn10 = 2.302585092994045684;
 constexpr double kPi = 3.141592653589793238;
 
-// ln of sqrt(2/n) Gamma(n/2)/Gamma((n-1)/2). Not by lgamma: it writes the global signgam, and the difference of two
-// huge values would lose digits.
+// ln of gamma(n) = sqrt(2/n) Gamma(n/2)/Gamma((n-1)/2). lgamma is not used: it writes the global signgam, and the
+// difference of two large values loses digits.
 double ln_gamma_ratio(double n) noexcept {
-    if (n > 100) { // Gamma(x + 1/2)/Gamma(x), the next term is below 1e-11
+    if (n > 100) { // asymptotic series of Gamma(x + 1/2)/Gamma(x); the next term is below 1e-11
         const double x = (n - 1) / 2, r = 1 / x;
         return 0.5 * std::log1p(-1 / n) +
                std::log1p(r * (-1.0 / 8 + r * (1.0 / 128 + r * (5.0 / 1024 - r * 21 / 32768))));
@@ -32,7 +39,7 @@ double ln_single(const Sampling &sampling, double ln_residual) noexcept {
 double ln_naive(const Sampling &sampling, double ln_residual) noexcept {
     const double independent = std::max(1.0, sampling.last_frequency * baseline(sampling.time_variance));
     const double single = ln_single(sampling, ln_residual), sum = std::log(independent) + single;
-    if (sum < -30) // up to 1e-13 of itself
+    if (sum < -30) // relative error below 1e-13
         return sum;
     return std::log(-std::expm1(independent * std::log1p(-std::exp(single))));
 }
@@ -46,7 +53,7 @@ double ln_baluev(const Sampling &sampling, double ln_residual) noexcept {
     const double single = ln_single(sampling, ln_residual);
     const double ln_tau =
         ln_gamma_ratio(n - 1) + std::log(w) + 0.5 * (n - 4) * ln_residual + 0.5 * std::log(0.5 * (n - 1) * power);
-    if (ln_tau < -30 && single < -30) { // FAP = tau + single up to 1e-13 of itself
+    if (ln_tau < -30 && single < -30) { // FAP = tau + single, relative error below 1e-13
         const double larger = std::max(ln_tau, single), smaller = std::min(ln_tau, single);
         return larger + std::log1p(std::exp(smaller - larger));
     }
@@ -54,25 +61,26 @@ double ln_baluev(const Sampling &sampling, double ln_residual) noexcept {
     return std::log(std::min(1.0, -std::expm1(-tau) + std::exp(single - tau)));
 }
 
-// Chance of an alarm at any of all looks. While N grows, the highest peak wanders: where p is the FAP of one look, new
-// alarms come at a rate of p K for every factor e in N, with z = -ln(single) and K = z nu(sqrt(2 z/N)). K counts the
-// independent looks; nu takes the looks' finite number into account and keeps K below N (Siegmund 1985, Sequential
-// Analysis, chapter 4; nu of Siegmund and Yakir 2007, The Statistics of Gene Mapping). An alarm where K p falls below
-// a w(ln N), with w of integral 1, therefore spends a in all (Lan and DeMets 1983, Biometrika 70, 659), and the FAP is
-// the a of this look: K p/w. Here w(x) = 1/(2 (1 + |x - ln 150|)^2): half is spent by the 150th sample, little on the
-// first few, and as slowly as it falls there is still some at the millionth.
+// FAP of an alarm at any interim query, one after every sample. As N grows, the highest peak of noise changes. With p
+// the FAP of one query, new alarms occur at a rate of p K per unit of ln N, where z = -ln(single) and K = z nu(sqrt(2
+// z/N)) is the number of independent queries. nu corrects for the discreteness of the queries and keeps K below N
+// (Siegmund 1985, Sequential Analysis, chapter 4; nu of Siegmund and Yakir 2007, The Statistics of Gene Mapping).
+// Raising an alarm where K p < alpha w(ln N), with a spending function w of integral 1, has a total probability of
+// alpha (Lan and DeMets 1983). The FAP of this query is therefore the alpha at which it just raises an alarm: K p/w.
+// The spending function is w(x) = 1/(2 (1 + |x - ln 150|)^2): half of alpha is spent by the 150th sample, little on the
+// first few samples, and its tail decreases so slowly that detections after 10^6 samples remain possible.
 double ln_sequential(const Sampling &sampling, double ln_residual) noexcept {
     constexpr double kHalfSpent = 150; // samples
     const auto n = static_cast<double>(sampling.count);
     const double z = -ln_single(sampling, ln_residual);
-    double looks = 1;
+    double queries = 1; // independent ones, K
     if (z > 1) {
         const double half = std::sqrt(0.5 * z / n), inside = 0.5 * std::erf(half / std::sqrt(2.0));
         const double nu = inside / (half * (half * (0.5 + inside) + std::exp(-0.5 * half * half) / std::sqrt(2 * kPi)));
-        looks = std::max(1.0, z * nu);
+        queries = std::max(1.0, z * nu);
     }
-    const double away = 1 + std::fabs(std::log(n / kHalfSpent));
-    return std::min(0.0, ln_baluev(sampling, ln_residual) + std::log(looks * 2 * away * away));
+    const double distance = 1 + std::fabs(std::log(n / kHalfSpent));
+    return std::min(0.0, ln_baluev(sampling, ln_residual) + std::log(queries * 2 * distance * distance));
 }
 
 } // namespace
@@ -96,9 +104,10 @@ double log10_fap(Fap method, const Sampling &sampling, double log10_residual) no
     return ln_baluev(sampling, ln_residual) / kLn10;
 }
 
-double log10_level(Fap method, const Sampling &sampling, double log10_fap) noexcept {
-    // Baluev's bound falls from P = 1/(N - 3) on, where tau is greatest; before it may dip a little below 1.
-    double low = kLeastLogResidual, high = std::log1p(-1 / static_cast<double>(sampling.count - 3)) / kLn10;
+double log10_threshold(Fap method, const Sampling &sampling, double log10_fap) noexcept {
+    // Bisection. Baluev's bound decreases from P = 1/(N - 3), where tau is largest; below, it may be slightly less
+    // than 1.
+    double low = kMinLogResidual, high = std::log1p(-1 / static_cast<double>(sampling.count - 3)) / kLn10;
     if (period::log10_fap(method, sampling, high) < log10_fap) {
         low = high;
         high = 0;

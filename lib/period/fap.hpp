@@ -1,4 +1,4 @@
-// False alarm probabilities of a peak, as logarithms: they never underflow.
+// False alarm probabilities (FAP) of a peak and detection thresholds, as logarithms: they never underflow.
 #pragma once
 #include <cstdint>
 
@@ -6,32 +6,32 @@ namespace toliman::period {
 
 enum class Fap : int32_t { baluev, naive, single, sequential };
 
-// What they depend on beside the power. Floating and fixed mean count alike.
+// What the FAP depends on in addition to the power. A fixed mean is treated like a floating one.
 struct Sampling {
     int64_t count;         // samples N >= 5
     double last_frequency; // the grid's highest, f_max
     double time_variance;  // weighted variance of the times
 };
 
-// Time span of an even coverage with this variance: N dt for N times dt apart.
+// Returns the time span of uniform coverage with this variance of the times: N dt for N times dt apart.
 double baseline(double time_variance) noexcept;
 
-constexpr double kLeastLogResidual = -4900; // log10(1 - P) of a power that counts as 1
+constexpr double kMinLogResidual = -4900; // log10(1 - P) of the largest power distinguished from 1
 
-// Given     log10_residual in [kLeastLogResidual, 0]: log10(1 - P) of the "standard" power P
-// Returned  log10 of the chance that noise alone has this power or more
-//           single      at one frequency told beforehand: (1 - P)^((N - 3)/2)
-//           naive       somewhere on the grid, were its frequencies M = f_max baseline independent ones:
-//                       1 - (1 - single)^M. Too small, by 3 at 0.01: between independent frequencies there are higher
-//                       powers
-//           baluev      somewhere on the grid, an upper bound: with W = f_max sqrt(4 pi var t),
+// Given     log10_residual in [kMinLogResidual, 0]: log10(1 - P) of the "standard" power P
+// Returned  log10 of the probability that white noise alone reaches this power
+//           single      at one frequency chosen in advance: (1 - P)^((N - 3)/2)
+//           naive       anywhere on the grid, assuming M = f_max baseline independent frequencies: 1 - (1 - single)^M.
+//                       Underestimates the FAP (about 3x too small at 0.01), since powers between independent
+//                       frequencies may be higher
+//           baluev      anywhere on the grid, an upper bound: with W = f_max sqrt(4 pi var t),
 //                       tau = gamma(N - 1) W (1 - P)^((N - 4)/2) sqrt((N - 1) P/2), 1 - (1 - single) exp(-tau)
-//           sequential  somewhere on the grid now or at any earlier or later number of samples: see fap.cpp
+//           sequential  anywhere on the grid at this or any other interim query: see fap.cpp
 // Reference Baluev (2008), MNRAS 385, 1279, equations 5 and 6; single and naive as in astropy
 double log10_fap(Fap method, const Sampling &sampling, double log10_residual) noexcept;
 
-// Given     log10_fap in [that of kLeastLogResidual, 0]
-// Returned  log10(1 - P) of the highest power that has this FAP
-double log10_level(Fap method, const Sampling &sampling, double log10_fap) noexcept;
+// Given     log10_fap in [that of kMinLogResidual, 0]
+// Returned  the detection threshold: log10(1 - P) of the power with this FAP, the highest one if there are several
+double log10_threshold(Fap method, const Sampling &sampling, double log10_fap) noexcept;
 
 } // namespace toliman::period

@@ -1,5 +1,12 @@
-// Least squares of one sinusoid on the samples themselves. Everything is formed from residuals in long double, so that
-// a fit that is good to the last bit of its data still has a residual with digits.
+// Method: least squares of y = offset + a cos 2 pi f t + b sin 2 pi f t in all four parameters, on the samples
+// themselves. Gauss-Newton steps in f; after each, offset, a and b are solved at the new f. A step that does not reduce
+// the residual is shortened by 4, so that the fit is never worse than the highest grid point.
+// Times and values are taken about their weighted means, and everything is formed from residuals in long double (64-bit
+// mantissa), never as total - explained: 1 - power is correct down to 1e-31, where the sums resolve 1e-14.
+// Half-power points by regula falsi ("Illinois", Dowell and Jarratt 1971, BIT 11, 168). This, and computing cosines and
+// sines once per frequency, made a fit four times as fast.
+// Standard errors: square roots of the diagonal of the inverse normal matrix, scaled by the residual per degree of
+// freedom.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -20,23 +27,24 @@ using Vector = std::array<Real, kParameters>;
 using Matrix = std::array<Vector, kParameters>;
 
 struct Point {
-    Real t, y, w; // about the weighted means; weights sum to 1
+    Real t, y, w; // time and value about their weighted means; the weights sum to 1
 };
 
-struct Wave {
+struct Cis {
     Real cosine, sine;
 };
 
 struct Fit {
     Real frequency;
     Real offset, cosine, sine;
-    Real residual; // weighted sum of squares
+    Real residual; // weighted sum of squared residuals
     int rank;      // of cosine and sine: 1 where they coincide at every sample, as at the Nyquist frequency
 };
 
-constexpr double kCannotTell = std::numeric_limits<double>::infinity();
+constexpr double kUndetermined = std::numeric_limits<double>::infinity();
 
-// 2 pi f t, reduced modulo one cycle while the product still has all its digits.
+// 2 pi f t, reduced modulo one cycle before the product is rounded: TwoProd by FMA, plus the parts of f and t below
+// double.
 Real phase_of(Real frequency, Real t) noexcept {
     const auto f = static_cast<double>(frequency), u = static_cast<double>(t);
     const double product = f * u, error = std::fma(f, u, -product);
@@ -44,7 +52,8 @@ Real phase_of(Real frequency, Real t) noexcept {
     return kTwoPi * (static_cast<Real>(product - std::nearbyint(product)) + (static_cast<Real>(error) + rest));
 }
 
-// Solves a symmetric positive definite system by elimination; false if a pivot is nothing beside its diagonal.
+// Solves a symmetric positive definite system by elimination. Returns false if a pivot is negligible against its
+// diagonal.
 bool solve(Matrix a, Vector b, Vector &x) noexcept {
     const Matrix whole = a;
     for (size_t i = 0; i < kParameters; i++) {
@@ -70,40 +79,40 @@ class Sinusoid {
   public:
     Sinusoid(const Samples &samples, bool fixed_mean);
 
-    // Least squares at one frequency; what cosine and sine cannot tell apart is left out, as in the power.
+    // Least squares at a fixed frequency. Directions in which cosine and sine coincide are not fitted, as in the power.
     Fit at(Real frequency);
-    // Gauss-Newton from a fit, within [low, high] in frequency and never uphill.
+    // Gauss-Newton from a fit, with the frequency in [low, high]. The residual never increases.
     Fit refine(Fit best, Real low, Real high);
-    // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity where the
-    // samples cannot tell.
+    // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity if the
+    // samples do not determine them.
     void errors(const Fit &fit, Peak &peak);
-    // Frequency distance from the peak, on the side of the first step, where the power has fallen to half; 0 if not
-    // within `far`. Steps grow up to `longest`, and again beyond 25 of these.
-    Real half_power(const Fit &fit, Real step, Real longest, Real far);
+    // Distance in frequency from the peak to where the power has fallen to half, in the direction of `step`; 0 if that
+    // is beyond `limit`. Steps grow by 1.5 up to max_step, and again once the distance exceeds 25 max_step.
+    Real half_power(const Fit &fit, Real step, Real max_step, Real limit);
 
     Real total() const noexcept { return total_; }
     Real mean_time() const noexcept { return mean_time_; }
     Real mean() const noexcept { return mean_; }
 
   private:
-    // Cosines and sines at this frequency into waves_: nearly all of the time goes there.
-    void turn(Real frequency);
-    // Normal equations of (offset, cosine, sine, frequency) at a fit, the right side from its residuals.
+    // Computes cis_ at this frequency; this takes nearly all of the time.
+    void set_frequency(Real frequency);
+    // Normal equations of (offset, cosine, sine, frequency) at a fit, with the right-hand side from its residuals.
     void normal(const Fit &fit, Matrix &matrix, Vector &right);
-    // Weighted means of cosine and sine, which a fixed mean leaves as they are.
-    Wave centre() const;
-    // Adds the least-squares solution for what the fit leaves, and forms its residual.
-    void improve(Fit &fit, const Wave &mean) const;
+    // Weighted means of cosine and sine; 0 with a fixed mean.
+    Cis mean_cis() const;
+    // Computes the residual of the fit, then adds the least-squares solution for its residuals to it.
+    void add_correction(Fit &fit, const Cis &cis_mean) const;
 
     std::vector<Point> points_;
-    std::vector<Wave> waves_;
-    Real turned_ = -1; // the frequency of waves_
+    std::vector<Cis> cis_; // cosine and sine of each sample's phase
+    Real frequency_ = -1;  // of cis_
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
     size_t first_; // first free parameter: 0 with a floating mean, 1 without
 };
 
 Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
-    : points_(samples.count), waves_(samples.count), first_(fixed_mean ? 1 : 0) {
+    : points_(samples.count), cis_(samples.count), first_(fixed_mean ? 1 : 0) {
     Real weight = 0;
     for (size_t i = 0; i < samples.count; i++) {
         const Real sigma = samples.sigma != nullptr ? samples.sigma[i] : 1.0L;
@@ -115,7 +124,7 @@ Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
         mean_time_ += points_[i].w * (samples.t[i] - static_cast<Real>(samples.t[0]));
         mean_ += points_[i].w * (samples.y[i] - static_cast<Real>(samples.y[0]));
     }
-    // Times about a double near the mean, so that differences of long time stamps are exact.
+    // Times about a double near the mean, so that differences of large time stamps are exact.
     mean_time_ = static_cast<double>(mean_time_ + samples.t[0]);
     mean_ += samples.y[0];
     for (size_t i = 0; i < samples.count; i++) {
@@ -125,23 +134,23 @@ Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
     }
 }
 
-void Sinusoid::turn(Real frequency) {
-    if (frequency == turned_)
+void Sinusoid::set_frequency(Real frequency) {
+    if (frequency == frequency_)
         return;
     for (size_t i = 0; i < points_.size(); i++) {
         const Real phase = phase_of(frequency, points_[i].t);
-        waves_[i] = {std::cos(phase), std::sin(phase)};
+        cis_[i] = {std::cos(phase), std::sin(phase)};
     }
-    turned_ = frequency;
+    frequency_ = frequency;
 }
 
 void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) {
     matrix = {};
     right = {};
-    turn(fit.frequency);
+    set_frequency(fit.frequency);
     for (size_t k = 0; k < points_.size(); k++) {
         const Point &point = points_[k];
-        const auto [c, s] = waves_[k];
+        const auto [c, s] = cis_[k];
         const Vector row = {1, c, s, kTwoPi * point.t * (fit.sine * c - fit.cosine * s)};
         const Real model = fit.offset + fit.cosine * c + fit.sine * s;
         for (size_t i = 0; i < kParameters; i++) {
@@ -150,7 +159,7 @@ void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) {
                 matrix[i][j] += point.w * row[i] * row[j];
         }
     }
-    if (first_ == 1) { // the mean is fixed: its row becomes the identity
+    if (first_ == 1) { // fixed mean: the row of the offset becomes that of the identity
         for (size_t i = 0; i < kParameters; i++)
             matrix[0][i] = matrix[i][0] = 0;
         matrix[0][0] = 1;
@@ -158,23 +167,23 @@ void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) {
     }
 }
 
-Wave Sinusoid::centre() const {
-    Wave mean = {0, 0};
+Cis Sinusoid::mean_cis() const {
+    Cis mean = {0, 0};
     for (size_t i = 0; i < points_.size() && first_ == 0; i++) {
-        mean.cosine += points_[i].w * waves_[i].cosine;
-        mean.sine += points_[i].w * waves_[i].sine;
+        mean.cosine += points_[i].w * cis_[i].cosine;
+        mean.sine += points_[i].w * cis_[i].sine;
     }
     return mean;
 }
 
-void Sinusoid::improve(Fit &fit, const Wave &middle) const {
+void Sinusoid::add_correction(Fit &fit, const Cis &cis_mean) const {
     Moments<Real> m = {};
     Real mean = 0;
     fit.residual = 0;
     for (size_t i = 0; i < points_.size(); i++) {
         const Point &point = points_[i];
-        const Wave &wave = waves_[i];
-        const Real c = wave.cosine - middle.cosine, s = wave.sine - middle.sine;
+        const Cis &wave = cis_[i];
+        const Real c = wave.cosine - cis_mean.cosine, s = wave.sine - cis_mean.sine;
         const Real gap = point.y - (fit.offset + fit.cosine * wave.cosine + fit.sine * wave.sine);
         fit.residual += point.w * gap * gap;
         mean += point.w * gap;
@@ -185,23 +194,23 @@ void Sinusoid::improve(Fit &fit, const Wave &middle) const {
         m.ys += point.w * gap * s;
     }
     m.determinant = m.cc * m.ss - m.cs * m.cs;
-    // Phases and means are rounded to 2^-60 or so: less than that is no direction.
+    // Phases and means are rounded to about 2^-60: a smaller eigenvalue (its square, 1e-34) is not significant.
     const Solved solved = period::solve(m, 1e-34L + kCoincident * (m.cc + m.ss));
     fit.rank = solved.rank;
     fit.cosine += solved.cosine;
     fit.sine += solved.sine;
     if (first_ == 0)
-        fit.offset += mean - solved.cosine * middle.cosine - solved.sine * middle.sine;
+        fit.offset += mean - solved.cosine * cis_mean.cosine - solved.sine * cis_mean.sine;
 }
 
 Fit Sinusoid::at(Real frequency) {
-    turn(frequency);
-    const Wave middle = centre();
+    set_frequency(frequency);
+    const Cis cis_mean = mean_cis();
     Fit fit = {frequency, 0, 0, 0, total_, 0};
-    improve(fit, middle);
-    improve(fit, middle); // removes the rounding of the first
+    add_correction(fit, cis_mean);
+    add_correction(fit, cis_mean); // iterative refinement: removes the rounding error of the first solution
     Fit last = fit;
-    improve(last, middle); // forms the residual of what stands in fit
+    add_correction(last, cis_mean); // computes the residual of fit
     fit.residual = last.residual;
     return fit;
 }
@@ -210,24 +219,24 @@ Fit Sinusoid::refine(Fit best, Real low, Real high) {
     constexpr int max_steps = 60;
     Matrix matrix;
     Vector right, step = {};
-    Real shorten = 1;
-    for (int i = 0; i < max_steps && shorten > 1e-6L; i++) {
+    Real damping = 1;
+    for (int i = 0; i < max_steps && damping > 1e-6L; i++) {
         normal(best, matrix, right);
         if (!solve(matrix, right, step))
             break;
-        const Fit fit = at(std::fmin(high, std::fmax(low, best.frequency + shorten * step[3])));
+        const Fit fit = at(std::fmin(high, std::fmax(low, best.frequency + damping * step[3])));
         if (fit.residual < best.residual) {
             best = fit;
-            shorten = std::fmin(1.0L, 2 * shorten);
+            damping = std::fmin(1.0L, 2 * damping);
         } else {
-            shorten /= 4;
+            damping /= 4;
         }
     }
     return best;
 }
 
 void Sinusoid::errors(const Fit &fit, Peak &peak) {
-    peak.frequency_error = peak.amplitude_error = kCannotTell;
+    peak.frequency_error = peak.amplitude_error = kUndetermined;
     const Real amplitude = std::hypot(fit.cosine, fit.sine);
     const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
     const Real freedom = static_cast<Real>(points_.size()) - parameters;
@@ -237,7 +246,7 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) {
     Matrix matrix;
     Vector right, column = {};
     normal(fit, matrix, right);
-    if (fit.rank < 2) { // one wave of known shape: no frequency to tell
+    if (fit.rank < 2) { // cosine and sine coincide: the frequency is undetermined
         const Real mean = c * matrix[0][1] + s * matrix[0][2];
         const Real square = c * c * matrix[1][1] + 2 * c * s * matrix[1][2] + s * s * matrix[2][2] - mean * mean;
         if (square > 0)
@@ -251,7 +260,7 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) {
         peak.amplitude_error = static_cast<double>(std::sqrt(std::fmax(0.0L, (c * column[1] + s * column[2]) * scale)));
 }
 
-Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
+Real Sinusoid::half_power(const Fit &fit, Real step, Real max_step, Real limit) {
     const Real half = (1 - fit.residual / total_) / 2;
     const auto excess = [&](Real distance) { return 1 - at(fit.frequency + distance).residual / total_ - half; };
     if (fit.rank == 0)
@@ -260,15 +269,15 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
     while ((below = excess(outside)) > 0) {
         inside = outside;
         above = below;
-        if (std::fabs(1.5L * step) <= longest || std::fabs(outside) > 25 * longest)
+        if (std::fabs(1.5L * step) <= max_step || std::fabs(outside) > 25 * max_step)
             step *= 1.5L;
         outside += step;
-        if (std::fabs(outside) > far || fit.frequency + outside <= 0)
+        if (std::fabs(outside) > limit || fit.frequency + outside <= 0)
             return 0;
     }
-    // Regula falsi that halves the value of an end which stays (Dowell and Jarratt 1971, BIT 11, 168, "Illinois").
+    // Regula falsi; the value at an end that is kept twice is halved ("Illinois").
     Real middle = inside;
-    for (int i = 0, stays = 0; i < 40; i++) {
+    for (int i = 0, last_side = 0; i < 40; i++) {
         middle = inside + (outside - inside) * above / (above - below);
         const Real value = excess(middle);
         if (std::fabs(value) <= 1e-9L * half)
@@ -276,9 +285,9 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
         const int side = value > 0 ? 1 : -1;
         (side > 0 ? inside : outside) = middle;
         (side > 0 ? above : below) = value;
-        if (side == stays)
+        if (side == last_side)
             (side > 0 ? below : above) /= 2;
-        stays = side;
+        last_side = side;
     }
     return std::fabs(middle);
 }
@@ -287,7 +296,7 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real longest, Real far) {
 
 void check_pushed(const Stream &stream, const Samples &samples) {
     if (static_cast<int64_t>(samples.count) != stream.totals().count)
-        fail(Status::argument, "{n} = %zu samples, but %lld were pushed", samples.count,
+        fail(Status::argument, "{n} = %zu: must be the number of samples pushed, %lld", samples.count,
              static_cast<long long>(stream.totals().count));
     for (size_t i = 0; i < samples.count; i++)
         stream.check(stream.sample(samples.t[i], 0, samples.y[i],
@@ -300,7 +309,7 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     check_pushed(stream, samples);
     Sinusoid sinusoid(samples, stream.grid().fixed_mean);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
-    // One step either side of the parabola, but not out of the grid: there are powers that were never compared.
+    // Search within one grid step, and not outside the grid: powers there were not compared with the peak's.
     const Fit start = parabola.residual < grid.residual ? parabola : grid;
     const Real step = stream.grid().df, first = stream.grid().f0, last = stream.grid().last();
     const Fit fit =
@@ -309,17 +318,17 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     const Real ratio = fit.rank > 0 ? std::fmin(1.0L, fit.residual / sinusoid.total()) : 1;
     peak.frequency = static_cast<double>(fit.frequency);
     peak.power = static_cast<double>(1 - ratio);
-    peak.log10_residual = static_cast<double>(std::log10(std::fmax(ratio, kLeastRatio)));
-    // A peak of a time span T is 0.6/T wide on each side; closer steps do not miss what is narrower.
-    const Real unit = 1 / static_cast<Real>(cadence_of(stream).span), longest = 0.2L * unit;
-    const Real first_step = std::fmin(step, longest), far = std::fmax(5 * unit, 20 * step);
-    const Real left = sinusoid.half_power(fit, -first_step, longest, far);
-    const Real right = sinusoid.half_power(fit, first_step, longest, far);
-    peak.fwhm = left > 0 && right > 0 ? static_cast<double>(left + right) : kCannotTell;
+    peak.log10_residual = static_cast<double>(std::log10(std::fmax(ratio, kMinResidualRatio)));
+    // For a time span T, the half-power point is 0.6/T from the peak: steps of at most 0.2/T do not skip it.
+    const Real unit = 1 / static_cast<Real>(cadence_of(stream).span), max_step = 0.2L * unit;
+    const Real first_step = std::fmin(step, max_step), limit = std::fmax(5 * unit, 20 * step);
+    const Real below = sinusoid.half_power(fit, -first_step, max_step, limit);
+    const Real above = sinusoid.half_power(fit, first_step, max_step, limit);
+    peak.fwhm = below > 0 && above > 0 ? static_cast<double>(below + above) : kUndetermined;
     sinusoid.errors(fit, peak);
     // From cosine and sine about the mean time to a sine about time_offset.
-    const Real turn = phase_of(fit.frequency, static_cast<Real>(stream.grid().time_offset) - sinusoid.mean_time());
-    const Real phase = std::atan2(fit.cosine, fit.sine) + turn;
+    const Real shift = phase_of(fit.frequency, static_cast<Real>(stream.grid().time_offset) - sinusoid.mean_time());
+    const Real phase = std::atan2(fit.cosine, fit.sine) + shift;
     peak.phase = static_cast<double>(std::remainder(phase, kTwoPi));
     peak.amplitude = static_cast<double>(std::hypot(fit.cosine, fit.sine));
     peak.offset = static_cast<double>(fit.offset + sinusoid.mean());

@@ -1,3 +1,8 @@
+// Method: the highest grid point; its frequency is the vertex of the parabola through it and its two neighbours, its
+// width the distance of the half-power points by linear interpolation between grid points. Power and FAP stay those of
+// the grid point: the vertex of a parabola can exceed the power that a pure sinusoid has, and would understate the FAP.
+// Aliases: the sampling repeats a sinusoid of frequency f at f +- g with the power of the window function at g (Deeming
+// 1975, Ap&SS 36, 137). A peak counts as an alias of a higher one if that could produce half of its power or more.
 #include "period/peak.hpp"
 
 #include <algorithm>
@@ -11,20 +16,22 @@ namespace toliman::period {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLeastResidual = 1e-15; // 1 - power from the sums carries no more digits
+constexpr double kMinResidual = 1e-15; // 1 - power from the sums carries no more digits
 
-// Grid steps from `top`, whose power is `here`, to where it falls through `level` on the side of `direction`.
-double crossing(const PowerQuery &query, int64_t nf, int64_t top, double here, int direction, double level) noexcept {
+// Distance in grid steps from `top`, whose power is `here`, to where the power falls to `threshold` in `direction`
+// (+-1).
+double crossing(const PowerQuery &query, int64_t nf, int64_t top, double here, int direction,
+                double threshold) noexcept {
     for (int64_t k = top + direction; k >= 0 && k < nf; k += direction) {
         const double next = query.at(k);
-        if (next <= level)
-            return static_cast<double>((k - top) * direction - 1) + (here - level) / (here - next);
+        if (next <= threshold)
+            return static_cast<double>((k - top) * direction - 1) + (here - threshold) / (here - next);
         here = next;
     }
     return std::numeric_limits<double>::infinity();
 }
 
-// Powers of the whole grid, a few at a time: work(k, power).
+// Calls work(k, power) for every frequency of the grid, in order.
 template <class Work> void each_power(const PowerQuery &query, int64_t nf, Work work) {
     constexpr int64_t kAtOnce = 512;
     double powers[kAtOnce];
@@ -45,17 +52,18 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
     double shift = 0;
     peak.power = highest;
     peak.at_edge = top == 0 || top + 1 == grid.nf;
-    // Where cosine and sine come to coincide, as at the Nyquist frequency of even times, the power jumps: no parabola.
+    // Where the rank changes, as at the Nyquist frequency of evenly spaced times, the power is discontinuous: no
+    // parabola.
     const auto smooth = [&](int64_t k) { return query.rank(k) == query.rank(top); };
     if (!peak.at_edge && smooth(top - 1) && smooth(top + 1)) {
         const double left = query.at(top - 1), right = query.at(top + 1), bend = left - 2 * highest + right;
-        if (bend < 0) // good for the place: its height may exceed a clean sine's
+        if (bend < 0) // only the place of the vertex is used
             shift = std::clamp(0.5 * (left - right) / bend, -0.5, 0.5);
     }
     peak.inaccurate = query.inaccurate(top);
     peak.grid_frequency = grid.f0 + grid.df * static_cast<double>(top);
     peak.frequency = grid.f0 + grid.df * (static_cast<double>(top) + shift);
-    peak.log10_residual = std::log10(std::max(kLeastResidual, 1 - peak.power));
+    peak.log10_residual = std::log10(std::max(kMinResidual, 1 - peak.power));
     const double half = peak.power / 2;
     peak.fwhm = half > 0 ? grid.df * (crossing(query, grid.nf, top, highest, 1, half) +
                                       crossing(query, grid.nf, top, highest, -1, half))
@@ -67,21 +75,21 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
 void check_meaningful(const PowerQuery &query, const Stream &stream) {
     const auto count = static_cast<long long>(stream.totals().count);
     if (!query.meaningful() && count < 5)
-        fail(Status::state, "a peak needs at least five samples that are not all equal; %lld were pushed", count);
+        fail(Status::state, "a peak needs at least five samples that are not all equal: %lld were pushed", count);
     if (!query.meaningful())
-        fail(
-            Status::state,
-            "a peak needs samples that are not all equal: the values of the %lld that were pushed are equal, or differ "
-            "by less than value_bound = %g resolves (it is at least 1e-100: scale values below that)",
-            count, stream.grid().value_bound);
+        fail(Status::state,
+             "a peak needs samples that are not all equal: the values of the %lld samples pushed are equal, or differ "
+             "by "
+             "less than value_bound = %g resolves (its minimum is 1e-100: scale smaller values up)",
+             count, stream.grid().value_bound);
     query.check();
 }
 
-// Part of a sinusoid's power that the sampling repeats `gap` away: the window function, where the grid has that
-// frequency. Below the grid it is 1 within the width of a peak.
+// Fraction of a sinusoid's power that the sampling repeats at a distance of `gap`: the window function
+// (C1^2 + S1^2)/W^2. It is known at the frequencies of the grid only; 1 within the width of a peak, 0 elsewhere.
 double window(const Stream &stream, double gap) noexcept {
     const Grid &grid = stream.grid();
-    const double span = std::sqrt(12 * static_cast<double>(stream.time_variance())); // of evenly spread times
+    const double span = std::sqrt(12 * static_cast<double>(stream.time_variance())); // T of evenly spaced times
     if (gap * span < 2.5)
         return 1;
     const double k = std::nearbyint((gap - grid.f0) / grid.df);
@@ -92,7 +100,7 @@ double window(const Stream &stream, double gap) noexcept {
     return static_cast<double>((sums.c1 * sums.c1 + sums.s1 * sums.s1) / (weight * weight));
 }
 
-// Whether the sampling alone could make half of a peak's power or more from a higher one.
+// Returns whether the sampling alone could produce half of a peak's power or more from a higher peak.
 bool is_alias(const Stream &stream, const Peak &higher, const Peak &peak) noexcept {
     const double gap = std::fabs(peak.frequency - higher.frequency), sum = peak.frequency + higher.frequency;
     return std::max(window(stream, gap), window(stream, sum)) * higher.power >= peak.power / 2;
@@ -120,7 +128,7 @@ size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     struct Top {
         int64_t k;
         double power;
-    } tops[kMostPeaks];
+    } tops[kMaxPeaks];
     size_t count = 0;
     const auto keep = [&](int64_t k, double power) {
         size_t at = count;

@@ -1,4 +1,4 @@
-// The highest peak of a periodogram and what it means.
+// Peaks of a periodogram: the highest on the grid, the local maxima, and the least-squares fit on the samples.
 #pragma once
 #include "period/stream.hpp"
 
@@ -6,33 +6,35 @@ namespace toliman::period {
 
 struct Peak {
     double frequency, power, log10_residual;
-    double grid_frequency; // of the highest grid point
-    bool at_edge;          // at the grid's first or last frequency: beyond, the power may be greater
-    bool alias;            // of find_peaks: the sampling could make it of a higher one
-    bool inaccurate;       // the grid point's power, by the sums
-    double fwhm;           // +infinity when the peak has no half-power point on one of its sides
-    double frequency_error, amplitude, amplitude_error, phase, offset; // NaN when no samples were seen
+    double grid_frequency; // of the grid point with the highest power
+    bool at_edge;          // at the grid's first or last frequency: the power may be greater beyond it
+    bool alias;            // find_peaks only: the sampling could produce it from a higher peak
+    bool inaccurate;       // the error bound of the power at the grid point exceeds 1e-3
+    double fwhm;           // full width at half maximum; +infinity without a half-power point on both sides
+    double frequency_error, amplitude, amplitude_error, phase, offset; // NaN without samples
 };
 
 struct Samples {
-    const double *t, *y, *sigma; // sigma may be null: unweighted
+    const double *t, *y, *sigma; // sigma may be NULL: unweighted
     size_t count;
 };
 
-// Fails unless they are as many as were pushed, and such as can be.
+// Fails unless these can be the samples pushed: their number matches and each one passes Stream::check.
 void check_pushed(const Stream &stream, const Samples &samples);
 
-// Highest grid point, with the frequency of a parabola through its neighbours. Allocates nothing.
+// Returns the highest grid point; its frequency is refined by a parabola through the neighbours. Does not allocate.
 Peak find_peak(const Stream &stream);
 
-constexpr size_t kMostPeaks = 64;
+constexpr size_t kMaxPeaks = 64;
 
-// The `most` highest local maxima of the grid, at most kMostPeaks, highest first, refined likewise; how many there are.
+// Finds the `most` (at most kMaxPeaks) highest local maxima of the grid, refined likewise, highest first. Returns their
+// number.
 size_t find_peaks(const Stream &stream, size_t most, Peak *peaks);
 
-constexpr long double kLeastRatio = 1e-4900L; // of residual to total: a perfect fit still has a logarithm
+constexpr long double kMinResidualRatio =
+    1e-4900L; // residual over total sum of squares, so that a perfect fit has a logarithm
 
-// The same, then least squares in frequency, amplitude, phase and offset on the samples.
+// Returns the highest peak, refined by least squares in frequency, amplitude, phase and offset on the samples.
 Peak fit_peak(const Stream &stream, const Samples &samples);
 
 } // namespace toliman::period

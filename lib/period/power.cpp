@@ -1,3 +1,12 @@
+// Method: linear least squares of y = offset + a cos + b sin at each frequency, from the six sums of stream.cpp
+// (Zechmeister and Kuerster 2009, A&A 496, 577). With the covariance matrix M of cosine and sine, and their covariances
+// b with y, the power is P = b^T M^+ b / var y. The pseudo-inverse is formed in the eigenvectors of M, so that the
+// error of a small eigenvalue (a span of less than a cycle, aliases) does not affect the contribution of the large one.
+// Precision: a vectorised kernel in double where det M is large (2 to 4 ns per frequency, otherwise about 100 ns), long
+// double where that keeps enough digits, else 113 bits.
+// Rejected: counting cosine and sine as coincident below 1e-17 of the trace also with double-limb accumulators. Powers
+// were wrong by 7e-4 where 5e-10 was promised; the limit there is 1e-25.
+// Error bound: include/toliman/period.h, Accuracy; from the rounding of terms, of phases and of the mean.
 #include "period/power.hpp"
 
 #include <algorithm>
@@ -14,13 +23,14 @@ long double root(long double x) noexcept {
     return std::sqrt(x);
 }
 
-// One step of Newton's from the root in long double: all 113 bits.
+// One Newton step from the root in long double: accurate to 113 bits.
 Quad root(Quad x) noexcept {
     const Quad near = std::sqrt(static_cast<long double>(x));
     return near > 0 ? (near + x / near) / 2 : near;
 }
 
-// Of a sample's phase, to which its cosine and sine of wide sums belong; those of narrow sums have larger errors.
+// Error of a sample's phase in double-limb terms, whose cosine and sine are those of one phase. Single-limb terms have
+// larger errors.
 constexpr long double kPhaseError = 6e-16L;
 
 template <class Real> long double smaller_eigenvalue(const Moments<Real> &m) noexcept {
@@ -31,14 +41,15 @@ template <class Real> long double smaller_eigenvalue(const Moments<Real> &m) noe
 
 } // namespace
 
-// b^T M^+ b in the eigenvectors of M = (cc, cs; cs, ss), so that a small eigenvalue cannot blur the large one's share.
-// What the eigenvectors are rounded by is over the root of that eigenvalue in the result.
+// Computes b^T M^+ b in the eigenvectors of M = (cc, cs; cs, ss), so that the error of a small eigenvalue does not
+// affect the contribution of the large one. The rounding of the eigenvectors enters the result divided by the square
+// root of the small eigenvalue.
 template <class Real> Solved solve(const Moments<Real> &m, long double noise) noexcept {
     const Real half_gap = (m.cc - m.ss) / 2, radius = root(half_gap * half_gap + m.cs * m.cs);
     const Real large = (m.cc + m.ss) / 2 + radius;
     if (!(large > noise))
         return {0, 0, 0, 0};
-    // The eigenvector of the large eigenvalue, from the row that does not cancel.
+    // The eigenvector of the large eigenvalue, from the row without cancellation.
     Real u = half_gap >= 0 ? half_gap + radius : m.cs, v = half_gap >= 0 ? m.cs : radius - half_gap;
     if (radius == 0)
         u = 1;
@@ -68,18 +79,21 @@ PowerQuery::PowerQuery(const Stream &stream) noexcept
     : PowerQuery(stream, stream.grid().double_limb() ? kCoincidentDoubleLimb : kCoincident) {}
 
 PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
-    : stream_(stream), part_(0), mean_(0), spread_(0), share_(0), noise_(0), error_(0), coincident_(coincident) {
+    : stream_(stream), inverse_weight_(0), mean_(0), spread_(0), samples_over_weight_(0), noise_(0), error_(0),
+      coincident_(coincident) {
     const Quad weight = stream.weight();
     if (!(weight > 0))
         return;
-    part_ = 1 / weight;
+    inverse_weight_ = 1 / weight;
     mean_ = stream.mean();
     spread_ = stream.spread();
-    share_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(part_);
-    // Quantisation of each term, and sine and cosine: in wide sums both belong to one phase, and errors come squared.
-    noise_ = stream.grid().double_limb() ? share_ * 0x1p-99L + 4e-31L : share_ * 0x1p-51L + 4e-16L;
+    samples_over_weight_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(inverse_weight_);
+    // Quantisation of each term, plus the errors of cosine and sine. In double-limb terms these are cosine and sine of
+    // one phase, so that their error moves a point on the unit circle and enters the eigenvalue squared.
+    noise_ = stream.grid().double_limb() ? samples_over_weight_ * 0x1p-99L + 4e-31L
+                                         : samples_over_weight_ * 0x1p-51L + 4e-16L;
     if (spread_ > 0)
-        error_ = (stream.grid().double_limb() ? 1e-28L : 4e-15L) * share_ *
+        error_ = (stream.grid().double_limb() ? 1e-28L : 4e-15L) * samples_over_weight_ *
                  (1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_));
 }
 
@@ -87,30 +101,33 @@ bool PowerQuery::meaningful() const noexcept {
     return stream_.totals().count >= 5 && spread_ > 0;
 }
 
-// Terms w y are kept to `unit`; cosine and sine may vary as little as the weights, relative to the heaviest sample.
-long double PowerQuery::least_scatter() const noexcept {
+// Standard deviation of the values from which the power has 12 digits. Terms w y are rounded to `unit`, and where one
+// sample outweighs the others, cosine and sine may vary by no more than sigma_floor/sigma_ceiling.
+long double PowerQuery::min_spread() const noexcept {
     const Grid &grid = stream_.grid();
-    const long double unit = grid.double_limb() ? 0x1p-150L : 0x1p-100L, varies = grid.sigma_floor / grid.sigma_ceiling;
-    return 1e12L * unit * share_ / varies;
+    const long double unit = grid.double_limb() ? 0x1p-150L : 0x1p-100L,
+                      sigma_ratio = grid.sigma_floor / grid.sigma_ceiling;
+    return 1e12L * unit * samples_over_weight_ / sigma_ratio;
 }
 
 bool PowerQuery::resolved() const noexcept {
-    return !(spread_ > 0) || std::sqrt(spread_) >= least_scatter();
+    return !(spread_ > 0) || std::sqrt(spread_) >= min_spread();
 }
 
 void PowerQuery::check() const {
     const Grid &grid = stream_.grid();
     if (!resolved())
         fail(Status::range,
-             "values scatter by %.3g about their mean, {value_bound} = %g keeps 12 digits from %.3g on: create with a "
-             "smaller value_bound",
+             "standard deviation of the values = %.3g: {value_bound} = %g resolves 12 digits from %.3g: create with a "
+             "smaller "
+             "value_bound",
              static_cast<double>(std::sqrt(spread_) * grid.value_bound), grid.value_bound,
-             static_cast<double>(least_scatter() * grid.value_bound));
+             static_cast<double>(min_spread() * grid.value_bound));
 }
 
 template <class Real> Moments<Real> PowerQuery::moments(int64_t k) const noexcept {
     const SumsAt<Real> sums = stream_.sums<Real>(k);
-    const Real part = static_cast<Real>(part_), half = part / 2, mean = static_cast<Real>(mean_);
+    const Real part = static_cast<Real>(inverse_weight_), half = part / 2, mean = static_cast<Real>(mean_);
     const Real c = sums.c1 * part, s = sums.s1 * part, one_half = static_cast<Real>(0.5);
     Real cc = one_half + sums.c2 * half, ss = one_half - sums.c2 * half, cs = sums.s2 * half;
     if (!stream_.grid().fixed_mean) {
@@ -123,36 +140,38 @@ template <class Real> Moments<Real> PowerQuery::moments(int64_t k) const noexcep
 }
 
 template <class Use> auto PowerQuery::with_moments(int64_t k, Use use) const noexcept {
-    // So large a determinant, and a mean so near, cost three digits of the long double's 19.
-    constexpr long double kRoom = 1e-3L, kNear = 1e3L;
+    // With a determinant above the first limit and a mean within the second (in standard deviations), cancellation
+    // costs at most three of the 19 digits of long double.
+    constexpr long double kWellConditioned = 1e-3L, kNearMean = 1e3L;
     const auto mean = static_cast<long double>(mean_);
-    const Moments<long double> quick = moments<long double>(k);
-    const bool more = quick.determinant < kRoom || mean * mean > kNear * kNear * spread_;
-    return stream_.grid().double_limb() && more ? use(moments<Quad>(k)) : use(quick);
+    const Moments<long double> in_long_double = moments<long double>(k);
+    const bool cancels = in_long_double.determinant < kWellConditioned || mean * mean > kNearMean * kNearMean * spread_;
+    return stream_.grid().double_limb() && cancels ? use(moments<Quad>(k)) : use(in_long_double);
 }
 
-template <class Real> bool PowerQuery::worse(const Moments<Real> &m, long double tolerance) const noexcept {
+template <class Real> bool PowerQuery::error_exceeds(const Moments<Real> &m, long double tolerance) const noexcept {
     const long double small = smaller_eigenvalue(m);
     return !(small > 0 && error_ / small + kPhaseError / std::sqrt(small) < tolerance);
 }
 
 bool PowerQuery::inaccurate(int64_t k) const noexcept {
-    return frequency(k) > 0 && with_moments(k, [&](const auto &m) { return worse(m, kInaccurate); });
+    return frequency(k) > 0 && with_moments(k, [&](const auto &m) { return error_exceeds(m, kInaccurate); });
 }
 
-// Vectors leave the frequencies of small determinants, which are no larger than the smaller eigenvalues.
-template <class Counts> bool PowerQuery::any_worse(long double tolerance, Counts counts) const noexcept {
+// The vectorised kernel rejects frequencies with a small determinant. The determinant is at most the smaller
+// eigenvalue, since the trace is at most 1, so that those with a large determinant meet the tolerance.
+template <class Counts> bool PowerQuery::any_error_exceeds(long double tolerance, Counts counts) const noexcept {
     constexpr int64_t kAtOnce = 512;
     double power[kAtOnce];
     const Grid &grid = stream_.grid();
-    const bool quick = vectors() && error_ < tolerance * kernels::kLeastDeterminant;
+    const bool vectorised = vectorisable() && error_ < tolerance * kernels::kLeastDeterminant;
     for (int64_t first = grid.f0 > 0 ? 0 : 1; first < grid.nf; first += kAtOnce) {
         const int64_t count = std::min(kAtOnce, grid.nf - first);
-        if (quick)
-            by_vectors(first, static_cast<size_t>(count), power);
+        if (vectorised)
+            range_by_vectors(first, static_cast<size_t>(count), power);
         for (int64_t i = 0; i < count; i++)
-            if ((!quick || power[i] == kernels::kNeedsMore) && counts(first + i) &&
-                with_moments(first + i, [&](const auto &m) { return worse(m, tolerance); }))
+            if ((!vectorised || power[i] == kernels::kNeedsMore) && counts(first + i) &&
+                with_moments(first + i, [&](const auto &m) { return error_exceeds(m, tolerance); }))
                 return true;
     }
     return false;
@@ -160,12 +179,12 @@ template <class Counts> bool PowerQuery::any_worse(long double tolerance, Counts
 
 bool PowerQuery::needs_double_limb() const noexcept {
     constexpr long double kTolerated = 1e-9L;
-    return meaningful() && !stream_.grid().double_limb() && any_worse(kTolerated, [](int64_t) { return true; });
+    return meaningful() && !stream_.grid().double_limb() && any_error_exceeds(kTolerated, [](int64_t) { return true; });
 }
 
 bool PowerQuery::any_inaccurate(double nyquist) const noexcept {
     constexpr double kRounding = 1e-9;
-    return meaningful() && any_worse(kInaccurate, [&](int64_t k) {
+    return meaningful() && any_error_exceeds(kInaccurate, [&](int64_t k) {
                const double part = frequency(k) / nyquist, multiple = std::nearbyint(part);
                return !(multiple > 0 && std::fabs(part - multiple) <= kRounding * part);
            });
@@ -192,7 +211,7 @@ Model PowerQuery::model(int64_t k) const noexcept {
 template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m) const noexcept {
     const Grid &grid = stream_.grid();
     const Solved best = solved(m);
-    const auto part = static_cast<long double>(part_), bound = static_cast<long double>(grid.value_bound);
+    const auto part = static_cast<long double>(inverse_weight_), bound = static_cast<long double>(grid.value_bound);
     const SumsAt<Quad> sums = stream_.sums<Quad>(k);
     const bool moving = !grid.fixed_mean;
     const long double c = moving ? static_cast<long double>(sums.c1) * part : 0;
@@ -201,13 +220,13 @@ template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m)
 
     Model model = {};
     model.rank = best.rank;
-    model.inaccurate = frequency(k) > 0 && worse(m, kInaccurate);
+    model.inaccurate = frequency(k) > 0 && error_exceeds(m, kInaccurate);
     model.power = static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
     const long double amplitude = std::hypot(best.cosine, best.sine);
     const long double offset = static_cast<long double>(mean_) - best.cosine * c - best.sine * s;
     const auto freedom = static_cast<long double>(stream_.totals().count) - best.rank - (moving ? 1 : 0);
     const long double residual = std::fmax(0.0L, spread_ - best.explained);
-    // Variances are this times the inverse of the moments; a direction without moments is unknown.
+    // Variances are `scale` times the inverse of M; a direction that is not fitted is undetermined.
     const long double scale = freedom > 0 ? residual / freedom : infinity;
     const auto variance = [&](Real u, Real v) { // of u cosine + v sine
         const Real per_scale = (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant;
@@ -226,23 +245,25 @@ template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m)
 }
 
 double PowerQuery::half_chi_square() const noexcept {
-    if (!(part_ > 0))
+    if (!(inverse_weight_ > 0))
         return 0;
     const long double unit = static_cast<long double>(stream_.grid().value_bound) / stream_.grid().sigma_floor;
-    return static_cast<double>(spread_ / static_cast<long double>(part_) / 2 * unit * unit);
+    return static_cast<double>(spread_ / static_cast<long double>(inverse_weight_) / 2 * unit * unit);
 }
 
-// Whether the frequencies that vectors do not leave have the powers they should.
-bool PowerQuery::vectors() const noexcept {
+// Returns whether the vectorised kernel is accurate for the frequencies that it does not reject.
+bool PowerQuery::vectorisable() const noexcept {
     const int64_t samples = stream_.totals().count;
-    const long double far = static_cast<long double>(mean_) / kernels::kFarthestMean;
-    // Of wide sums vectors leave out the lowest limbs: nothing beside values that scatter by so much more.
-    const bool lowest = stream_.grid().double_limb() && share_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
-    return spread_ > far * far && !lowest && samples > 3 && samples < int64_t{1} << 32;
+    const long double limit = static_cast<long double>(mean_) / kernels::kFarthestMean;
+    // The kernel omits the lowest limbs of double-limb accumulators. They are negligible unless the values hardly
+    // scatter.
+    const bool needs_lowest =
+        stream_.grid().double_limb() && samples_over_weight_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
+    return spread_ > limit * limit && !needs_lowest && samples > 3 && samples < int64_t{1} << 32;
 }
 
-// kNeedsMore for the powers that vectors leave.
-void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const noexcept {
+// Powers by the vectorised kernel; kNeedsMore at the frequencies that it rejects.
+void PowerQuery::range_by_vectors(int64_t first, size_t count, double *power) const noexcept {
     const Grid &grid = stream_.grid();
     const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
     for (size_t sum = 0; sum < grid.sums(); sum++) {
@@ -260,46 +281,46 @@ void PowerQuery::by_vectors(int64_t first, size_t count, double *power) const no
     (grid.double_limb() ? known.power_double_limb : known.power)(lo, hi, count, shared, power);
 }
 
-// Sums of samples, however many and of whatever weights, have moments without a negative eigenvalue and explain no more
-// than the values' spread, up to rounding. A sample taken back that never came need not leave such sums: the power,
-// which exceeds 1 then, would count as a perfect fit. A perfect fit of samples explains the spread within the error
-// bound of the power (include/toliman/period.h, Accuracy), which grows as the smaller eigenvalue falls; four times the
-// bound, and 1e-9 where it is less, tell both from each other.
-template <class Real> bool PowerQuery::possible(const Moments<Real> &m) const noexcept {
+// Returns whether some set of samples can have these moments: no negative eigenvalue, and explained variance at most
+// the variance of the values, up to rounding. Retracting a sample that was never pushed can violate both; a power above
+// 1, clamped to 1, would then look like a perfect fit. A genuine perfect fit explains the variance within the error
+// bound of the power (include/toliman/period.h, Accuracy), which grows as the smaller eigenvalue decreases. Four times
+// that bound, at least 1e-9, separates the two cases.
+template <class Real> bool PowerQuery::consistent(const Moments<Real> &m) const noexcept {
     constexpr long double kFloor = 1e-9L, kMargin = 4;
     const Solved best = solved(m);
-    // With as many parameters as samples the power is 1, whatever the sums explain.
+    // With as many parameters as samples the power is 1 by definition.
     if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
         return true;
     const auto trace = static_cast<long double>(m.cc + m.ss), small = smaller_eigenvalue(m);
     if (!(trace >= -kFloor && (best.rank == 0 || small >= -kFloor - kMargin * noise_)))
         return false;
-    // Of one wave alone the smaller eigenvalue plays no part.
+    // With rank 1 the smaller eigenvalue does not enter.
     const long double least = best.rank == 2 ? small : trace;
     const long double bound = error_ / least + kPhaseError / std::sqrt(least);
     return best.rank == 0 || best.explained <= spread_ * (1 + std::fmax(kFloor, kMargin * bound));
 }
 
 void PowerQuery::check_power(int64_t k, double power) const {
-    if (stream_.taken_back() && !stream_.turned() && power >= 1 &&
-        !with_moments(k, [&](const auto &m) { return possible(m); }))
-        fail(Status::state, "the sums at frequency %g give a power above 1: a sample was taken back that never came",
+    if (stream_.retracted() && !stream_.rereferenced() && power >= 1 &&
+        !with_moments(k, [&](const auto &m) { return consistent(m); }))
+        fail(Status::state, "the sums at frequency %g give a power above 1: a retracted sample was never pushed",
              frequency(k));
 }
 
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
-    const bool quick = vectors();
-    if (quick)
-        by_vectors(first, count, power);
+    const bool vectorised = vectorisable();
+    if (vectorised)
+        range_by_vectors(first, count, power);
     for (size_t i = 0; i < count; i++)
-        if (!quick || power[i] == kernels::kNeedsMore)
+        if (!vectorised || power[i] == kernels::kNeedsMore)
             power[i] = at(first + static_cast<int64_t>(i));
 }
 
 void PowerQuery::check_powers(int64_t first, size_t count) const {
     constexpr size_t kAtOnce = 512;
     double powers[kAtOnce];
-    for (size_t done = 0; stream_.taken_back() && !stream_.turned() && done < count; done += kAtOnce) {
+    for (size_t done = 0; stream_.retracted() && !stream_.rereferenced() && done < count; done += kAtOnce) {
         const size_t some = std::min(kAtOnce, count - done);
         const int64_t from = first + static_cast<int64_t>(done);
         range(from, some, powers);

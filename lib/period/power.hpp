@@ -1,95 +1,100 @@
-// Power from sums, defined for every input.
+// Least-squares power, model and error bound at each frequency from the sums of a Stream; defined for every input.
 #pragma once
 #include "period/stream.hpp"
 
 namespace toliman::period {
 
-// Weighted means about the mean (or as they are, where the mean is fixed): of cosine and sine, and of y with each.
+// Weighted covariances of cosine and sine, and of y with each; about the weighted mean, or about 0 with a fixed mean.
 template <class Real> struct Moments {
     Real cc, cs, ss, yc, ys;
-    Real determinant; // cc ss - cs^2, formed before rounding
+    Real determinant; // cc ss - cs^2, computed before rounding to long double
 };
 
-// Least squares y = cosine c + sine s by the moments; directions with eigenvalues up to `noise` are left out.
+// Solves the least-squares problem y = cosine c + sine s from its moments. Directions with an eigenvalue of at most
+// `noise` are not fitted; rank is the number of those that are.
 struct Solved {
     long double cosine, sine, explained;
     int rank;
 };
 template <class Real> Solved solve(const Moments<Real> &moments, long double noise) noexcept;
 
-// The share of `spread` that a solution explains, in [0, 1]; 1 where there are as many free parameters as samples.
+// Returns the fraction of `spread` that a solution explains, in [0, 1]; 1 if there are as many free parameters as
+// samples.
 double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept;
 
-// Cosine and sine coincide where one eigenvalue is below this part of both together: in long double, and in wide sums.
+// Cosine and sine count as coincident where the smaller eigenvalue is below this fraction of the trace: for long double
+// and single-limb accumulators, and for double-limb accumulators.
 constexpr long double kCoincident = 1e-17L, kCoincidentDoubleLimb = 1e-25L;
-// A power whose error bound exceeds this is inaccurate.
+// A power with a larger error bound is flagged as inaccurate.
 constexpr long double kInaccurate = 1e-3L;
 
-// Least squares at one frequency, from the sums: y = offset + cosine cos 2 pi f (t - time offset) + sine sin 2 pi f
-// (...). Standard errors are scaled by the residual; +infinity where the samples cannot tell.
+// Least-squares model at one frequency: y = offset + amplitude sin(2 pi f (t - time_offset) + phase). Standard errors
+// are scaled by the residual; +infinity if the samples do not determine the parameter.
 struct Model {
     double amplitude, amplitude_error, phase, phase_error, offset, offset_error, power;
     int rank; // of cosine and sine
     bool inaccurate;
 };
 
-// What one query needs of the totals, computed once.
+// Quantities that all frequencies of a query share, computed once from the totals.
 class PowerQuery {
   public:
     explicit PowerQuery(const Stream &stream) noexcept;
-    // The same with another limit below which cosine and sine coincide.
+    // Likewise with another limit for coincident cosine and sine.
     PowerQuery(const Stream &stream, long double coincident) noexcept;
     // Power at frequency k of the grid, in [0, 1], never NaN.
     double at(int64_t k) const noexcept;
-    // The same of frequencies first, first + 1, ...; what double carries to 1e-13 goes by vectors.
+    // Powers at frequencies first, first + 1, ...; by a vectorised kernel wherever double keeps the power to 1e-13.
     void range(int64_t first, size_t count, double *power) const noexcept;
-    // Fails with Status::state where the power of frequency k is 1 by sums that no samples have: see power.cpp.
+    // Fails with Status::state if the power at frequency k is 1 because the sums are inconsistent: see consistent().
     void check_power(int64_t k, double power) const;
-    // The same of frequencies first, first + 1, ...
+    // Likewise for frequencies first, first + 1, ...
     void check_powers(int64_t first, size_t count) const;
-    // At frequency k; meaningful() must hold.
+    // Model at frequency k; requires meaningful().
     Model model(int64_t k) const noexcept;
-    // Half of the weighted sum of squares about the mean, in units of the caller's sigmas: what `psd` multiplies.
+    // Half of the weighted sum of squares about the mean, with weights 1/sigma^2: the factor of the `psd`
+    // normalisation.
     double half_chi_square() const noexcept;
-    // Free parameters of cosine and sine at frequency k: 2, or fewer where they coincide.
+    // Number of fitted parameters of cosine and sine at frequency k: 2, or fewer where they coincide.
     int rank(int64_t k) const noexcept { return solved(k).rank; }
-    // Whether the error bound of the power at frequency k, as include/toliman/period.h has it, exceeds kInaccurate;
-    // never at frequency 0.
+    // Returns whether the error bound of the power at frequency k (include/toliman/period.h, Accuracy) exceeds
+    // kInaccurate. Always false at frequency 0.
     bool inaccurate(int64_t k) const noexcept;
-    // Samples enough and not all equal: a peak means something.
+    // Returns whether there are at least five samples, not all equal: fewer determine no peak.
     bool meaningful() const noexcept;
-    // Fails if the values scatter too little for the units that value_bound and the sigmas gave the sums.
+    // Fails unless resolved().
     void check() const;
+    // Returns whether the values scatter enough, relative to value_bound and the sigmas, for 12 digits of the power.
     bool resolved() const noexcept;
-    // Whether at a frequency above 0 narrow sums may carry the power to less than 1e-9.
+    // Returns whether single-limb accumulators may have an error of the power above 1e-9 at some frequency above 0.
     bool needs_double_limb() const noexcept;
-    // Whether at a frequency above 0 the power is inaccurate. Multiples of `nyquist` do not count: there the samples of
-    // an even series have one phase, and the power of what is left is right.
+    // Returns whether the power is inaccurate at some frequency above 0. Multiples of `nyquist` are excluded: there all
+    // samples of an evenly spaced series have one phase, and the power of the remaining direction is accurate.
     bool any_inaccurate(double nyquist) const noexcept;
 
   private:
     template <class Real> Moments<Real> moments(int64_t k) const noexcept;
-    // use(moments at frequency k), with as many digits as they need.
+    // Returns use(moments at frequency k), in long double if that suffices, else in 113 bits.
     template <class Use> auto with_moments(int64_t k, Use use) const noexcept;
     template <class Real> Model model(int64_t k, const Moments<Real> &m) const noexcept;
     template <class Real> Solved solved(const Moments<Real> &m) const noexcept;
     Solved solved(int64_t k) const noexcept;
-    template <class Real> bool worse(const Moments<Real> &m, long double tolerance) const noexcept;
-    template <class Counts> bool any_worse(long double tolerance, Counts counts) const noexcept;
+    template <class Real> bool error_exceeds(const Moments<Real> &m, long double tolerance) const noexcept;
+    template <class Counts> bool any_error_exceeds(long double tolerance, Counts counts) const noexcept;
     double frequency(int64_t k) const noexcept {
         return stream_.grid().f0 + stream_.grid().df * static_cast<double>(k);
     }
-    template <class Real> bool possible(const Moments<Real> &m) const noexcept;
-    bool vectors() const noexcept;
-    void by_vectors(int64_t first, size_t count, double *power) const noexcept;
-    long double least_scatter() const noexcept;
+    template <class Real> bool consistent(const Moments<Real> &m) const noexcept;
+    bool vectorisable() const noexcept;
+    void range_by_vectors(int64_t first, size_t count, double *power) const noexcept;
+    long double min_spread() const noexcept;
 
     const Stream &stream_;
-    Quad part_, mean_; // 1/W, Wy/W
+    Quad inverse_weight_, mean_; // 1/W, Wy/W
     long double spread_;
-    long double share_; // samples over W
-    long double noise_; // error of a sum over W: an eigenvalue below it is nothing
-    long double error_; // bound of the power's error times the smaller eigenvalue
+    long double samples_over_weight_; // count/W
+    long double noise_;               // error of a sum divided by W: smaller eigenvalues are insignificant
+    long double error_;               // error bound of the power times the smaller eigenvalue
     long double coincident_;
 };
 

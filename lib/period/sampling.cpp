@@ -28,7 +28,7 @@ double even_step(const Stream &stream) noexcept {
 
 Cadence cadence_of(const Stream &stream, const double *t, size_t count) {
     if (static_cast<int64_t>(count) != stream.totals().count)
-        fail(Status::argument, "{n} = %zu times, but %lld samples were pushed", count,
+        fail(Status::argument, "{n} = %zu: must be the number of samples pushed, %lld", count,
              static_cast<long long>(stream.totals().count));
     for (size_t i = 0; i < count; i++)
         if (!std::isfinite(t[i]))

@@ -1,4 +1,4 @@
-// What is known of the samples' times: for false alarm probabilities and for judging a grid.
+// Sampling diagnostics: time span and step of the samples, for false alarm probabilities and for checking a grid.
 #pragma once
 #include <vector>
 
@@ -7,22 +7,22 @@
 
 namespace toliman::period {
 
-constexpr double kRounding = 1 + 1e-9; // a grid up to the very limit is not beyond it
+constexpr double kRounding = 1 + 1e-9; // tolerance of a grid that ends exactly at a limit
 
 Sampling sampling_of(const Stream &stream) noexcept;
 
-// Time span with one step added, and the step: of N times dt apart N dt and dt. 0 where all times are one.
+// Time span including one step, and the step: N dt and dt for N times dt apart. Both 0 if all times are equal.
 struct Cadence {
     double span, step;
 };
 
-// From the sums alone, as if the samples were evenly spread: span by the variance of the times, step = span/N.
+// From the sums, assuming uniform coverage: span = sqrt(12 var t), step = span/N.
 Cadence cadence_of(const Stream &stream) noexcept;
-// The step of an even series of equal sigmas, exactly.
+// Exact step of an evenly spaced series with equal sigmas.
 double even_step(const Stream &stream) noexcept;
 // From finite times: the median step between distinct ones.
 Cadence cadence_of(std::vector<double> times);
-// From the times that were pushed. Fails if they are not as many.
+// Likewise, from the times that were pushed. Fails if their number differs from that of the samples.
 Cadence cadence_of(const Stream &stream, const double *t, size_t count);
 
 } // namespace toliman::period

@@ -1,8 +1,9 @@
-// Method: a periodogram of T in time has peaks about 1/T wide, so that a step of 1/(10 T) samples each ten times
-// (VanderPlas 2018, ApJS 236, 16, section 7.1 asks for five or more); the first frequency, 1.5/T, is the lowest whose
-// sinusoid a floating mean does not imitate; the last is 1/(2 step) of the median step, above which even samples repeat
-// what is below. References are subtracted so that the exact sums keep their digits, and their bounds leave room where
-// more samples are to come: a bound that is too wide costs digits, one that is too narrow refuses a sample.
+// Method: peaks of a series of length T are about 1/T wide, so a step of df = 0.1/T samples each peak about ten times
+// (VanderPlas 2018, ApJS 236, 16, section 7.1, recommends five or more). f0 = 1.5/T is the lowest frequency whose
+// sinusoid a floating mean does not absorb. The last frequency is 1/(2 s) with s the median step: above, evenly spaced
+// samples repeat the spectrum below. References are subtracted so that the fixed-point sums keep their digits, and the
+// bounds leave a margin where further samples are expected: a bound that is too large costs digits, one that is too
+// small refuses a sample.
 #include "period/suggest.hpp"
 
 #include <algorithm>
@@ -16,11 +17,12 @@ namespace toliman::period {
 
 namespace {
 
-constexpr double kMostFrequencies = 2e6;           // 450 MB of sums
-constexpr double kFiner = 8, kCoarser = 4;         // than the sigmas at hand, those to come may be
-constexpr double kFurther = 0x1p20;                // than the spread at hand, values to come may be
-constexpr double kLargestRatio = 0.9 * kMostRatio; // of sigmas, short of the most
-constexpr double kLeastBound = 1e-99, kMostBound = 1e99;
+constexpr double kMaxFrequencies = 2e6; // 450 MB of sums
+// Further samples may have sigmas smaller or larger, and values with a spread larger, by these factors.
+constexpr double kSigmaMarginBelow = 8, kSigmaMarginAbove = 4;
+constexpr double kValueMargin = 0x1p20;
+constexpr double kLargestSuggestedRatio = 0.9 * kMaxSigmaRatio; // of sigmas, with a margin to the limit
+constexpr double kMinBound = 1e-99, kMaxBound = 1e99;
 
 void check_finite(const double *numbers, size_t count, const char *name) {
     for (size_t i = 0; i < count; i++)
@@ -33,10 +35,10 @@ Cadence cadence_for(const Samples &samples, double mission_span) {
     if (samples.count > 0)
         cadence = cadence_of(std::vector<double>(samples.t, samples.t + samples.count));
     if (!(cadence.step > 0))
-        fail(Status::state, "{t}: two different times are needed");
+        fail(Status::state, "{t}: must have at least two distinct times");
     cadence.span = std::max(cadence.span, mission_span);
     if (!(cadence.span > 0))
-        fail(Status::state, "{n} = 0: samples or mission_span are needed");
+        fail(Status::state, "{n} = 0: must be at least 1 without mission_span");
     return cadence;
 }
 
@@ -44,54 +46,58 @@ void set_frequencies(Grid &grid, const Cadence &cadence) {
     grid.f0 = 1.5 / cadence.span;
     grid.df = 0.1 / cadence.span;
     const double count = std::fmax(1, std::floor((0.5 / cadence.step - grid.f0) / grid.df * kRounding) + 1);
-    if (!(count <= kMostFrequencies && grid.df > 0))
-        fail(
-            Status::range,
-            "a grid for the median time step, %g, and the time span, %g, would have more than %.0f frequencies: choose "
-            "f0, df and nf",
-            cadence.step, cadence.span, kMostFrequencies);
+    if (!(count <= kMaxFrequencies && grid.df > 0))
+        fail(Status::range,
+             "a grid for the median time step %g and the time span %g would have more than %.0f frequencies: choose "
+             "f0, df "
+             "and nf",
+             cadence.step, cadence.span, kMaxFrequencies);
     grid.nf = static_cast<int64_t>(count);
 }
 
-void set_values(Grid &grid, const double *y, size_t count, bool more) {
+void set_values(Grid &grid, const double *y, size_t count, bool more_to_come) {
     const auto [least, greatest] = std::minmax_element(y, y + count);
     const double spread = *greatest - *least;
     std::vector<double> values(y, y + count);
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
     std::nth_element(values.begin(), middle, values.end());
     grid.value_offset = *middle;
-    const double bound = std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))) * (more ? kFurther : 1);
-    grid.value_bound = std::clamp(bound, kLeastBound, kMostBound);
+    const double bound = std::exp2(std::ceil(std::log2(spread > 0 ? spread : 1.0))) * (more_to_come ? kValueMargin : 1);
+    grid.value_bound = std::clamp(bound, kMinBound, kMaxBound);
 }
 
-void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more) {
+void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more_to_come) {
     const auto [least, largest] = std::minmax_element(sigma, sigma + count);
     if (!(*least > 0))
         fail(Status::argument, "sample %zu: {sigma} = %g: must be above 0", static_cast<size_t>(least - sigma), *least);
-    grid.sigma_floor = more ? std::min(*least, std::max(*least / kFiner, *largest / kLargestRatio)) : *least;
+    grid.sigma_floor = more_to_come
+                           ? std::min(*least, std::max(*least / kSigmaMarginBelow, *largest / kLargestSuggestedRatio))
+                           : *least;
     grid.sigma_ceiling =
-        more ? std::max(*largest, std::min(*largest * kCoarser, grid.sigma_floor * kLargestRatio)) : *largest;
+        more_to_come
+            ? std::max(*largest, std::min(*largest * kSigmaMarginAbove, grid.sigma_floor * kLargestSuggestedRatio))
+            : *largest;
 }
 
 } // namespace
 
 Grid suggest(const Samples &samples, double mission_span) {
     if (!(mission_span >= 0 && std::isfinite(mission_span)))
-        fail(Status::argument, "{mission_span} = %g: must be at least 0", mission_span);
+        fail(Status::argument, "{mission_span} = %g: must be finite and at least 0", mission_span);
     check_finite(samples.t, samples.count, "t");
     Grid grid;
     grid.double_limb_sums = true;
     set_frequencies(grid, cadence_for(samples, mission_span));
     if (samples.count > 0) {
         grid.time_offset = *std::min_element(samples.t, samples.t + samples.count);
-        const bool more = mission_span > 0;
+        const bool more_to_come = mission_span > 0;
         if (samples.y != nullptr) {
             check_finite(samples.y, samples.count, "y");
-            set_values(grid, samples.y, samples.count, more);
+            set_values(grid, samples.y, samples.count, more_to_come);
         }
         if (samples.sigma != nullptr) {
             check_finite(samples.sigma, samples.count, "sigma");
-            set_sigmas(grid, samples.sigma, samples.count, more);
+            set_sigmas(grid, samples.sigma, samples.count, more_to_come);
             grid.check();
         }
     }

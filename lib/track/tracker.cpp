@@ -36,7 +36,7 @@ std::optional<period::Sample> Tracker::sample_of(const Record &record) const noe
     if (record.kind != Kind::accepted || !tai_ns)
         return std::nullopt;
     const period::Sample sample = sums_.sample_ns(*tai_ns, record.value, record.sigma);
-    return sums_.reaches(sample) ? std::optional(sample) : std::nullopt;
+    return sums_.covers(sample) ? std::optional(sample) : std::nullopt;
 }
 
 void Tracker::count_repeats(int64_t count) noexcept {
@@ -152,7 +152,7 @@ void Tracker::judge(const Frame &frame, Job &job, unsigned worker) {
     if (outcome.flaw.reason != Reason::none)
         return;
     const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(frame.camera_ns);
-    if (!tai_ns || !sums_.reaches(sums_.sample_ns(*tai_ns, 0, terms.sigma))) {
+    if (!tai_ns || !sums_.covers(sums_.sample_ns(*tai_ns, 0, terms.sigma))) {
         outcome.flaw.reason = Reason::clock;
         return;
     }

@@ -129,7 +129,7 @@ class Arguments(unittest.TestCase):
                 whole = int(t[k].round())
                 other.push(whole * 10**9, y[k], ns=True) if k % 2 else other.push(whole - 0.5, y[k], t_low=0.5)
             self.assertEqual(plain.to_bytes(), other.to_bytes())
-            with self.assertRaisesRegex(toliman.StateError, "has a sigma, but others have none"):
+            with self.assertRaisesRegex(toliman.StateError, "has a sigma, but other samples have none"):
                 plain.push(1.0, 2.0, 3.0)
             with self.assertRaisesRegex(ValueError, "sigma = 0: must be finite and above 0"):
                 plain.push(1.0, 2.0, 0)
@@ -171,7 +171,7 @@ class Arguments(unittest.TestCase):
             self.assertAlmostEqual(grid.f0 / output["grid"]["f0"], 1, delta=1e-15)
             self.assertAlmostEqual(grid.df / output["grid"]["df"], 1, delta=1e-15)
             Periodogram(*grid).close()
-        for bad, why in (([1.0], "t: two different times"), ([2.0, 2.0], "t: two different times"), ([0, numpy.nan], "t = nan")):
+        for bad, why in (([1.0], "t: must have at least two distinct times"), ([2.0, 2.0], "t: must have at least two distinct times"), ([0, numpy.nan], "t = nan")):
             with self.assertRaisesRegex(Error, why):
                 suited_grid(bad)
         self.assertEqual(suited_grid([], 1095), suited_grid(numpy.arange(1095.0)))
@@ -211,7 +211,7 @@ class Handle(unittest.TestCase):
 
     def test_sigma_below_its_floor(self):
         with Periodogram(**GRID) as periodogram:
-            with self.assertRaisesRegex(Error, "sigma = 0.001: below sigma_floor = 1.*give the smallest sigma"):
+            with self.assertRaisesRegex(Error, "sigma = 0.001: must be at least sigma_floor = 1, the smallest sigma"):
                 periodogram.push_many(t, y, sigma)
 
     def test_edge(self):
@@ -231,7 +231,7 @@ class Handle(unittest.TestCase):
                 self.assertTrue((second.power() == first.power()).all())
                 for one in (first, second):
                     one.push(200.0, 0.0, 0.02)
-                    with self.assertRaisesRegex(toliman.StateError, "has no sigma, but others have one"):
+                    with self.assertRaisesRegex(toliman.StateError, "has no sigma, but other samples have one"):
                         one.push(201.0, 0.0)
                 self.assertTrue((second.power() == first.power()).all())
             path.write_bytes(b"no state")

@@ -86,7 +86,7 @@ class Follow(ProgramTest):
         rows = [row.replace("\n", ",1\n") for row in ROWS]
         bounds = ("--sigma-floor", "0.5", "--sigma-ceiling", "2", "--save-state")
         done = self.follow("-900,1e7,9\n" + "".join(rows), *bounds, "s.tlmp")
-        self.assertIn("standard input:1: sigma = 9: above sigma_ceiling = 2", done.stderr)
+        self.assertIn("standard input:1: sigma = 9: must be at most sigma_ceiling = 2", done.stderr)
         self.assertIn("(--sigma-ceiling): skipped", done.stderr)
         self.follow("".join(rows), *bounds, "calm.tlmp")
         self.assertEqual((self.folder / "s.tlmp").read_bytes(), (self.folder / "calm.tlmp").read_bytes())
@@ -188,7 +188,7 @@ class Follow(ProgramTest):
     # What is said.
 
     def test_silence_is_explained(self):
-        for text, why in (("".join(ROWS[:3]), "; 3 were pushed"),
+        for text, why in (("".join(ROWS[:3]), ": 3 were pushed"),
                           ("".join(f"{k},7\n" for k in range(9)), "not all equal")):
             done = self.follow(text)
             self.assertEqual((done.returncode, done.stdout), (0, ""))

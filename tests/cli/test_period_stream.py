@@ -102,7 +102,7 @@ class Streams(Series):
         self.succeed("period", "all.csv", "--follow", *GRID, *BOUNDS, "--save-state", "a.tlmp")
         self.succeed("period", "all.csv", "--follow", "--f0", 2e-3, "--df", 1e-4, "--nf", 900, *BOUNDS,
                      "--save-state", "b.tlmp")
-        self.refuse(3, "b.tlmp: merge: a grid of 900 frequencies", arguments=("merge", "a.tlmp", "b.tlmp", "--out", "c"))
+        self.refuse(3, "b.tlmp: merge: the grids differ: 900 frequencies", arguments=("merge", "a.tlmp", "b.tlmp", "--out", "c"))
         self.refuse(2, "--fap bootstrap: needs the samples", arguments=("period", "--from-state", "a.tlmp", "--fap", "bootstrap"))
         self.refuse(2, "--from-state", "--f0", arguments=("period", "--from-state", "a.tlmp", "--f0", 1))
         for text, why in (('{"t": 1, "y": 2}\n3,4\n', "3,4"), ('1,2\n{"t": 1, "y": 2}\n', "is a JSON object"),
@@ -125,7 +125,7 @@ class Streams(Series):
             self.write(name + ".csv", [*self.series[:6], row])
             self.refuse(3, f"{name}.csv: sample 7: ", f"({option})", arguments=("period", name + ".csv", *GRID, *BOUNDS))
         self.succeed("period", "all.csv", *GRID, *BOUNDS, "--save-state", "all.tlmp")
-        self.refuse(3, "value.csv:8: y = 1e+06: further than value_bound = 64", "(--value-bound of the run that made",
+        self.refuse(3, "value.csv:8: y = 1e+06: must be within value_bound = 64", "(--value-bound of the run that made",
                     arguments=("period", "value.csv", "--from-state", "all.tlmp"))
         for option, value in zip(BOUNDS[::2], BOUNDS[1::2]):
             self.refuse(2, option, "--from-state",
@@ -197,7 +197,7 @@ class States(Series):
         self.succeed("period", "all.csv", *GRID, "--save-state", "a.tlmp")
         self.write("far.csv", self.series + [0, 1e9, 0])
         self.succeed("period", "far.csv", *GRID, "--save-state", "far.tlmp")
-        self.refuse(3, "far.tlmp: merge: the other's values", "(--value-bound, ", "that made the first state)",
+        self.refuse(3, "far.tlmp: merge: the root mean square of the other's values", "(--value-bound, ", "that made the first state)",
                     arguments=("merge", "a.tlmp", "far.tlmp", "--out", "c"))
 
     def test_what_cannot_be_written_is_told_first(self):

@@ -65,7 +65,7 @@ void period_state(const char *what, int64_t nf, size_t size) {
         period::Grid grid;
         grid.f0 = grid.df = 0.1;
         grid.nf = nf;
-        grid.sigma_ceiling = period::kSingleLimbRatio;
+        grid.sigma_ceiling = period::kSingleLimbSigmaRatio;
         const std::vector<uint8_t> header = period::Stream::header(grid);
         std::copy(header.begin(), header.end(), bytes.begin());
         seal(bytes);

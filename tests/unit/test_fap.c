@@ -255,7 +255,7 @@ static void sampling_flags_depend_on_the_times(void **unused) {
     const double broken[3] = {4, NAN, 3};
     assert_fails(toliman_period_query_sampling(period, broken, 3, &none), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
     assert_fails(toliman_period_query_sampling(period, late, 2, &none), TOLIMAN_E_ARGUMENT,
-                 "n = 2 times, but 3 samples were pushed");
+                 "n = 2: must be the number of samples pushed, 3");
     toliman_period_destroy(period);
 }
 
@@ -281,7 +281,7 @@ static void invalid_arguments_are_refused(void **unused) {
     assert_fails(toliman_period_query_threshold(NULL, TOLIMAN_PERIOD_FAP_BALUEV, -1, &out), TOLIMAN_E_ARGUMENT,
                  "period is NULL");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 99, NULL, 3, peaks), TOLIMAN_E_ARGUMENT,
-                 "n = 99 samples, but 100 were pushed");
+                 "n = 99: must be the number of samples pushed, 100");
     assert_fails(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 3, NULL), TOLIMAN_E_ARGUMENT,
                  "log10_residuals is NULL");
     assert_ok(toliman_period_query_bootstrap(period, times, values, NULL, 100, NULL, 0, peaks));

@@ -372,7 +372,7 @@ static void bad_input_is_refused(void **unused) {
     REFUSED(0, 1, 0, N, ARGUMENT, "nf = 0: must be in [1, 67108864]");
     REFUSED(0, 1, -5, N, ARGUMENT, "nf = -5");
     REFUSED(0, 1, (int64_t)1 << 40, N, ARGUMENT, "nf = 1099511627776");
-    REFUSED(0, 1, 1, N, ARGUMENT, "a grid needs a frequency above 0");
+    REFUSED(0, 1, 1, N, ARGUMENT, "the grid must have a frequency above 0");
     REFUSED(0, 1e300, NF, N, RANGE, "2^50 cycles");
     REFUSED(0.1, 0.1, NF, SIZE_MAX / 8, RANGE, "does not fit in memory");
     options.reserved = 1;
@@ -384,10 +384,10 @@ static void bad_input_is_refused(void **unused) {
         const char *text;
     } bad[] = {{times, NAN, TOLIMAN_E_ARGUMENT, "sample 9: t = nan"},
                {times, INFINITY, TOLIMAN_E_ARGUMENT, "sample 9: t = inf"},
-               {times, -1e101, TOLIMAN_E_RANGE, "sample 9: t = -1e+101: must be within +-1e+100"},
+               {times, -1e101, TOLIMAN_E_RANGE, "sample 9: t = -1e+101: must be in [-1e+100, 1e+100]"},
                {times, 1e20, TOLIMAN_E_RANGE, "2^50 cycles"},
                {values, NAN, TOLIMAN_E_ARGUMENT, "sample 9: y = nan"},
-               {values, -1e301, TOLIMAN_E_RANGE, "sample 9: y = -1e+301: must be within +-1e+300"},
+               {values, -1e301, TOLIMAN_E_RANGE, "sample 9: y = -1e+301: must be in [-1e+300, 1e+300]"},
                {sigmas, 0, TOLIMAN_E_ARGUMENT, "sample 9: sigma = 0: must be finite and above 0"},
                {sigmas, -1, TOLIMAN_E_ARGUMENT, "sigma = -1"},
                {sigmas, NAN, TOLIMAN_E_ARGUMENT, "sigma = nan"},
@@ -419,7 +419,7 @@ static void bad_input_is_refused(void **unused) {
     /* Exact sums would be needed, but are not possible. */
     sigmas[7] = sigmas[90] = 3e-9;
     values[90] = values[7];
-    REFUSED(0.1, 0.1, NF, N, RANGE, "a factor of 1e+08 at most");
+    REFUSED(0.1, 0.1, NF, N, RANGE, "the ratio must be at most 1e+08");
     assert_memory_equal(power, before, sizeof power);
 }
 

@@ -87,14 +87,15 @@ static void sigmas_out_of_range_are_refused(void **unused) {
     toliman_period_options_init(&options, sizeof options);
     toliman_period *period = make(&options), *none = NULL;
     assert_ok(toliman_period_push(period, 1, 1, 32));
-    assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE, "sigma = 32.1: above sigma_ceiling = 32");
+    assert_fails(toliman_period_push(period, 1, 1, 32.1), TOLIMAN_E_RANGE,
+                 "sigma = 32.1: must be at most sigma_ceiling = 32");
     assert_int_equal(toliman_period_count(period), 1);
     toliman_period_info info = {.struct_size = sizeof info};
     assert_ok(toliman_period_get_info(period, &info));
     assert_true(info.sigma_ceiling == 32);
     toliman_period_destroy(period);
     options.sigma_ceiling = 1.01e8;
-    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "a factor of 1e+08 at most");
+    assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_RANGE, "the ratio must be at most 1e+08");
     options.sigma_ceiling = 0.5;
     assert_fails(toliman_period_create(0, 1, 1, &options, &none), TOLIMAN_E_ARGUMENT, "sigma_ceiling = 0.5");
     options.sigma_ceiling = NAN;
@@ -106,7 +107,8 @@ static void impossible_grids_are_refused(void **unused) {
     (void)unused;
     toliman_period_options options;
     toliman_period *none = NULL;
-    assert_fails(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT, "(nf - 1) df overflows");
+    assert_fails(toliman_period_create(1e308, 1e308, 2, NULL, &none), TOLIMAN_E_ARGUMENT,
+                 "(nf - 1) df: must be finite");
 #define REFUSED(member, wrong)                                                                                         \
     do {                                                                                                               \
         toliman_period_options_init(&options, sizeof options);                                                         \
@@ -151,10 +153,10 @@ static void small_values_keep_their_digits_or_are_refused(void **unused) {
         assert_fails(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 3, 1, &power), TOLIMAN_E_RANGE,
                      "smaller value_bound");
         double scatter, least; /* of values within 1.5 of the scale */
-        const char *numbers = strstr(toliman_last_error(), "scatter by ");
+        const char *numbers = strstr(toliman_last_error(), "standard deviation of the values");
         assert_non_null(numbers);
         assert_int_equal(sscanf(numbers,
-                                "scatter by %lg about their mean, value_bound = %*g keeps 12 digits from %lg on",
+                                "standard deviation of the values = %lg: value_bound = %*g resolves 12 digits from %lg",
                                 &scatter, &least),
                          2);
         assert_true(scatter > 0.1 * cases[i].scale && scatter < 10 * cases[i].scale && least > scatter);
@@ -270,7 +272,7 @@ static void times_have_a_limit(void **unused) {
     (void)unused;
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(0, 1e-300, 10, NULL, &period));
-    assert_fails(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t = 1e+200: further than 1e+100");
+    assert_fails(toliman_period_push(period, 1e200, 1, 1), TOLIMAN_E_RANGE, "t = 1e+200: must be within 1e+100");
     for (int i = 0; i < 6; i++) {
         times[i] = (i - 3) * 3e99;
         values[i] = i % 3;
@@ -314,13 +316,13 @@ static void crafted_state_is_refused(void **unused) {
         {DIGITS + EXACT - 16, 1, "an exact sum is out of range"},
         {DIGITS + EXACT + EXACT - 8, INT64_MAX, "last digit"},
         {DIGITS + 4 * EXACT + 8 * 60, 1, "an exact sum is out of range"},
-        /* A sum that nine samples of weight 1 cannot have: digit 36 holds the integer part. */
-        {COUNT, 8, "sum of weights 9: must be"},
-        {DIGITS + 8 * 36, 8, "sums of weights or of values do not fit"},
-        {DIGITS + 8 * 36, 0, "sum of weights 0: must be"},
-        {DIGITS + EXACT + 8 * 36, 10, "sums of values 10"},
-        {DIGITS + 2 * EXACT + 8 * 36, 10, "of their squares 10"},
-        {PAIRS, (int64_t)8 << 18, "sums of weights or of values do not fit"},
+        /* What no nine samples of weight 1 have: digit 36 is that of whole numbers. */
+        {COUNT, 8, "sum of weights = 9: must be"},
+        {DIGITS + 8 * 36, 8, "sums of weights or of values are inconsistent"},
+        {DIGITS + 8 * 36, 0, "sum of weights = 0: must be"},
+        {DIGITS + EXACT + 8 * 36, 10, "sum of values = 10"},
+        {DIGITS + 2 * EXACT + 8 * 36, 10, "sum of squared values = 10"},
+        {PAIRS, (int64_t)8 << 18, "sums of weights or of values are inconsistent"},
         {SUMS, (int64_t)11 << 18, "a sum is out of range"},
     };
     toliman_period *period = NULL, *loaded = NULL;
@@ -348,16 +350,19 @@ static void crafted_state_is_refused(void **unused) {
     uint32_t crc = crc32(bad, size - 4);
     memcpy(bad + size - 4, &crc, 4);
     assert_ok(toliman_period_load(bad, size, NULL, &loaded));
-    assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE, "more than 8796093022208 samples");
-    assert_fails(toliman_period_merge(loaded, period), TOLIMAN_E_RANGE, "more than 8796093022208 samples together");
-    assert_fails(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE, "more than 8796093022208 samples together");
+    assert_fails(toliman_period_push(loaded, 1, 1, 1), TOLIMAN_E_RANGE,
+                 "too many samples: must be at most 8796093022208");
+    assert_fails(toliman_period_merge(loaded, period), TOLIMAN_E_RANGE,
+                 "merge: too many samples: must be at most 8796093022208 in total");
+    assert_fails(toliman_period_merge(period, loaded), TOLIMAN_E_RANGE,
+                 "merge: too many samples: must be at most 8796093022208 in total");
     toliman_period_destroy(loaded);
     loaded = NULL;
     /* The previous version. */
     memcpy(bad, bytes, size);
     bad[4] = 1;
     assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT,
-                 "version 1, this library reads 3 only");
+                 "unsupported version 1 (supported: 3)");
     toliman_period_destroy(period);
 }
 

@@ -91,14 +91,14 @@ static void samples_with_and_without_sigma_do_not_mix(void **unused) {
     toliman_period *weighted = make(0), *plain = make(0), *floor = make(0), *copy = NULL;
     toliman_period_sample samples[2] = {sample_pair(90, 0, 1, 0), sample_pair(91, 0, 1, 2)};
     assert_fails(toliman_period_push_samples(plain, samples, 2), TOLIMAN_E_STATE,
-                 "sample 1: has a sigma, but others have none: all samples must have a sigma, or none");
+                 "sample 1: has a sigma, but other samples have none: all samples must have a sigma, or none");
     assert_ok(toliman_period_push_many(weighted, t, y, sigma, 20));
     assert_ok(toliman_period_push_many(plain, t, y, NULL, 20));
     assert_fails(toliman_period_push_many(weighted, t, y, NULL, 20), TOLIMAN_E_STATE,
-                 "sample 0: has no sigma, but others have one");
+                 "sample 0: has no sigma, but other samples have one");
     assert_fails(toliman_period_retract_many(weighted, t, y, NULL, 1), TOLIMAN_E_STATE, "has no sigma");
     assert_fails(toliman_period_push_samples(weighted, samples, 1), TOLIMAN_E_STATE, "has no sigma");
-    assert_fails(toliman_period_push(plain, 90, 1, 2), TOLIMAN_E_STATE, "has a sigma, but others have none");
+    assert_fails(toliman_period_push(plain, 90, 1, 2), TOLIMAN_E_STATE, "has a sigma, but other samples have none");
     assert_ok(toliman_period_copy(plain, &copy));
     assert_fails(toliman_period_push(copy, 90, 1, 2), TOLIMAN_E_STATE, "has a sigma");
     assert_fails(toliman_period_merge(plain, weighted), TOLIMAN_E_MISMATCH, "samples with sigmas");
@@ -137,7 +137,7 @@ static void impossible_totals_are_refused(void **unused) {
         assert_ok(toliman_period_push(period, 4, 2, 3));
         assert_ok(toliman_period_push(same, 4, 2, 3));
         assert_fails(toliman_period_retract(period, last == 0 ? 5 : 4, last == 1 ? 1 : 2, last == 2 ? 2 : 3),
-                     TOLIMAN_E_STATE, "never came");
+                     TOLIMAN_E_STATE, "never pushed");
         assert_same_bytes(period, same);
         assert_ok(toliman_period_retract(period, 4, 2, 3));
         toliman_period_destroy(period), toliman_period_destroy(same);
@@ -278,8 +278,8 @@ static void the_last_sample_without_sigma_can_be_retracted(void **unused) {
     toliman_period *period = make(0);
     const double time = 1, value = 2;
     assert_ok(toliman_period_push_many(period, &time, &value, NULL, 1));
-    assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor is compatible with both kinds */
-    assert_fails(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "has a sigma, but others have none");
+    assert_ok(toliman_period_push(period, 2, 1, 1)); /* sigma_floor goes with both */
+    assert_fails(toliman_period_push(period, 3, 1, 2), TOLIMAN_E_STATE, "has a sigma, but other samples have none");
     assert_ok(toliman_period_retract_many(period, &time, &value, NULL, 1));
     assert_ok(toliman_period_push(period, 3, 1, 2));
     toliman_period_destroy(period);

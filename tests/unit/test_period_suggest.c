@@ -84,8 +84,9 @@ static void invalid_arguments_are_refused(void **state) {
                  far[] = {0, 1e-9, 2e-9, 1e9};
     const double wide[] = {1e-5, 1, 1e5};
     Suggestion s = {.f0 = -1, .nf = -1};
-    assert_fails(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "two different times are needed");
-    assert_fails(suggest(NULL, NULL, NULL, 0, 0, &s), TOLIMAN_E_STATE, "samples or mission_span are needed");
+    assert_fails(suggest(same, NULL, NULL, 3, 0, &s), TOLIMAN_E_STATE, "must have at least two distinct times");
+    assert_fails(suggest(NULL, NULL, NULL, 0, 0, &s), TOLIMAN_E_STATE,
+                 "n = 0: must be at least 1 without mission_span");
     assert_fails(suggest(bad, NULL, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: t = nan");
     assert_fails(suggest(t, bad, NULL, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: y = nan");
     assert_fails(suggest(t, t, none, 3, 0, &s), TOLIMAN_E_ARGUMENT, "sample 1: sigma = 0");

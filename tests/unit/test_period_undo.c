@@ -244,7 +244,7 @@ static void test_merge_refuses(void **unused) {
     assert_ok(toliman_period_merge(period, odd)); /* empty, so nothing can be incompatible */
     for (int i = 0; i < 4; i++)
         assert_ok(toliman_period_push(odd, 2451000.5 + i, 70, 1));
-    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "value_bound is 64");
+    assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_RANGE, "is 70: must be at most value_bound = 64");
     toliman_period_destroy(odd);
     other = options;
     other.sigma_floor = 0.05;
@@ -256,7 +256,8 @@ static void test_merge_refuses(void **unused) {
     other.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
     odd = make(&other);
     assert_ok(toliman_period_push(period, 2451000.5, 1, 1));
-    assert_fails(toliman_period_merge(odd, period), TOLIMAN_E_MISMATCH, "are narrow, these are wide");
+    assert_fails(toliman_period_merge(odd, period), TOLIMAN_E_MISMATCH,
+                 "has single-limb accumulators, this one double-limb");
     assert_ok(toliman_period_reset(period));
     toliman_period_destroy(odd);
     other = options;
@@ -271,7 +272,7 @@ static void test_merge_refuses(void **unused) {
     other.unit_ns = 86400e9;
     odd = make(&other);
     assert_fails(toliman_period_merge(period, odd), TOLIMAN_E_MISMATCH,
-                 "unit_ns = 1000000000, the other has 0, 86400000000000");
+                 "unit_ns = 1000000000: must equal the other's, 0 and 86400000000000");
     toliman_period_destroy(odd);
     toliman_period_destroy(period);
 }
@@ -342,7 +343,7 @@ static void unloadable_state_is_not_saved(void **unused) {
     assert_ok(toliman_period_save_file(period, path));
     for (int i = 0; i < 3; i++)
         assert_ok(toliman_period_push(period, i, 1000000, 1));
-    assert_fails(toliman_period_retract(period, 10, -1000000, 1), TOLIMAN_E_STATE, "never came");
+    assert_fails(toliman_period_retract(period, 10, -1000000, 1), TOLIMAN_E_STATE, "never pushed");
     toliman_period_destroy(period);
 
     /* One of a hundred samples has a weight below the allowed range. */
@@ -360,8 +361,8 @@ static void unloadable_state_is_not_saved(void **unused) {
     toliman_period_destroy(loaded);
     for (int i = 1; i < 100; i++)
         assert_ok(toliman_period_retract(period, i, 1, 1));
-    assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "sum of weights 0.00111");
-    assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "taken back");
+    assert_fails(toliman_period_save(period, bytes, sizeof bytes, &size), TOLIMAN_E_STATE, "sum of weights = 0.00111");
+    assert_fails(toliman_period_save_file(period, path), TOLIMAN_E_STATE, "retracted that were never pushed");
     assert_ok(toliman_period_load_file(path, NULL, &loaded));
     assert_int_equal(toliman_period_count(loaded), 1);
     toliman_period_destroy(loaded);
